@@ -9,10 +9,12 @@
 #include <vector>
 
 #include "cosim/board.hpp"
+#include "cosim/compiled.hpp"
 #include "cosim/replay.hpp"
 #include "host/deploy/arduino_library.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
+#include "runtime/link/opengloves.hpp"
 #include "runtime/link/receiver.hpp"
 
 namespace flexor::cosim {
@@ -44,7 +46,7 @@ class Arduino : public testing::Test {
     glove_.output = example == "GloveVr" ? deploy::Output::opengloves : deploy::Output::radio;
     deploy::write_arduino_library(glove_, folder_ / "Flexor");
   }
-  fs::path with_core(const std::string& example);
+  Firmware with_core(const std::string& example);
   void TearDown() override {
     if (!folder_.empty()) fs::remove_all(folder_);
   }
@@ -118,19 +120,6 @@ TEST_F(Arduino, TheVrSketchReadsButtonsAndJoystickWhereTheyAreWired) {
         {"-Wall", "-Wextra", "-Werror", "-c", sketch("GloveVr"), "-o", folder_ / "sketch.o"});
 }
 
-// What an interpreter runs asks for EEPROM that is replaced over the link; the library keeps nothing and is compiled.
-TEST_F(Arduino, ADeploymentWhoseModelIsDataWritesTheSameLibrary) {
-  write("Glove");
-  const std::string compiled = io::read_file(folder_ / "Flexor/src/glove_config.hpp");
-  glove_.model_as = deploy::ModelAs::data;
-  for (const char* name : {"Glove", "GloveRadio"}) {
-    write(name);
-    run(compiler({"atmega328p", "standard", "UNO"}),
-        {"-Wall", "-Wextra", "-Werror", "-c", sketch(name), "-o", folder_ / "sketch.o"});
-  }
-  EXPECT_EQ(io::read_file(folder_ / "Flexor/src/glove_config.hpp"), compiled);
-}
-
 TEST_F(Arduino, TheRadioIsOpenedAtTheDeploymentsRate) {
   glove_.baud = 38400;
   write("Glove");
@@ -169,7 +158,7 @@ TEST_F(Arduino, NothingAsksForAnAvr) {
 }
 
 // The sketch with the core that Debian packages.
-fs::path Arduino::with_core(const std::string& name) {
+Firmware Arduino::with_core(const std::string& name) {
   write(name);
   std::vector<std::string> sources = {sketch(name)};
   for (const auto& entry : fs::directory_iterator(kCore / "cores/arduino")) {
@@ -177,23 +166,21 @@ fs::path Arduino::with_core(const std::string& name) {
     if (kind == ".c" || kind == ".cpp" || kind == ".S") sources.push_back(entry.path());
   }
   std::sort(sources.begin() + 1, sources.end());
-  const fs::path elf = folder_ / "sketch.elf";
   std::vector<std::string> command = compiler({"atmega328p", "standard", "UNO"});
   // Assembly wants no Arduino.h, and the example includes Flexor.h. The core wants a name that Debian's compiler lacks.
   command.resize(command.size() - 2);
-  command.insert(command.end(), {"-w", "-DDECIMAL_DIG=__DECIMAL_DIG__", "-Wl,--gc-sections", "-o", elf});
-  run(command, sources);
-  return elf;
+  command.insert(command.end(), {"-w", "-DDECIMAL_DIG=__DECIMAL_DIG__", "-Wl,--gc-sections"});
+  command.insert(command.end(), sources.begin(), sources.end());
+  return compiled(command).firmware();
 }
 
 TEST_F(Arduino, OnASimulatedUnoItSendsTheHostsAnglesToTheBit) {
-  const fs::path elf = with_core("GloveRadio");
+  const Firmware firmware = with_core("GloveRadio");
   const Counts counts = exercise(150, 3);
   model::HostChain host(deploy::chain_parts(glove_));
   std::vector<link::Frame> expected;
   for (const auto& sample : counts) expected.push_back(host.step(sample));
 
-  const Firmware firmware(elf);
   Board board(firmware);
   // As `flexor record --readings`: it asks again before the second is over.
   link::Packet packet;

@@ -11,6 +11,7 @@
 #include "host/deploy/flash.hpp"
 #include "host/io/io.hpp"
 #include "host/score/trial.hpp"
+#include "host/study/boards.hpp"
 
 namespace flexor::cosim {
 namespace {
@@ -97,7 +98,7 @@ class Bench::Unheard {
 
 Bench::Bench(BenchSetup setup)
     : setup_(std::move(setup)),
-      images_{Firmware(setup_.glove), Firmware(setup_.hand)},
+      images_(setup_.glove, study::twin_hand(setup_.input.parameters, setup_.input.compensator)),
       radio_loss_(setup_.input.parameters.loss),
       simulation_(images_, setup_.input, 0),
       wearer_(twin::draw_variation(setup_.input.parameters, twin::seed_of(setup_.input.seed, 0)),

@@ -23,8 +23,7 @@
 namespace flexor::cosim {
 
 struct BenchSetup {
-  std::filesystem::path glove;       // ELF
-  std::filesystem::path hand;        // ELF
+  deploy::Glove glove;
   std::filesystem::path bootloader;  // Intel hex; empty: none
   twin::TrialInput input;            // its motion's beginning is how the hand rests
   std::filesystem::path link;        // to the pseudo-terminal; empty: none

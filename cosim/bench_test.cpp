@@ -34,16 +34,9 @@ using study::BenchView;
 constexpr std::size_t kThumb = 0;
 constexpr std::size_t kIndex = 1;
 
-fs::path images() {
-  static const io::TemporaryFolder folder;  // built once for all tests
-  return folder.path();
-}
-
-study::BenchOptions options(bool in_flash) {
+study::BenchOptions options() {
   study::BenchOptions out;
   out.model = study::compensator("published-hw", 10).model;
-  out.in_flash = in_flash;
-  out.images = images();
   return out;
 }
 
@@ -198,7 +191,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 TEST_F(Bench, RecordSeesReadingsThatFollowTheFingersAndTheHandGoesOn) {
-  Worn worn(options(true), "calibration");
+  Worn worn(options(), "calibration");
   const Finished r = flexor({"record", file("log.csv").string(), "--port", worn.bench.port(), "--readings",
                              "--for", "6", "--json"});
   ASSERT_EQ(r.exit, 0) << r.err;
@@ -235,7 +228,7 @@ TEST_F(Bench, RecordSeesReadingsThatFollowTheFingersAndTheHandGoesOn) {
 }
 
 TEST_F(Bench, TakesASmallModelWhileItRuns) {
-  Worn worn(options(false));
+  Worn worn(options());
   expect_runs(worn.bench.port(), worn.bench.glove());
   deploy::Glove glove = worn.bench.glove();
   glove.model = study::compensator("published-w", 10).model;
@@ -247,7 +240,7 @@ TEST_F(Bench, TakesASmallModelWhileItRuns) {
 }
 
 TEST_F(Bench, TakesAnIdentifiedModelThroughTheBootloader) {
-  Worn worn(options(true));
+  Worn worn(options());
   need_bootloader(worn.bench);
   ASSERT_EQ(flexor({"twin", "record", "--out", folder_.path().string()}).exit, 0);
   const Finished fit =
@@ -263,7 +256,7 @@ TEST_F(Bench, TakesAnIdentifiedModelThroughTheBootloader) {
 }
 
 TEST_F(Bench, IsUnpluggedAndPluggedInAgainUnderTheSameName) {
-  study::BenchOptions o = options(true);
+  study::BenchOptions o = options();
   o.port_link = file("glove");
   Worn worn(o);
   EXPECT_EQ(worn.bench.port(), file("glove").string());
@@ -288,8 +281,8 @@ TEST_F(Bench, IsUnpluggedAndPluggedInAgainUnderTheSameName) {
 }
 
 TEST_F(Bench, ASlipOfEightDegreesShowsInTheReadings) {
-  Worn worn(options(true), "rest");
-  const twin::Divider divider(options(true).parameters);
+  Worn worn(options(), "rest");
+  const twin::Divider divider(options().parameters);
   (void)worn.mean_counts(2500);
   const auto before = worn.mean_counts(1500);
   BenchChange slip;
@@ -305,9 +298,9 @@ TEST_F(Bench, ASlipOfEightDegreesShowsInTheReadings) {
 }
 
 TEST_F(Bench, AMotionIsTheSameEachTime) {
-  study::Bench bench(fs::absolute(FLEXOR_COSIM), options(true));
+  study::Bench bench(fs::absolute(FLEXOR_COSIM), options());
   const twin::Motion grab = *study::bench_motion("calibration");
-  const twin::Variation person = twin::draw_variation(options(true).parameters, twin::seed_of(1, 0));
+  const twin::Variation person = twin::draw_variation(options().parameters, twin::seed_of(1, 0));
   for (int round = 0; round < 2; ++round) {
     BenchChange begin;
     begin.ms = 10;
@@ -329,7 +322,7 @@ TEST_F(Bench, AMotionIsTheSameEachTime) {
 }
 
 TEST_F(Bench, ScoresAsTheExperimentDoesOnSimulatedBoards) {
-  study::BenchOptions o = options(true);
+  study::BenchOptions o = options();
   twin::assign(o.parameters, "sensor.drift_deg_per_min=0");  // there every gesture is the first
   study::Bench bench(fs::absolute(FLEXOR_COSIM), o);
   const auto begin = Clock::now();
@@ -349,7 +342,6 @@ TEST_F(Bench, ScoresAsTheExperimentDoesOnSimulatedBoards) {
   for (std::size_t g = 0; g < 6; ++g) {
     // The experiment draws another donning for each gesture; here it is the bench's.
     const twin::TrialInput input{o.parameters, *study::bench_motion(std::to_string(g + 1)), o.model, 1};
-    boards.prepare(input);
     const twin::Trial trial = boards.simulate(input, 0, 1).front();
     const double experiment =
         score::score_trial(trial.glove_deg, trial.hand_deg, 1 / input.parameters.camera_rate_hz)
@@ -366,7 +358,7 @@ TEST_F(Bench, ScoresAsTheExperimentDoesOnSimulatedBoards) {
 }
 
 TEST_F(Bench, AScoreThatIsStoppedLeavesTheBenchAsItWas) {
-  study::Bench bench(fs::absolute(FLEXOR_COSIM), options(true));
+  study::Bench bench(fs::absolute(FLEXOR_COSIM), options());
   EXPECT_THROW((void)bench.score({1, 2, 3, 4, 5, 6}, [](std::size_t, std::size_t) { return false; }),
                io::Cancelled);
   const BenchView before = bench.advance({});
@@ -378,7 +370,7 @@ TEST_F(Bench, EndsWithWhoeverStartedIt) {
   const io::Pipe out;
   const std::string link = file("glove").string();
   const std::string program = fs::absolute(FLEXOR_PROGRAM).string();
-  io::Process wear(program, {program, "twin", "wear", "--model-as", "eeprom", "--port-link", link}, {});
+  io::Process wear(program, {program, "twin", "wear", "--port-link", link}, {});
   const auto until = [](const auto& is, double seconds) {
     const auto end = Clock::now() + std::chrono::duration<double>(seconds);
     while (!is() && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -401,7 +393,7 @@ TEST_F(Bench, SaysWhatMotionsThereAre) {
         "no motion \"wave\": rest, bends, calibration, held, ordinary, protocol, or 1 to 6 of the published "
         "gestures");
   }
-  study::BenchOptions o = options(true);
+  study::BenchOptions o = options();
   io::write_file(file("glove"), "mine");
   o.port_link = file("glove");
   EXPECT_THROW(study::Bench(fs::absolute(FLEXOR_COSIM), o), io::InputError);

@@ -11,8 +11,6 @@
 #include <simavr/sim_elf.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdlib>
 #include <cstring>
 #include <mutex>
 #include <string_view>
@@ -92,16 +90,9 @@ struct Firmware::Image {
   }
 };
 
-Firmware::Firmware(const std::filesystem::path& elf) : image_(std::make_unique<Image>()) {
-  io::require_readable(elf);
-  if (elf_read_firmware(elf.c_str(), &image_->elf) != 0)
-    throw io::InputError(fmt::format("{}: no ELF image", elf.string()));
-  image_->elf.frequency = 16000000;
-  mcu_ = "atmega328p";  // simavr does not read which the linker notes
-}
-
-Firmware::Firmware(std::string mcu, const deploy::FlashContent& content)
-    : image_(std::make_unique<Image>()), mcu_(std::move(mcu)) {
+Firmware::Firmware(const deploy::FlashContent& content, std::map<std::string, std::uint16_t> symbols,
+                   std::string mcu)
+    : image_(std::make_unique<Image>()), symbols_(std::move(symbols)), mcu_(std::move(mcu)) {
   elf_firmware_t& elf = image_->elf;
   elf.frequency = 1000 * kCyclesPerMs;
   elf.flashbase = static_cast<std::uint32_t>(content.begin);
@@ -113,17 +104,12 @@ Firmware::Firmware(std::string mcu, const deploy::FlashContent& content)
 
 Firmware::~Firmware() {
   elf_firmware_t& elf = image_->elf;
-  for (std::uint32_t i = 0; i < elf.symbolcount; ++i) free(elf.symbol[i]);
-  free(elf.symbol);
   free(elf.flash);
-  free(elf.eeprom);
 }
 
 std::uint16_t Firmware::address(const std::string& symbol) const {
-  const elf_firmware_t& elf = image_->elf;
-  for (std::uint32_t i = 0; i < elf.symbolcount; ++i) {
-    if (elf.symbol[i]->symbol == symbol) return static_cast<std::uint16_t>(elf.symbol[i]->addr & 0xffff);
-  }
+  const auto found = symbols_.find(symbol);
+  if (found != symbols_.end()) return found->second;
   throw io::JobError(fmt::format("the image has no symbol {}", symbol));
 }
 

@@ -17,25 +17,25 @@
 #include <vector>
 
 #include "host/deploy/intel_hex.hpp"
+#include "host/deploy/mcu.hpp"
 
 namespace flexor::cosim {
 
 using Cycles = std::uint64_t;
 inline constexpr Cycles kCyclesPerMs = 16000;
 
-// An ELF file or flash content, read once for any number of boards. Throws io::InputError.
+// Flash content, for any number of boards.
 class Firmware {
  public:
-  explicit Firmware(const std::filesystem::path& elf);
-  // Without symbols.
-  Firmware(std::string mcu, const deploy::FlashContent& content);
+  // symbols: addresses in RAM, as deploy::Image has them.
+  explicit Firmware(const deploy::FlashContent& content, std::map<std::string, std::uint16_t> symbols = {},
+                    std::string mcu = deploy::kAtmega328p.name);
   ~Firmware();
   Firmware(const Firmware&) = delete;
   Firmware& operator=(const Firmware&) = delete;
 
   // Address in data space. Throws io::JobError when the image has no such symbol.
   std::uint16_t address(const std::string& symbol) const;
-  // What it was linked for.
   const std::string& mcu() const { return mcu_; }
 
   struct Image;
@@ -43,6 +43,7 @@ class Firmware {
 
  private:
   std::unique_ptr<Image> image_;
+  std::map<std::string, std::uint16_t> symbols_;
   std::string mcu_;
 };
 

@@ -4,8 +4,6 @@
 #include <string>
 
 #include "cosim/co_simulation.hpp"
-#include "host/deploy/deploy.hpp"
-#include "host/io/io.hpp"
 #include "host/study/boards.hpp"
 
 namespace flexor::cosim {
@@ -23,18 +21,13 @@ inline twin::TrialInput between_soft_stops(twin::TrialInput input) {
 }
 
 // As a user would flash them; not watched: the hand believes its potentiometers.
-inline Images built_images(const twin::TrialInput& input, deploy::ModelAs model_as = deploy::ModelAs::code,
-                           bool watched = true) {
-  const io::TemporaryFolder folder;
-  deploy::Glove glove = study::glove_for(input.parameters, input.compensator);
-  glove.model_as = model_as;
+inline Images built_images(const twin::TrialInput& input, bool watched = true) {
   deploy::Hand hand = study::safe_hand(input.parameters, input.compensator);
   if (!watched) {
     hand.motor = {};
     hand.reach_deg = 1e9;
   }
-  return {Firmware(deploy::build_glove(glove, folder.path()).elf),
-          Firmware(deploy::build_hand(hand, folder.path()).elf)};
+  return {study::glove_for(input.parameters, input.compensator), hand};
 }
 
 }  // namespace flexor::cosim

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "firmware/markers.hpp"
+#include "host/deploy/images.hpp"
 
 namespace flexor::cosim {
 namespace {
@@ -15,6 +16,10 @@ constexpr int kStrips = twin::kFingers;
 bool is(std::uint8_t marker, firmware::Marker which) { return marker == static_cast<std::uint8_t>(which); }
 
 }  // namespace
+
+Images::Images(const deploy::Glove& on_glove, const deploy::Hand& on_hand)
+    : glove(deploy::glove_flash(on_glove), deploy::glove_image().symbols),
+      hand(deploy::hand_flash(on_hand), deploy::hand_image().symbols) {}
 
 CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, std::uint64_t trial,
                            ByteFaults faults)

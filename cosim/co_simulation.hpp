@@ -14,6 +14,8 @@
 namespace flexor::cosim {
 
 struct Images {
+  Images(const deploy::Glove& glove, const deploy::Hand& hand);
+
   Firmware glove;
   Firmware hand;
 };

@@ -15,7 +15,7 @@
 
 #include "cosim/built_images_test.hpp"
 #include "cosim/radio_ear.hpp"
-#include "host/deploy/deploy.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/send.hpp"
 #include "host/io/io.hpp"
 #include "host/study/boards.hpp"
@@ -497,7 +497,7 @@ std::vector<std::uint8_t> rubbish_like(std::vector<std::uint8_t> wire) {
 // What nobody guards costs the time on the air that it takes, and little more.
 TEST(Link, WhoHasNoKeyIsWorthLittleMoreThanRubbish) {
   const twin::TrialInput input = still_input(20, 9600, 12);
-  const Images own = built_images(input, deploy::ModelAs::data);
+  const Images own = built_images(input);
   const auto request = unguarded(link::Type::request, {3});
   const double rubbish = followed(own, input, rubbish_like(request));
   const double asked = followed(own, input, request);
@@ -523,7 +523,7 @@ TEST(Link, WhoHasNoKeyIsWorthLittleMoreThanRubbish) {
 // Once a second a byte that says that a model comes: no frame is left out for it.
 TEST(Link, APieceThatIsNotBelievedGetsNoTurn) {
   const twin::TrialInput input = still_input(20, 9600, 6);
-  const Images own = built_images(input, deploy::ModelAs::data);
+  const Images own = built_images(input);
   CoSimulation simulation(own, input, 0);
   std::uint32_t first = 0;
   simulation.on_ms = [&](std::int64_t now) {
@@ -665,14 +665,12 @@ class Cable {
 
 deploy::Glove data_glove(double rest_deg = 0) {
   deploy::Glove glove = study::glove_for(parameters(), study::compensator("published-hw", 10).model);
-  glove.model_as = deploy::ModelAs::data;
   for (auto& joint : glove.model.joints) joint.rest_deg += rest_deg;
   return glove;
 }
 
 TEST(Send, ARunningGloveTakesAModelInLessThanFiveSeconds) {
-  const io::TemporaryFolder folder;
-  const Firmware firmware(deploy::build_glove(data_glove(), folder.path()).elf);
+  const Firmware firmware(deploy::glove_flash(data_glove()));
   Board board(firmware);
   Cable cable(board, 0, 1);
   const deploy::Sent sent = deploy::send_model(cable.line(), data_glove(1), {});
@@ -682,8 +680,7 @@ TEST(Send, ARunningGloveTakesAModelInLessThanFiveSeconds) {
 }
 
 TEST(Send, ALineThatLosesThirtyPercentIsOvercomeFiftyTimesOfFifty) {
-  const io::TemporaryFolder folder;
-  const Firmware firmware(deploy::build_glove(data_glove(), folder.path()).elf);
+  const Firmware firmware(deploy::glove_flash(data_glove()));
   Board board(firmware);
   double worst_s = 0;
   for (unsigned k = 0; k < 50; ++k) {

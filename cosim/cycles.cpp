@@ -1,13 +1,14 @@
 // Cycles of one five-channel step on the simulated ATmega328P: ours beside what a code generator, a matrix
-// library or a plain loop over fingers makes of the same models in float. All in the same firmware, with the
-// same compiler options, on the same readings.
+// library makes of the same models in float, with the same compiler options; and as data in the glove's image.
 #include <fmt/format.h>
 
 #include <unistd.h>
+
 #include <Eigen/Dense>
 
+#include "cosim/compiled.hpp"
 #include "cosim/replay.hpp"
-#include "host/deploy/deploy.hpp"
+#include "host/deploy/compensator_text.hpp"
 #include "host/io/io.hpp"
 #include "host/model/channel.hpp"
 #include "host/model/discrete.hpp"
@@ -53,12 +54,8 @@ class GloveCompensator {
  public:
   int16_t alpha[5] = {};
   int16_t angle[5] = {};
-  uint8_t step() {
-    firmware::mark(firmware::Marker::step_begin);
-    const uint8_t good = run();
-    firmware::mark(firmware::Marker::step_end);
-    return good;
-  }
+  uint8_t step() { return run(); }
+
  private:
   static float phi(uint8_t i, float u) { return u > kUpper[i] ? u - kUpper[i] : u < kLower[i] ? u - kLower[i] : 0; }
   static int16_t out(uint8_t i, float y) {
@@ -124,51 +121,54 @@ std::string dense(const model::Model& m) {
     return 31;
   }}
 }};
-}}  // namespace flexor
 )",
                      n);
 }
 
-// One loop over fingers, one over each finger's states.
-std::string per_finger(const model::Model& m) {
-  std::string rows;
-  for (const model::Channel& c : model::channels(m)) {
-    const StateSpace s = state_space(c, m.sample_period_s);
-    const Eigen::Index n = s.b.size();
-    Eigen::MatrixXd a = Eigen::MatrixXd::Zero(3, 3);
-    a.topLeftCorner(n, n) = s.a;
-    std::string b;
-    for (Eigen::Index i = 0; i < n; ++i) b += fmt::format("{:.9e}f,", s.b(i));
-    rows += fmt::format("{{{}, {}, {{{}}}}},\n", n, matrix(a), b);
-  }
-  return "struct Filter { uint8_t n; float a[3][3]; float b[3]; };\nconst Filter kFilter[] = {" + rows +
-         "};\n" + limits(m) + kFrame + R"(
-  float x_[5][3] = {};
+// The model's own header, as `flexor export --to cpp` writes it.
+std::string header(const model::Model& m) {
+  return deploy::header_text(m, "own") + limits(m) + kFrame + R"(
+  own::Compensator own_;
   __attribute__((noinline)) uint8_t run() {
-    for (uint8_t i = 0; i < 5; ++i) {
-      const Filter& f = kFilter[i];
-      const float u = phi(i, alpha[i] / 32.0f);
-      float next[3];
-      for (uint8_t r = 0; r < f.n; ++r) {
-        float sum = f.b[r] * u;
-        for (uint8_t c = 0; c < f.n; ++c) sum += f.a[r][c] * x_[i][c];
-        next[r] = sum;
-      }
-      for (uint8_t r = 0; r < f.n; ++r) x_[i][r] = next[r];
-      angle[i] = out(i, x_[i][f.n - 1]);
-    }
-    return 31;
+    for (uint8_t i = 0; i < 5; ++i) own_.alpha[i] = alpha[i];
+    const uint8_t good = own_.step();
+    for (uint8_t i = 0; i < 5; ++i) angle[i] = own_.angle[i];
+    return good;
   }
 };
-}  // namespace flexor
 )";
 }
 
-// Our configuration with another compensator in it.
-std::string replaced(const deploy::Glove& glove, const std::string& compensator) {
-  std::string config = deploy::glove_config(glove);
-  config.resize(config.find("class GloveCompensator"));
-  return config + compensator;
+// Steps of a program of nothing else, readings all over the range that every finger takes.
+study::CycleStatistic cycles_of(const std::string& compensator, int steps, bool assembly) {
+  const io::TemporaryFolder folder;
+  const std::string program = folder.path() / "program.cpp";
+  io::write_file(program,
+                 "#include <avr/io.h>\n#include <avr/pgmspace.h>\n#include <stdint.h>\n" + compensator + R"(
+GloveCompensator one;
+int main() {
+  for (uint16_t k = 0;; ++k) {
+    for (uint8_t i = 0; i < 5; ++i) one.alpha[i] = static_cast<int16_t>(32 * (20 + (7 * k + 13 * i) % 120));
+    GPIOR0 = 1;
+    one.step();
+    GPIOR0 = 2;
+  }
+}
+)");
+  std::vector<std::string> command = {"avr-g++",    "-mmcu=atmega328p", "-Os",
+                                      "-std=c++14", "-fno-exceptions",  program};
+  if (assembly) command.emplace_back("-DFLEXOR_AVR_ASSEMBLY");
+  const cosim::Firmware firmware = cosim::compiled(command).firmware();
+  cosim::Board board(firmware);
+  study::CycleStatistic out;
+  cosim::Cycles begin = 0;
+  int seen = 0;
+  board.on_marker = [&](cosim::Cycles now, std::uint8_t value) {
+    if (value == 2 && ++seen > 1) out.add(now - begin - 2);  // "ldi, out" of the closing marker
+    begin = now;
+  };
+  while (seen <= steps) board.run_until(board.now() + cosim::kCyclesPerMs);
+  return out;
 }
 
 void compare() {
@@ -178,26 +178,20 @@ void compare() {
   for (auto& sample : counts) {
     for (int& n : sample) n = 440 + n % 400;
   }
-  const io::TemporaryFolder folder;
-  fmt::print(
-      "cycles of one five-channel step, ATmega328P, -Os, 10 Hz, {} steps\n\n{:<52}{:>8}{:>8}{:>10}{:>8}\n",
-      counts.size(), "", "mean", "worst", "flash", "RAM");
+  fmt::print("cycles of one five-channel step, ATmega328P, -Os, 10 Hz, {} steps\n\n{:<52}{:>8}{:>8}\n",
+             counts.size(), "", "mean", "worst");
   for (const char* name : {"published-hw", "published-w"}) {
-    deploy::Glove glove = study::glove_for(study::shipped_parameters(), study::compensator(name, 10).model);
-    const auto measure = [&](const char* what, const std::string& config) {
-      const deploy::Image image = deploy::build_glove(config, folder.path());
-      const study::GloveFigures f = cosim::replay(cosim::Firmware(image.elf), glove, counts);
-      fmt::print("{:<52}{:>8.0f}{:>8}{:>10}{:>8}\n", fmt::format("{}: {}", name, what), f.step.mean(),
-                 f.step.worst, image.flash_bytes, image.ram_bytes);
+    const deploy::Glove glove =
+        study::glove_for(study::shipped_parameters(), study::compensator(name, 10).model);
+    const auto print = [&](const char* what, const study::CycleStatistic& cycles) {
+      fmt::print("{:<52}{:>8.0f}{:>8}\n", fmt::format("{}: {}", name, what), cycles.mean(), cycles.worst);
     };
-    measure("float, dense state space", replaced(glove, dense(glove.model)));
-    measure("float, loops over fingers and states", replaced(glove, per_finger(glove.model)));
-    glove.assembly = false;
-    measure("Flexor, portable C++", deploy::glove_config(glove));
-    glove.assembly = true;
-    measure("Flexor, products in assembly", deploy::glove_config(glove));
+    const int steps = static_cast<int>(counts.size());
+    print("float, dense state space", cycles_of(dense(glove.model), steps, true));
+    print("Flexor, a header in portable C++", cycles_of(header(glove.model), steps, false));
+    print("Flexor, a header with products in assembly", cycles_of(header(glove.model), steps, true));
+    print("Flexor, data", cosim::replay(glove, counts).step);
   }
-  fmt::print("\nflash and RAM are of the whole glove image, radio and all\n");
 }
 
 }  // namespace

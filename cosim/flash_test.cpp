@@ -15,14 +15,15 @@
 
 #include "cosim/replay.hpp"
 #include "cosim/usb_board_test.hpp"
-#include "host/deploy/deploy.hpp"
 #include "host/deploy/flash.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/intel_hex.hpp"
 #include "host/deploy/key_patch.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/deploy/send_pages.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
+#include "runtime/core/flash_map.hpp"
 
 namespace flexor::cosim {
 namespace {
@@ -43,14 +44,18 @@ class Flash : public testing::Test {
     fs::create_directories(folder_);
     build_optiboot("atmega328p", "0x7e00", "0x7ffe", boot());
     deploy::Glove glove = published();
-    deploy::build_glove(glove, folder_ / "new");
+    write(folder_ / "new/glove.hex", deploy::glove_flash(glove));
     glove.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_wiener.json");
-    deploy::build_glove(glove, folder_ / "before");
+    write(folder_ / "before/glove.hex", deploy::glove_flash(glove));
   }
   void TearDown() override {
     if (!folder_.empty()) fs::remove_all(folder_);
   }
 
+  static void write(const fs::path& hex, const deploy::FlashContent& content) {
+    fs::create_directories(hex.parent_path());
+    io::write_file(hex, deploy::to_intel_hex(content));
+  }
   static deploy::Glove published() {
     deploy::Glove glove;
     glove.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
@@ -180,13 +185,13 @@ class Pair : public Flash {
     if (IsSkipped()) return;
     deploy::Glove glove = published();
     glove.key = key_;
-    deploy::build_glove(glove, folder_ / "pair");
+    write(folder_ / "pair/glove.hex", deploy::glove_flash(glove));
     deploy::Hand hand;
     hand.lower_deg.fill(28);
     hand.upper_deg.fill(113);
     hand.rest_deg.fill(29);
     hand.key = key_;
-    deploy::build_hand(hand, folder_ / "pair");
+    write(folder_ / "pair/hand.hex", deploy::hand_flash(hand));
   }
 
   UsbBoardSetup board(const std::string& name) const {
@@ -198,16 +203,12 @@ class Pair : public Flash {
     const std::string bytes = io::read_file(folder_ / (name + ".bin"));
     return {{bytes.begin(), bytes.end()}, 0};
   }
-  deploy::Key key_of(const std::string& name) const {
-    const deploy::FlashContent content = flash(name);
-    return deploy::key_in(content, deploy::find_key_record(content, name));
-  }
+  deploy::Key key_of(const std::string& name) const { return deploy::key_in(flash(name), name); }
   // Nothing but the record differs from the image.
   void expect_else_unchanged(const std::string& name) const {
     const deploy::FlashContent image = deploy::read_image(folder_ / "pair" / (name + ".hex"));
     const deploy::FlashContent now = flash(name);
-    const std::size_t record = deploy::find_key_record(image, name);
-    EXPECT_EQ(deploy::find_key_record(now, name), record);
+    const std::size_t record = core::kKeyBegin;
     for (std::size_t i = 0; i < image.bytes.size(); ++i) {
       if (i >= record && i < record + sizeof(link::KeyRecord)) continue;
       ASSERT_EQ(now.bytes[i], image.bytes[i]) << name << i;
@@ -285,8 +286,7 @@ class SendThroughBootloader : public Flash {
     if (IsSkipped()) return;
     deploy::Glove glove = published();
     glove.model = with_curves(glove.model, 1);
-    glove.model_as = deploy::ModelAs::data;
-    deploy::build_glove(glove, folder_ / "curves");
+    write(folder_ / "curves/glove.hex", deploy::glove_flash(glove));
   }
 
   // The model with a curve of 24 knots before each finger's chain, of which `scale` is the slope.
@@ -348,12 +348,10 @@ TEST_F(Pair, ADeploymentGetsTheKeyAndTheImageSpeaksWithIt) {
   const link::Key now = deploy::load_key(deployment / "pair.key");
   for (const char* name : {"glove", "hand"}) {
     const deploy::FlashContent image = deploy::read_image(deployment / (std::string(name) + ".hex"));
-    expect_key(deploy::key_in(image, deploy::find_key_record(image, name)), now);
-    EXPECT_NE(io::read_file(deployment / (std::string(name) + "_config.hpp")).find(deploy::key_text(now)),
-              std::string::npos);
+    expect_key(deploy::key_in(image, name), now);
   }
   deploy::Glove glove = published();
-  const Firmware firmware(deployment / "glove.elf");
+  const Firmware firmware(deploy::read_image(deployment / "glove.hex"), deploy::glove_image().symbols);
   glove.key = now;
   EXPECT_EQ(replay(firmware, glove, exercise(50, 1)).mismatches, 0U);
   glove.key = key_;

@@ -168,8 +168,9 @@ class EdgeWatch {
 
 }  // namespace
 
-std::vector<study::Latency> latency(const Images& images, const twin::Parameters& parameters,
-                                    const model::Model& model, int edges, std::uint64_t seed) {
+std::vector<study::Latency> latency(const twin::Parameters& parameters, const model::Model& model, int edges,
+                                    std::uint64_t seed) {
+  const Images images(study::glove_for(parameters, model), study::safe_hand(parameters, model));
   const twin::TrialInput input = still(parameters, model, edges, seed);
   CoSimulation simulation(images, input, 0);
   const EdgeWatch watch(simulation, random_edges_ms(edges, seed));

@@ -8,8 +8,8 @@
 
 namespace flexor::cosim {
 
-// As study::Boards::latency, of these images.
-std::vector<study::Latency> latency(const Images& images, const twin::Parameters& parameters,
-                                    const model::Model& model, int edges, std::uint64_t seed);
+// As study::Boards::latency.
+std::vector<study::Latency> latency(const twin::Parameters& parameters, const model::Model& model, int edges,
+                                    std::uint64_t seed);
 
 }  // namespace flexor::cosim

@@ -1,6 +1,5 @@
 // flexor-cosim: firmware on simulated boards, as a worker (host/io/worker.hpp). GPL-3.0-or-later, because it
 // links simavr.
-#include <map>
 #include <memory>
 
 #include "cosim/bench.hpp"
@@ -15,21 +14,13 @@ namespace {
 using namespace flexor;
 using Json = nlohmann::ordered_json;
 
-// Of whoever asks: each file is read once.
-const cosim::Images& images_of(const Json& arguments) {
-  static std::map<std::pair<std::string, std::string>, std::unique_ptr<cosim::Images>> all;
-  const Json& json = arguments.at("images");
-  const std::pair paths(io::bytes_from_json(json.at("glove")), io::bytes_from_json(json.at("hand")));
-  std::unique_ptr<cosim::Images>& images = all[paths];
-  if (images == nullptr) {
-    images.reset(new cosim::Images{cosim::Firmware(paths.first), cosim::Firmware(paths.second)});
-  }
-  return *images;
+cosim::Images images_of(const twin::TrialInput& input) {
+  return {study::twin_glove(input), study::twin_hand(input.parameters, input.compensator)};
 }
 
 Json simulate(const Json& arguments, const io::JobProgress& progress) {
-  const cosim::Images& images = images_of(arguments);
   const twin::TrialInput input = twin::trial_input_of(arguments.at("input"));
+  const cosim::Images images = images_of(input);
   const auto first = arguments.at("first").get<std::uint64_t>();
   const auto count = arguments.at("count").get<std::uint64_t>();
   Json out = Json::array();
@@ -41,19 +32,20 @@ Json simulate(const Json& arguments, const io::JobProgress& progress) {
 }
 
 Json run_glove(const Json& arguments, const io::JobProgress&) {
-  const cosim::Firmware firmware(io::bytes_from_json(arguments.at("elf")));
-  return study::exact_json(cosim::replay(firmware, study::glove_of(arguments.at("glove")),
-                                         arguments.at("counts").get<study::Counts>()));
+  return study::exact_json(
+      cosim::replay(study::glove_of(arguments.at("glove")), arguments.at("counts").get<study::Counts>()));
 }
 
 Json run_hand(const Json& arguments, const io::JobProgress&) {
-  const cosim::Firmware firmware(io::bytes_from_json(arguments.at("elf")));
-  return study::exact_json(cosim::measure_hand(firmware, study::glove_of(arguments.at("glove")),
-                                               arguments.at("seconds").get<double>()));
+  const deploy::Glove glove = study::glove_of(arguments.at("glove"));
+  deploy::Hand hand = study::safe_hand(twin::parameters_of(arguments.at("parameters")), glove.model);
+  hand.key = glove.key;
+  hand.baud = glove.baud;
+  return study::exact_json(cosim::measure_hand(hand, arguments.at("seconds").get<double>()));
 }
 
 Json latency(const Json& arguments, const io::JobProgress&) {
-  return cosim::latency(images_of(arguments), twin::parameters_of(arguments.at("parameters")),
+  return cosim::latency(twin::parameters_of(arguments.at("parameters")),
                         model::from_json(arguments.at("model").dump(), "pipe"),
                         arguments.at("edges").get<int>(), arguments.at("seed").get<std::uint64_t>());
 }
@@ -74,12 +66,10 @@ std::filesystem::path path_or_none(const Json& arguments, const char* name) {
 }
 
 Json bench_open(const Json& arguments, const io::JobProgress&) {
-  const Json& images = arguments.at("images");
   bench().reset();
   bench() = std::make_unique<cosim::Bench>(
-      cosim::BenchSetup{io::bytes_from_json(images.at("glove")), io::bytes_from_json(images.at("hand")),
-                        path_or_none(arguments, "bootloader"), twin::trial_input_of(arguments.at("input")),
-                        path_or_none(arguments, "link")});
+      cosim::BenchSetup{study::glove_of(arguments.at("glove")), path_or_none(arguments, "bootloader"),
+                        twin::trial_input_of(arguments.at("input")), path_or_none(arguments, "link")});
   return {{"port", bench()->terminal()}};
 }
 

@@ -24,7 +24,7 @@ twin::TrialInput input_of(const std::string& gesture) {
 
 const Images& images(bool watched) {
   static const Images guarded = built_images(input_of("1"));
-  static const Images bare = built_images(input_of("1"), deploy::ModelAs::code, false);
+  static const Images bare = built_images(input_of("1"), false);
   return watched ? guarded : bare;
 }
 

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cosim/usb_board_test.hpp"
-#include "host/deploy/deploy.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
@@ -32,12 +32,16 @@ class Record : public testing::Test {
     glove.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
     glove.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
     glove.key = key;
-    return deploy::build_glove(glove, folder_.path() / (key ? "key" : "plain")).hex;
+    return written(deploy::glove_flash(glove));
   }
   fs::path hand_image(const deploy::Key& key) const {
     deploy::Hand hand;
     hand.key = key;
-    return deploy::build_hand(hand, folder_.path() / (key ? "key" : "plain")).hex;
+    return written(deploy::hand_flash(hand));
+  }
+  fs::path written(const deploy::FlashContent& content) const {
+    io::write_file(folder_.path() / "board.hex", deploy::to_intel_hex(content));
+    return folder_.path() / "board.hex";
   }
   io::TemporaryFolder folder_;
 };

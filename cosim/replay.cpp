@@ -6,8 +6,11 @@
 
 #include "cosim/radio_ear.hpp"
 #include "firmware/markers.hpp"
+#include "host/deploy/images.hpp"
 #include "host/twin/plant_step.hpp"
 #include "host/twin/random.hpp"
+#include "runtime/glove/glove_text.hpp"
+#include "runtime/glove/plain_text.hpp"
 #include "runtime/link/hand_end.hpp"
 #include "runtime/link/opengloves.hpp"
 
@@ -57,10 +60,8 @@ int counts_of(const deploy::Glove& glove, const std::array<int, deploy::kFingers
 class Expected {
  public:
   explicit Expected(const deploy::Glove& glove)
-      : glove_(glove), tables_(deploy::glove_tables(glove)), chain_(deploy::chain_parts(glove)) {
-    for (const deploy::VrJoint& joint : deploy::vr_joints(glove)) joints_.push_back(joint.settings);
-    text_.emplace(tables_.flexion.data(), joints_.data(), static_cast<std::uint8_t>(joints_.size()),
-                  deploy::fingers_there(glove.model));
+      : glove_(glove), settings_(deploy::glove_settings(glove).head), chain_(deploy::chain_parts(glove)) {
+    leaving_.all = deploy::outputs_of(glove);
     if (!glove.key) return;
     session_.start(kNonce);
     while (!session_.ready()) session_.derive(*glove.key);
@@ -82,12 +83,13 @@ class Expected {
 
   void sample(const std::array<int, deploy::kFingers>& counts) {
     frame_ = chain_.step(counts);
+    std::ranges::copy(counts, counts_.begin());
     ++samples_;
   }
 
   // One of them: whether a frame leaves the hand its turn is the board's to say.
   std::array<std::string, 2> messages() {
-    if (glove_.output == deploy::Output::opengloves) {
+    if (glove_.output != deploy::Output::radio) {
       const std::string text = line();
       return {text, text};
     }
@@ -97,8 +99,6 @@ class Expected {
   }
 
  private:
-  using Text = glove::GloveText<link::kGloveFingers * link::kGlovePlaces>;
-
   std::string encoded(bool listens) const {
     std::array<std::uint8_t, link::kMaxWire> wire{};
     const std::uint8_t size =
@@ -106,21 +106,35 @@ class Expected {
     return {wire.begin(), wire.begin() + size};
   }
   std::string line() {
-    std::array<char, Text::kRoom> text{};
+    std::array<char, glove::GloveText::kRoom> text{};
+    if (glove_.output != deploy::Output::opengloves)
+      return {text.data(), plain_.step(frame_, counts_.data(), text.data())};
     const auto sample = static_cast<std::size_t>(samples_ - 1);
     const std::array<std::uint16_t, 2> joystick = joystick_counts(glove_, sample);
-    return {text.data(), text_->step(frame_, chain_.joint_angles(), joystick.data(), pressed(glove_, sample),
-                                     text.data())};
+    const sensor::GuardSettings guard = {0, settings_.max_step, settings_.hold_samples};
+    leaving_.angle = chain_.joint_angles() - deploy::kFingers;
+    return {text.data(),
+            text_.step(leaving_, frame_, guard, joystick.data(), pressed(glove_, sample), text.data())};
   }
 
   static constexpr link::Nonce kNonce = {{1, 2, 3, 4, 5, 6, 7, 8}};
 
   const deploy::Glove& glove_;
   link::Session session_;
-  deploy::GloveTables tables_;
+  // As GloveText asks.
+  struct Leaving {
+    std::vector<deploy::BoardOutput> all;
+    const std::int16_t* angle = nullptr;
+    std::uint8_t outputs() const { return static_cast<std::uint8_t>(all.size()); }
+    compensator::Output output(std::uint8_t k) const { return all[k].output; }
+  };
+
+  glove::SettingsHead settings_;
   model::HostChain chain_;
-  std::vector<glove::JointSettings> joints_;
-  std::optional<Text> text_;
+  Leaving leaving_;
+  glove::GloveText text_;
+  glove::PlainText plain_{settings_.output == deploy::Output::log, settings_.period_ms};
+  std::array<std::uint16_t, deploy::kFingers> counts_{};
   link::Frame frame_{};
   long samples_ = 0;
   std::uint32_t messages_ = 0;
@@ -128,9 +142,7 @@ class Expected {
 
 constexpr Cycles kSwitchedOn = 60 * kCyclesPerMs;  // the UART is up, a model is loaded
 
-Cycles byte_cycles(const deploy::Glove& glove) {
-  return static_cast<Cycles>(10 / glove.baud * 1000 * kCyclesPerMs);
-}
+Cycles byte_cycles(double baud) { return static_cast<Cycles>(10 / baud * 1000 * kCyclesPerMs); }
 
 // What a glove says that waits for a challenge, which begins with a delimiter. COBS: the first byte is a distance, the
 // next the frame's first.
@@ -139,7 +151,19 @@ bool is_state(const deploy::Glove& glove, const std::string& wire) {
          (wire.size() == 1 || (wire[1] & 15) == static_cast<int>(link::Type::state));
 }
 
+// Until so many are taken; a board that samples no more ends it, too. Then what is on its way.
+void run(Board& board, double period_s, std::size_t samples, const std::size_t& taken) {
+  const auto end = static_cast<Cycles>(1000 * period_s * static_cast<double>(samples + 20)) * kCyclesPerMs;
+  while (taken < samples && board.now() < end) board.run_until(board.now() + kCyclesPerMs);
+  board.run_until(board.now() + 100 * kCyclesPerMs);
+}
+
 }  // namespace
+
+study::GloveFigures replay(const deploy::Glove& glove, const Counts& counts,
+                           std::vector<std::string>* messages) {
+  return replay(Firmware(deploy::glove_flash(glove), deploy::glove_image().symbols), glove, counts, messages);
+}
 
 study::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
                            std::vector<std::string>* messages) {
@@ -147,7 +171,7 @@ study::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove,
   Expected host(glove);
   std::deque<std::array<std::string, 2>> expected;
   std::string sent;
-  const char end = glove.output == deploy::Output::opengloves ? '\n' : '\0';
+  const char end = glove.output == deploy::Output::radio ? '\0' : '\n';
   Cycles step_begin = 0;
   Cycles sampled = 0;
   Board board(firmware);
@@ -191,9 +215,9 @@ study::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove,
     sent.clear();
   };
   for (Cycles at = kSwitchedOn; const std::uint8_t byte : host.challenge())
-    board.receive(at += byte_cycles(glove), byte);
-  while (result.samples < counts.size()) board.run_until(board.now() + kCyclesPerMs);
-  board.run_until(board.now() + 100 * kCyclesPerMs);
+    board.receive(at += byte_cycles(glove.baud), byte);
+  run(board, glove.model.sample_period_s, counts.size(), result.samples);
+  result.mismatches += counts.size() - std::min(result.samples, counts.size());
   // What did not arrive at all is wrong, too; the last samples' messages may still be on their way.
   constexpr std::size_t kOnTheWay = 2;
   if (expected.size() > kOnTheWay) result.mismatches += expected.size() - kOnTheWay;
@@ -254,15 +278,16 @@ class Motors {
 
 }  // namespace
 
-study::HandFigures measure_hand(const Firmware& firmware, const deploy::Glove& glove, double seconds) {
+study::HandFigures measure_hand(const deploy::Hand& settings, double seconds) {
   study::HandFigures result;
+  const Firmware firmware(deploy::hand_flash(settings), deploy::hand_image().symbols);
   Board board(firmware);
   Cycles begin = 0;
   board.on_marker = [&](Cycles now, std::uint8_t value) {
     if (static_cast<Marker>(value) == Marker::tick_begin) begin = now;
     if (static_cast<Marker>(value) == Marker::tick_end) result.tick.add(now - begin - kMarkerCycles);
   };
-  RadioEar hand(glove.key);
+  RadioEar hand(settings.key);
   board.on_byte = [&](Cycles, std::uint8_t byte) { hand.hand_said(byte); };
   twin::Random random(1);
   Motors motors(board);
@@ -275,7 +300,7 @@ study::HandFigures measure_hand(const Firmware& firmware, const deploy::Glove& g
     if (board.now() + kCyclesPerMs > free) {
       std::array<std::uint8_t, link::kMaxWire> wire{};
       const std::uint8_t size = link::encode(frame, true, hand.session_key(), wire.data());
-      for (std::uint8_t k = 0; k < size; ++k) board.receive(free += byte_cycles(glove), wire[k]);
+      for (std::uint8_t k = 0; k < size; ++k) board.receive(free += byte_cycles(settings.baud), wire[k]);
       ++frame.counter;
     }
     board.run_until(board.now() + kCyclesPerMs);

@@ -10,17 +10,18 @@
 #include <fstream>
 #include <sstream>
 
-#include "host/deploy/deploy.hpp"
+#include "cosim/compiled.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/wiring.hpp"
 #include "host/identify/hand.hpp"
 #include "host/io/io.hpp"
-#include "host/io/process.hpp"
 #include "host/model/channel.hpp"
 #include "host/model/random_glove.hpp"
 #include "host/model/wiring.hpp"
 #include "host/recording/csv.hpp"
 #include "host/study/glove_fit.hpp"
+#include "runtime/core/flash_map.hpp"
 #include "runtime/link/opengloves.hpp"
 #include "runtime/link/receiver.hpp"
 
@@ -28,7 +29,6 @@ namespace flexor::cosim {
 namespace {
 
 namespace fs = std::filesystem;
-using deploy::ModelAs;
 using study::GloveFigures;
 
 class Replay : public testing::Test {
@@ -39,33 +39,17 @@ class Replay : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  struct Built {
-    deploy::Glove glove;
-    deploy::Image image;
-    std::unique_ptr<Firmware> firmware;
-  };
-  Built build(const model::Model& model, bool assembly = true, deploy::Output output = deploy::Output::radio,
-              ModelAs model_as = ModelAs::code) {
-    Built b{study::glove_for(parameters_, model), {}, nullptr};
-    b.glove.model_as = model_as;
-    b.glove.assembly = assembly;
-    b.glove.output = output;
-    b.image = deploy::build_glove(b.glove, folder_);
-    b.firmware = std::make_unique<Firmware>(b.image.elf);
-    return b;
-  }
-  void expect_exact(const model::Model& model, const Counts& counts, bool assembly = true,
-                    ModelAs model_as = ModelAs::code) {
-    const Built b = build(model, assembly, deploy::Output::radio, model_as);
-    const GloveFigures f = replay(*b.firmware, b.glove, counts);
+  deploy::Glove glove_of(const model::Model& model) const { return study::glove_for(parameters_, model); }
+  void expect_exact(const model::Model& model, const Counts& counts) {
+    const deploy::Glove glove = glove_of(model);
+    const GloveFigures f = replay(glove, counts);
     // No hand is heard: frames are left out for it.
-    const deploy::Turns turns = deploy::turns_of(b.glove);
-    const auto slots = counts.size() / static_cast<std::size_t>(deploy::samples_per_frame(b.glove));
-    const std::size_t frames = slots * static_cast<std::size_t>(turns.seek_every) /
-                               static_cast<std::size_t>(turns.seek_every + turns.slots);
+    const link::Turns turns = deploy::turns_of(glove);
+    const auto slots = counts.size() / static_cast<std::size_t>(deploy::samples_per_frame(glove));
+    const std::size_t frames = slots * turns.seek_every / (turns.seek_every + turns.slots);
     EXPECT_GE(f.frames + 5, frames) << model.name;
     EXPECT_LE(f.frames, frames + 5) << model.name;
-    EXPECT_EQ(f.mismatches, 0U) << model.name << (assembly ? "" : " without assembly");
+    EXPECT_EQ(f.mismatches, 0U) << model.name;
   }
   static model::Model named(const char* name, double rate_hz = 10) {
     return study::compensator(name, rate_hz).model;
@@ -91,12 +75,10 @@ model::Model identified(double rate_hz) {
 
 TEST_F(Replay, AGloveThatTracksItsStripsIsTheHostToTheBit) {
   for (const double rate_hz : {10.0, 50.0}) {
-    Built b{study::glove_for(parameters_, named("published-hw", rate_hz)), {}, nullptr};
-    for (model::Input& input : b.glove.model.inputs) input.poses = model::Poses{40, 110};
-    b.glove.model.inputs[1].poses.reset();
-    b.glove.track = true;
-    b.image = deploy::build_glove(b.glove, folder_);
-    b.firmware = std::make_unique<Firmware>(b.image.elf);
+    deploy::Glove glove = glove_of(named("published-hw", rate_hz));
+    for (model::Input& input : glove.model.inputs) input.poses = model::Poses{40, 110};
+    glove.model.inputs[1].poses.reset();
+    glove.track = true;
     // Whole bends of a strip that has moved, each finger by another way.
     Counts counts(static_cast<std::size_t>(60 * rate_hz));
     for (std::size_t k = 0; k < counts.size(); ++k) {
@@ -106,12 +88,12 @@ TEST_F(Replay, AGloveThatTracksItsStripsIsTheHostToTheBit) {
         counts[k][i] =
             static_cast<int>(595 + 120 * closed) + static_cast<int>(6 * i) + static_cast<int>(k % 3);
     }
-    const GloveFigures f = replay(*b.firmware, b.glove, counts);
+    const GloveFigures f = replay(glove, counts);
     EXPECT_GT(f.frames, 100U);
     EXPECT_EQ(f.mismatches, 0U) << rate_hz;
-    model::HostChain tracked(deploy::chain_parts(b.glove));
-    b.glove.track = false;
-    model::HostChain plain(deploy::chain_parts(b.glove));
+    model::HostChain tracked(deploy::chain_parts(glove));
+    glove.track = false;
+    model::HostChain plain(deploy::chain_parts(glove));
     int differ = 0;
     for (const auto& sample : counts) differ += tracked.step(sample).angle[2] != plain.step(sample).angle[2];
     EXPECT_GT(differ, 100) << "the strips show the tracker nothing";
@@ -129,12 +111,6 @@ TEST_F(Replay, GesturesAndReadingsAllOverTheRangeAreSentToTheBit) {
     if (std::holds_alternative<model::Lti>(block.kind)) block.kind = model::PolePair{18, 0.9, {-5, 8}};
   }
   expect_exact(pairs, exercise(600, 1));
-}
-
-TEST_F(Replay, PortableProductsGiveTheSameBits) {
-  for (const char* name : {"published-w", "published-hw"})
-    expect_exact(named(name), exercise(3000, 2), false);
-  expect_exact(identified(10), exercise(1500, 5), false);
 }
 
 TEST_F(Replay, EveryRateIsSentToTheBit) {
@@ -176,18 +152,10 @@ TEST_F(Replay, StripsThatSeveralJointsShareAreSentToTheBit) {
   expect_exact(model, exercise(400, 8));
 }
 
-TEST_F(Replay, ModelsThatAreDataAreSentToTheBit) {
-  for (const double rate_hz : {10.0, 50.0, 100.0}) {
-    for (const char* name : {"raw", "published-w", "published-hw"})
-      expect_exact(named(name, rate_hz), exercise(600, 9), true, ModelAs::data);
-  }
-  expect_exact(named("published-hw"), exercise(600, 11), false, ModelAs::data);
-}
-
-// Any graph of blocks that a glove could have, as code and as data.
+// Any graph of blocks that a glove could have.
 class NewModels : public Replay, public testing::WithParamInterface<unsigned> {};
 
-TEST_P(NewModels, AreSentToTheBitAsCodeAndAsData) {
+TEST_P(NewModels, AreSentToTheBit) {
   int sent = 0;
   for (unsigned seed = 1000 * GetParam(); sent < 5; ++seed) {
     model::Model model = model::RandomGlove(seed).make();
@@ -195,66 +163,22 @@ TEST_P(NewModels, AreSentToTheBitAsCodeAndAsData) {
     model.sample_period_s = 1 / rates_hz.at(seed % 4);
     for (std::size_t j = 0; j < model.joints.size(); ++j) model.joints[j].name = model::finger_names()[j];
     try {
-      (void)deploy::data_block(study::glove_for(parameters_, model));
+      (void)deploy::flash_block(glove_of(model));
     } catch (const io::InputError&) {
-      continue;  // fixed point or EEPROM do not hold it
+      continue;  // fixed point or the board do not hold it
     }
     ++sent;
     model.name = fmt::format("seed {}", seed);
-    for (const ModelAs as : {ModelAs::code, ModelAs::data})
-      expect_exact(model, exercise(400, seed), true, as);
+    expect_exact(model, exercise(400, seed));
   }
 }
 INSTANTIATE_TEST_SUITE_P(Forty, NewModels, testing::Range(0U, 8U));
 
-// One that is too large for EEPROM: it is read where it lies, in flash.
-TEST_F(Replay, AModelInFlashIsSentToTheBit) {
-  model::Model model = named("published-hw", 50);
-  for (model::Input& input : model.inputs) {
-    model::Curve curve;
-    for (int k = 0; k < 20; ++k) {
-      curve.x.push_back(input.valid_min + (input.valid_max - input.valid_min) * k / 19);
-      curve.y.push_back(curve.x.back() + 3 * std::sin(k));
-    }
-    const std::string curved = input.name + " curve";
-    for (model::Block& block : model.blocks) std::ranges::replace(block.from, input.name, curved);
-    model.blocks.insert(model.blocks.begin(), {{input.name}, curved, curve});
-  }
-  ASSERT_TRUE(deploy::data_block(study::glove_for(parameters_, model)).in_flash);
-  for (const bool assembly : {true, false}) expect_exact(model, exercise(600, 13), assembly, ModelAs::data);
-  const Built b = build(model, true, deploy::Output::radio, ModelAs::data);
-  constexpr int kPages = static_cast<int>(sizeof(glove::ModelPages<deploy::kCopyBytes>));
-  EXPECT_LE(b.image.flash_bytes - kPages, 14 * 1024);
-}
-
-TEST_F(Replay, AModelThatIsDataIsWithinItsTargets) {
-  Counts counts = exercise(600, 7);
-  for (auto& sample : counts) {
-    for (int& n : sample) n = 440 + n % 400;
-  }
-  struct Case {
-    model::Model model;
-    unsigned cycles;
-  };
-  for (const Case& c :
-       {Case{named("published-hw"), 3000}, Case{named("published-w"), 4000}, Case{identified(10), 8000}}) {
-    const Built b = build(c.model, true, deploy::Output::radio, ModelAs::data);
-    const GloveFigures f = replay(*b.firmware, b.glove, counts);
-    EXPECT_LE(f.step.worst, c.cycles) << c.model.name;
-    EXPECT_GT(f.step.mean(), 500) << "an interpreter is no quicker than what it interprets";
-    EXPECT_LE(b.image.flash_bytes, 20 * 1024) << c.model.name;
-    EXPECT_LE(b.image.ram_bytes + f.stack_bytes, deploy::kAtmega328p.ram_bytes - 64);
-    RecordProperty(c.model.name,
-                   fmt::format("step {:.0f} / {}, flash {}, RAM {}, stack {}", f.step.mean(), f.step.worst,
-                               b.image.flash_bytes, b.image.ram_bytes, f.stack_bytes));
-  }
-}
-
 // One finger's model: the other four strips are missing.
 TEST_F(Replay, AModelOfOneFingerLeavesTheOthersAtRestAndSaysSo) {
   const model::Model all = named("published-hw");
-  const Built b = build(model::with_channels(all, {*model::channel(all, 1)}));
-  const GloveFigures f = replay(*b.firmware, b.glove, exercise(300, 6));
+  const GloveFigures f =
+      replay(glove_of(model::with_channels(all, {*model::channel(all, 1)})), exercise(300, 6));
   EXPECT_EQ(f.mismatches, 0U);
 }
 
@@ -305,32 +229,24 @@ TEST_F(Replay, CyclesAndSizesAreWithinTheirTargets) {
   for (auto& sample : counts) {
     for (int& n : sample) n = 440 + n % 400;
   }
-  struct Case {
-    const char* name;
-    bool assembly;
-    double mean;
-    std::uint64_t worst;
-  };
-  for (const Case& c : {Case{"published-hw", false, 640, 780}, Case{"published-hw", true, 480, 780},
-                        Case{"published-w", false, 1400, 1500}, Case{"published-w", true, 900, 1500}}) {
-    const Built b = build(named(c.name), c.assembly);
-    const GloveFigures f = replay(*b.firmware, b.glove, counts);
-    EXPECT_LE(f.step.mean(), c.mean) << c.name;
-    EXPECT_LE(f.step.worst, c.worst) << c.name;
-    EXPECT_GT(f.step.mean(), 300) << "five channels cannot be this quick";
-    EXPECT_LE(b.image.flash_bytes, deploy::kFlashBudget) << c.name;
-    EXPECT_LE(b.image.ram_bytes, deploy::kRamBudget) << c.name;
-    EXPECT_LT(f.stack_bytes, 400);
-    EXPECT_LT(f.awake_share, 0.03) << "the glove should sleep";
+  const deploy::Image& glove = deploy::glove_image();
+  const model::Model five = identified(10);
+  for (const auto& [model, mean] :
+       {std::pair{named("published-hw"), 3000}, {named("published-w"), 4000}, {five, 8000}}) {
+    const GloveFigures f = replay(glove_of(model), counts);
+    EXPECT_LE(f.step.mean(), mean) << model.name;
+    EXPECT_GT(f.step.mean(), 1000) << "an interpreter is no quicker than what it interprets";
+    EXPECT_LE(glove.ram_bytes() + f.stack_bytes, deploy::kAtmega328p.ram_bytes - 64) << model.name;
+    EXPECT_LT(f.awake_share, 0.05) << "the glove should sleep";
+    RecordProperty(model.name,
+                   fmt::format("step {:.0f} / {}, stack {}", f.step.mean(), f.step.worst, f.stack_bytes));
   }
-  const model::Model model = named("published-hw");
-  const deploy::Image hand = deploy::build_hand(study::safe_hand(parameters_, model), folder_);
-  EXPECT_LE(hand.flash_bytes, deploy::kHandFlashBudget);
-  EXPECT_LE(hand.ram_bytes, deploy::kHandRamBudget);
-  const study::HandFigures figures =
-      measure_hand(Firmware(hand.elf), study::glove_for(parameters_, model), 2);
-  EXPECT_LT(figures.tick.worst, 8100U);
-  EXPECT_GT(figures.tick.count, 1900U);
+  EXPECT_LE(glove.flash_bytes(), core::kKeyBegin);
+  const study::HandFigures hand = measure_hand(study::safe_hand(parameters_, five), 2);
+  EXPECT_LE(deploy::hand_image().flash_bytes(), 20 * 1024);
+  EXPECT_LE(deploy::hand_image().ram_bytes() + hand.stack_bytes, deploy::kAtmega328p.ram_bytes - 400);
+  EXPECT_LT(hand.tick.worst, 9700U) << "of 16000";
+  EXPECT_GT(hand.tick.count, 1900U);
 }
 
 // Images of gloves for VR drivers, and the lines that they send.
@@ -344,9 +260,8 @@ class Gloves : public Replay {
   }
   // Compares every byte with the host's.
   std::vector<std::string> sent(const deploy::Glove& g, const Counts& counts) const {
-    const Firmware firmware(deploy::build_glove(g, folder_).elf);
     std::vector<std::string> lines;
-    EXPECT_EQ(replay(firmware, g, counts, &lines).mismatches, 0U);
+    EXPECT_EQ(replay(g, counts, &lines).mismatches, 0U);
     EXPECT_GE(lines.size() + 1, counts.size()) << "a line for each sample";
     return lines;
   }
@@ -449,10 +364,27 @@ TEST_F(Gloves, BetaNamesTheOtherJointsAlsoWhileTheirStripsAreBroken) {
   }
 }
 
+// Angles and counts for people and for flexor record.
+TEST_F(Gloves, PlainLinesAreATableThatFlexorReads) {
+  for (const auto& [output, unit] :
+       {std::pair{deploy::Output::text, "deg"}, {deploy::Output::log, "count"}}) {
+    deploy::Glove g = glove(named("published-hw", 50), "flexor");
+    g.output = output;
+    std::string all;
+    for (const std::string& line : sent(g, exercise(200, 3))) all += line;
+    io::write_file(folder_ / "plain.csv", all);
+    const std::string index = fmt::format("index_{}", unit);
+    const recording::Recording r = recording::read_csv(folder_ / "plain.csv", {index});
+    EXPECT_EQ(r.column(index).unit, unit);
+    ASSERT_GT(r.t_s.size(), 150U) << "an angle whose sensor is broken is missing";
+    EXPECT_NEAR(std::fmod(r.t_s.back() - r.t_s.front() + 0.01, 0.02), 0.01, 1e-9);
+  }
+}
+
 TEST_F(Gloves, AGloveThatIsAskedSaysWhichHandItIs) {
   deploy::Glove g = glove(named("published-hw", 100), "flexor");
   g.right_hand = false;
-  const Firmware firmware(deploy::build_glove(g, folder_).elf);
+  const Firmware firmware(deploy::glove_flash(g));
   Board board(firmware);
   std::string sent;
   board.on_byte = [&](Cycles, std::uint8_t byte) { sent += static_cast<char>(byte); };
@@ -469,10 +401,9 @@ TEST_F(Gloves, AGloveThatIsAskedSaysWhichHandItIs) {
 
 TEST_F(Replay, StripsOnOtherPinsAreSentToTheBit) {
   for (const char* pins : {"lucidgloves", "thumb=A7,pinky=A5"}) {
-    Built b{study::glove_for(parameters_, named("published-hw")), {}, nullptr};
-    b.glove.pins = deploy::pins_from_text(pins);
-    b.image = deploy::build_glove(b.glove, folder_);
-    const GloveFigures f = replay(Firmware(b.image.elf), b.glove, exercise(1000, 9));
+    deploy::Glove glove = glove_of(named("published-hw"));
+    glove.pins = deploy::pins_from_text(pins);
+    const GloveFigures f = replay(glove, exercise(1000, 9));
     EXPECT_EQ(f.mismatches, 0U) << pins;
     EXPECT_GT(f.frames, 900U) << pins;
   }
@@ -481,13 +412,12 @@ TEST_F(Replay, StripsOnOtherPinsAreSentToTheBit) {
 // The button, an open hand, a fist: the angles are again those of the glove that the model was made with, also after the
 // supply was off.
 TEST_F(Replay, AZeroedGloveReadsAsTheModelsGloveDid) {
-  Built b{study::glove_for(parameters_, named("published-hw", 50)), {}, nullptr};
-  for (auto& input : b.glove.model.inputs) input.poses = model::Poses{40, 110};
-  b.glove.pins = deploy::pins_from_text("flexor,calibrate=D12");
-  b.glove.key.reset();
-  b.image = deploy::build_glove(b.glove, folder_);
-  const Firmware firmware(b.image.elf);
-  const deploy::GloveTables tables = deploy::glove_tables(b.glove);
+  deploy::Glove glove = glove_of(named("published-hw", 50));
+  for (auto& input : glove.model.inputs) input.poses = model::Poses{40, 110};
+  glove.pins = deploy::pins_from_text("flexor,calibrate=D12");
+  glove.key.reset();
+  const Firmware firmware(deploy::glove_flash(glove));
+  const deploy::GloveTables tables = deploy::glove_tables(glove);
   const auto counts_at = [&](double alpha) {
     int n = 0;
     while (n < 1023 && tables.calibration[1](static_cast<std::uint16_t>(n)) < 32 * alpha) ++n;
@@ -508,7 +438,7 @@ TEST_F(Replay, AZeroedGloveReadsAsTheModelsGloveDid) {
     run_s(2);
     return receiver.frame().angle[1] / 16.0;
   };
-  model::HostChain host(deploy::chain_parts(b.glove));
+  model::HostChain host(deploy::chain_parts(glove));
   std::array<int, 5> counts{};
   double expected_deg = 0;
   for (int k = 0; k < 200; ++k) {
@@ -535,7 +465,6 @@ TEST_F(Replay, TheLoggingSketchWritesWhatFlexorReads) {
   const fs::path core = "/usr/share/arduino/hardware/arduino/avr";
   if (!fs::exists(core)) GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
   deploy::write_logger(deploy::pins_from_text("lucidgloves,thumb=A5"), folder_);
-  const std::string elf = (folder_ / "logger.elf").string();
   std::vector<std::string> command = {"avr-g++",
                                       "-mmcu=atmega328p",
                                       "-DF_CPU=16000000L",
@@ -562,10 +491,8 @@ TEST_F(Replay, TheLoggingSketchWritesWhatFlexorReads) {
     if (kind != ".cpp" && kind != ".c") continue;
     command.insert(command.end(), {"-x", kind == ".c" ? "c" : "c++", entry.path().string()});
   }
-  command.insert(command.end(), {"-Wl,--gc-sections", "-o", elf});
-  const auto built = io::run_process(command);
-  ASSERT_EQ(built.status, 0) << built.err.substr(0, 2000);
-  const Firmware firmware(elf);
+  command.emplace_back("-Wl,--gc-sections");
+  const Firmware firmware = compiled(command).firmware();
   Board board(firmware);
   std::string log;
   board.on_byte = [&](Cycles, std::uint8_t byte) { log += static_cast<char>(byte); };
@@ -631,11 +558,9 @@ TEST_F(Replay, TheMicrocontrollerSpeaksTheGoldenVectors) {
   }
   program += "  for (;;) {}\n}\n";
   io::write_file(folder_ / "golden.cpp", program);
-  const std::string elf = (folder_ / "golden.elf").string();
-  const auto built = io::run_process({"avr-g++", "-mmcu=atmega328p", "-Os", "-std=c++14",
-                                      "-I" FLEXOR_SOURCE_DIR, (folder_ / "golden.cpp").string(), "-o", elf});
-  ASSERT_EQ(built.status, 0) << built.err;
-  const Firmware firmware(elf);
+  const Firmware firmware = compiled({"avr-g++", "-mmcu=atmega328p", "-Os", "-std=c++14",
+                                      "-I" FLEXOR_SOURCE_DIR, (folder_ / "golden.cpp").string()})
+                                .firmware();
   Board board(firmware);
   std::string sent;
   board.on_marker = [&](Cycles, std::uint8_t byte) { sent += fmt::format("{:02x}", byte); };

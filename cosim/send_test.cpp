@@ -12,7 +12,7 @@
 
 #include "cosim/radio_ear.hpp"
 #include "cosim/usb_board_test.hpp"
-#include "host/deploy/deploy.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 #include "host/io/serial.hpp"
@@ -33,8 +33,7 @@ class SendOverUsb : public testing::Test {
     fs::create_directories(folder_);
     build_optiboot("atmega328p", "0x7e00", "0x7ffe", folder_ / "boot.hex");
     deploy::Glove glove = of(kBefore);
-    glove.model_as = deploy::ModelAs::data;
-    deploy::build_glove(glove, folder_);
+    io::write_file(folder_ / "glove.hex", deploy::to_intel_hex(deploy::glove_flash(glove)));
     deploy::write_key(folder_ / "pair.key", *glove.key);
   }
   void TearDown() override {

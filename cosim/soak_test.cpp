@@ -17,7 +17,6 @@
 #include "cosim/lies.hpp"
 #include "cosim/radio_ear.hpp"
 #include "firmware/markers.hpp"
-#include "host/deploy/deploy.hpp"
 #include "host/io/io.hpp"
 #include "host/study/boards.hpp"
 

@@ -2,11 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "cosim/board.hpp"
+#include "cosim/compiled.hpp"
 #include "cosim/tracker_exercise.hpp"
 #include "firmware/markers.hpp"
-#include "host/deploy/deploy.hpp"
-#include "host/io/io.hpp"
-#include "host/io/process.hpp"
 #include "runtime/core/crc16.hpp"
 #include "runtime/sensor/tracker.hpp"
 
@@ -36,13 +34,12 @@ std::uint16_t said_by_host() {
 }
 
 TEST(TrackerOnTheBoard, SaysTheSameBitsInAtMostFourHundredCyclesASample) {
-  const io::TemporaryFolder folder;
-  const std::string elf = (folder.path() / "tracker.elf").string();
-  std::vector<std::string> compile = deploy::compiler();
-  compile.insert(compile.end(), {"-DFLEXOR_AVR_ASSEMBLY", "-I.", "cosim/tracker_board.cpp", "-o", elf});
-  const io::ProcessResult built = io::run_process(compile);
-  ASSERT_EQ(built.status, 0) << built.err;
-  const Firmware firmware(elf);
+  const Firmware firmware =
+      compiled({"avr-g++", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=c++14", "-fshort-enums",
+                "-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics", "-ffunction-sections", "-mrelax",
+                "-flto", "-flto-partition=none", "-fwhole-program", "-DFLEXOR_AVR_ASSEMBLY", "-I.",
+                "cosim/tracker_board.cpp"})
+          .firmware();
   Board board(firmware);
   Cycles begin = 0;
   Cycles sum = 0;

@@ -51,7 +51,7 @@ inline int strip_counts(std::size_t sample, int pin) {
 class UsbBoard {
  public:
   explicit UsbBoard(const UsbBoardSetup& setup)
-      : setup_(setup), firmware_(setup.mcu, content(setup.program)), board_(firmware_) {
+      : setup_(setup), firmware_(content(setup.program), {}, setup.mcu), board_(firmware_) {
     connect();
     board_.put_bootloader(content(setup_.bootloader));
     const std::span<std::uint8_t> flash = board_.flash();

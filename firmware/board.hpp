@@ -7,13 +7,32 @@
 #include <avr/pgmspace.h>
 #include <avr/sleep.h>
 #include <avr/wdt.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "firmware/markers.hpp"
+#include "runtime/core/flash_map.hpp"
 #include "runtime/link/key_record.hpp"
+#include "runtime/link/messages.hpp"
+
+inline void* operator new(size_t, void* place) { return place; }  // avr-libc has no <new>
 
 namespace flexor {
 namespace firmware {
+
+// Room for an object that is made when its settings are known.
+template <class T>
+class Memory {
+ public:
+  template <class... Arguments>
+  T& make(Arguments&... arguments) {
+    return *new (bytes_) T(arguments...);
+  }
+  T* operator->() { return reinterpret_cast<T*>(bytes_); }
+
+ private:
+  uint8_t bytes_[sizeof(T)];
+};
 
 // The LED of the board.
 inline void start_led() { DDRB |= _BV(PB5); }
@@ -21,16 +40,19 @@ inline void set_led(bool on) { PORTB = static_cast<uint8_t>(on ? PORTB | _BV(PB5
 
 inline void mark(Marker marker) { GPIOR0 = static_cast<uint8_t>(marker); }
 
-// One producer, one consumer, one of them an interrupt. kSize is a power of two; one place stays empty.
-template <uint16_t kSize>
+// One producer, one consumer, one of them an interrupt. Its size is a power of two, up to 256; one place stays empty.
 class Ring {
-  static_assert((kSize & (kSize - 1)) == 0 && kSize <= 256, "a power of two");
-
  public:
+  // Before the first byte; `bytes` outlive it.
+  void set(uint8_t* bytes, uint16_t size) {
+    bytes_ = bytes;
+    mask_ = static_cast<uint8_t>(size - 1);
+  }
+
   bool empty() const { return head_ == tail_; }
 
   bool push(uint8_t byte) {
-    const uint8_t next = static_cast<uint8_t>((head_ + 1) & (kSize - 1));
+    const uint8_t next = static_cast<uint8_t>((head_ + 1) & mask_);
     if (next == tail_) return false;
     bytes_[head_] = byte;
     head_ = next;
@@ -40,24 +62,39 @@ class Ring {
   bool pop(uint8_t& byte) {
     if (empty()) return false;
     byte = bytes_[tail_];
-    tail_ = static_cast<uint8_t>((tail_ + 1) & (kSize - 1));
+    tail_ = static_cast<uint8_t>((tail_ + 1) & mask_);
     return true;
   }
+
+  // While it is empty, bytes may be put where it begins.
+  uint8_t* restart() {
+    head_ = tail_ = 0;
+    return bytes_;
+  }
+  void fill(uint8_t size) { head_ = size; }
 
  private:
   volatile uint8_t head_ = 0;
   volatile uint8_t tail_ = 0;
-  uint8_t bytes_[kSize];
+  uint8_t mask_ = 0;
+  uint8_t* bytes_ = nullptr;
 };
 
 // What is to be sent: main fills it, the UART's interrupt empties it.
-template <uint16_t kBytes>
 class Transmitter {
  public:
+  void set(uint8_t* bytes, uint16_t size) { ring_.set(bytes, size); }
+
   bool idle() const { return ring_.empty(); }
   void send(const uint8_t* bytes, uint8_t size) {
     for (uint8_t i = 0; i < size; ++i) ring_.push(bytes[i]);
-    UCSR0B |= _BV(UDRIE0);
+    start();
+  }
+  // While idle: room for a line, and of it so many bytes go.
+  char* room() { return reinterpret_cast<char*>(ring_.restart()); }
+  void send(uint8_t size) {
+    ring_.fill(size);
+    start();
   }
   void on_ready() {
     uint8_t byte;
@@ -69,8 +106,20 @@ class Transmitter {
   }
 
  private:
-  Ring<kBytes> ring_;
+  static void start() { UCSR0B |= _BV(UDRIE0); }
+
+  Ring ring_;
 };
+
+// Digital pins D2 to D12: a button between one and ground.
+inline void pull_up(uint8_t pin) {
+  if (pin < 8) PORTD = static_cast<uint8_t>(PORTD | 1 << pin);
+  if (pin >= 8) PORTB = static_cast<uint8_t>(PORTB | 1 << (pin - 8));
+}
+inline bool is_closed(uint8_t pin) {
+  const uint8_t levels = pin < 8 ? PIND : PINB;
+  return (levels & 1 << (pin & 7)) == 0;
+}
 
 // 8N1, as after a reset, at double speed: baud = F_CPU / (8 (divisor + 1)).
 inline void start_uart(uint16_t divisor, uint8_t enables) {
@@ -107,16 +156,20 @@ inline bool continue_scan(volatile uint16_t (&counts)[kChannels]) {
   return false;
 }
 
-// Likewise of any channels in any order: kScan, in flash, has kCount of them.
-template <const uint8_t* kScan, uint8_t kCount>
+// Likewise of any channels in any order.
+template <uint8_t kMost>
 class Scan {
  public:
+  void set(const uint8_t* channels, uint8_t count) {
+    channels_ = channels;
+    count_ = count;
+  }
   void begin() { next(0); }
 
   bool go_on() {
     const uint8_t at = at_;
     counts_[at] = ADC;
-    if (at + 1 == kCount) return true;
+    if (at + 1 == count_) return true;
     next(static_cast<uint8_t>(at + 1));
     return false;
   }
@@ -126,10 +179,12 @@ class Scan {
  private:
   void next(uint8_t at) {
     at_ = at;
-    convert(pgm_read_byte(kScan + at));
+    convert(channels_[at]);
   }
 
-  volatile uint16_t counts_[kCount];
+  const uint8_t* channels_;
+  volatile uint16_t counts_[kMost];
+  uint8_t count_;
   uint8_t at_;
 };
 
@@ -141,10 +196,24 @@ struct Eeprom {
 
 // The pair's key out of its record, null for plain frames. A board whose record is damaged stays silent: plain it would
 // listen to anybody.
-inline const link::Key* pair_key(const link::KeyRecord& record) {
+inline const link::Key* pair_key() {
   static link::Key key;
-  while (!link::load(&record, key)) wdt_reset();
+  while (!link::load(reinterpret_cast<const link::KeyRecord*>(core::kKeyBegin), key)) wdt_reset();
   return link::is_plain(key) ? nullptr : &key;
+}
+
+// The settings of this image's version, where they lie in flash. A board without any stays silent, its motors off.
+template <class Settings>
+inline const Settings* find_settings(link::BoardKind board, uint8_t version) {
+  for (;;) {
+    wdt_reset();
+    const core::Copy copy =
+        core::read_copy(reinterpret_cast<const uint8_t*>(core::kSettingsBegin), core::kSettingsCopy);
+    const bool fits = copy.size == sizeof(Settings) &&
+                      pgm_read_byte(copy.bytes) == static_cast<uint8_t>(board) &&
+                      pgm_read_byte(copy.bytes + 1) == version;
+    if (fits) return reinterpret_cast<const Settings*>(copy.bytes);
+  }
 }
 
 // A watchdog that bit runs on with its shortest time: it is stopped first of all, then started with ours.

@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
+#include "host/deploy/arduino_library.hpp"
 #include "host/deploy/calibration.hpp"
-#include "host/deploy/deploy.hpp"
-#include "host/deploy/model_block.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/out_folder.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/json.hpp"
@@ -17,6 +18,11 @@
 
 namespace flexor::cli {
 namespace deploy_command {
+
+const std::map<std::string, deploy::Output> kOutputs = {{"radio", deploy::Output::radio},
+                                                        {"opengloves", deploy::Output::opengloves},
+                                                        {"text", deploy::Output::text},
+                                                        {"log", deploy::Output::log}};
 
 struct Options {
   std::string model;
@@ -36,9 +42,7 @@ struct Options {
   bool allow_missing = false;
   std::string encoding = "alpha";
   std::string hand = "right";
-  std::string model_as = "code";
   bool track = false;
-  bool assembly = true;
   bool json = false;
 };
 
@@ -113,7 +117,7 @@ std::string calibration_words(const Options& o, const model::Model& model,
 
 void require_fingers(const Options& o, const deploy::Glove& glove) {
   const std::vector<std::string> missing = deploy::missing_fingers(glove.model);
-  if (glove.output == deploy::Output::radio || o.allow_missing || missing.empty()) return;
+  if (glove.output != deploy::Output::opengloves || o.allow_missing || missing.empty()) return;
   throw io::InputError(
       fmt::format("{}: has no joint for {}, which VR would show straight: identify all five fingers, or add "
                   "--allow-missing",
@@ -122,7 +126,7 @@ void require_fingers(const Options& o, const deploy::Glove& glove) {
 
 // A radio's glove has one button at most, which zeroes it.
 void require_of_vr(const Options& o, const deploy::Glove& glove) {
-  if (o.output != "radio") return;
+  if (o.output == "opengloves") return;
   const deploy::Pins& pins = glove.pins;
   const auto buttons = std::ranges::count_if(pins.button, [](const auto& pin) { return pin.has_value(); });
   const bool zeroes = pins.button.back().has_value();
@@ -167,7 +171,7 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
   d.glove.encoding = o.encoding == "beta" ? deploy::Encoding::beta : deploy::Encoding::alpha;
   d.glove.right_hand = o.hand == "right";
   d.glove.key = key;
-  d.glove.output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
+  d.glove.output = kOutputs.at(o.output);
   require_of_vr(o, d.glove);
   require_fingers(o, d.glove);
   if (o.baud != 0) d.glove.baud = o.baud;
@@ -178,8 +182,6 @@ study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy
   }
   d.glove.track = o.track;
   deploy::check_tracking(d.glove);
-  d.glove.assembly = o.assembly;
-  d.glove.model_as = o.model_as == "data" ? deploy::ModelAs::data : deploy::ModelAs::code;
   (void)deploy::samples_per_frame(d.glove);
   (void)deploy::uart_divisor(d.glove.output == deploy::Output::radio ? d.glove.baud : deploy::kUsbBaud);
   return d;
@@ -199,10 +201,11 @@ std::vector<std::vector<double>> readings_of(const deploy::Glove& glove, const s
   return out;
 }
 
-void measure(study::Deployment& d, const study::Boards& boards, const study::Counts& counts) {
+void measure(study::Deployment& d, const study::Boards& boards, const twin::Parameters& p,
+             const study::Counts& counts) {
   ProgressLine line;
   line.show("running the glove's image ...");
-  d.glove_figures = boards.run_glove(d.glove_image.elf, d.glove, counts);
+  d.glove_figures = boards.run_glove(d.glove, counts);
   if (d.glove_figures.mismatches > 0) {
     throw io::JobError(
         fmt::format("the glove's image differs from the host in {} of {} messages: this is a defect of "
@@ -212,26 +215,24 @@ void measure(study::Deployment& d, const study::Boards& boards, const study::Cou
   if (d.glove.output != deploy::Output::radio) return;
   line.show("running the hand's image ...");
   constexpr double kHandSeconds = 5;
-  d.hand_figures = boards.run_hand(d.hand_image.elf, d.glove, kHandSeconds);
+  d.hand_figures = boards.run_hand(p, d.glove, kHandSeconds);
 }
 
-void require_known(const Options& o) {
-  deploy::require_toolchain();
-  io::require_folder(o.out);
-}
-
-// Images, folders, what was measured of them, and the report, all in `folder`.
+// What is flashed, folders, what was measured of them, and the report, all in `folder`.
 nlohmann::ordered_json build(const Options& o, const study::Boards& boards, const twin::Parameters& p,
                              const study::Counts& counts, study::Deployment& d,
                              const std::filesystem::path& folder) {
   deploy::Hand hand = study::safe_hand(p, d.glove.model);
   hand.key = d.glove.key;
   hand.baud = d.glove.baud;
-  d.glove_image = deploy::build_glove(d.glove, folder);
-  if (d.glove.output == deploy::Output::radio) d.hand_image = deploy::build_hand(hand, folder);
-  deploy::write_arduino(d.glove, hand, folder / "arduino");
+  const auto write = [&](const char* name, const deploy::FlashContent& flash) {
+    io::write_file(folder / name, deploy::to_intel_hex(flash), io::Access::owner);
+  };
+  write("glove.hex", deploy::glove_flash(d.glove));
+  if (d.glove.output == deploy::Output::radio) write("hand.hex", deploy::hand_flash(hand));
+  deploy::write_arduino_library(d.glove, folder / "arduino/Flexor");
   deploy::write_logger(d.glove.pins, folder / "arduino");
-  measure(d, boards, counts);
+  measure(d, boards, p, counts);
   study::save_results(d, folder);
   draw_report(folder);
   nlohmann::ordered_json json = to_json(d);
@@ -260,7 +261,7 @@ void say(const study::Deployment& d, const PairKey& pair) {
 
 void run(const Options& o) {
   study::Boards boards(io::program_beside(kBoardsWorker));
-  require_known(o);
+  io::require_folder(o.out);
   const twin::Parameters p = twin_parameters(o.twin);
   const PairKey pair = choose_key(o);
   study::Deployment d = plan(o, p, pair.key);
@@ -320,17 +321,22 @@ void add_key_options(CLI::App& command, Options& o) {
 
 void add_deploy(CLI::App& app) {
   using namespace deploy_command;
-  const auto [o, command] = add_command(
-      app, "deploy", "A model file as firmware for glove and hand, with what it costs measured", run);
+  const auto [o, command] = add_command(app, "deploy",
+                                        "Flash content for glove and hand from a model file: image, "
+                                        "settings, model; with what it costs measured",
+                                        run);
   command->add_option("MODEL", o->model, "model file")->required();
   command->add_option("--rate", o->rate_hz, "sample rate: 10, 20, 50 or 100 Hz (default: the model's)");
   command
       ->add_option("--out", o->out,
-                   "write images, Arduino folders, configuration and report into this folder")
+                   "write what is flashed, wiring, an Arduino library and the report into this folder")
       ->required();
   command
-      ->add_option("--output", o->output, "of the glove: radio, or opengloves, text for VR drivers over USB")
-      ->check(CLI::IsMember({"radio", "opengloves"}))
+      ->add_option(
+          "--output", o->output,
+          "of the glove: radio; over USB opengloves, lines for VR drivers, text, lines of angles, or "
+          "log, lines of counts")
+      ->check(CLI::IsMember(kOutputs))
       ->capture_default_str();
   add_sensor_kind(*command, o->sensor_kind);
   add_glove_options(*command, *o);
@@ -348,18 +354,9 @@ void add_deploy(CLI::App& app) {
   add_twin_options(
       *command, o->twin,
       "configuration with divider, motors and limits of your glove and hand (flexor twin --json)");
-  command
-      ->add_option("--model-as", o->model_as,
-                   "code, compiled: the fewest cycles; or data in EEPROM or, too large for that, in flash, "
-                   "which an interpreter runs and which can be "
-                   "replaced without a compiler: the same bits")
-      ->check(CLI::IsMember({"code", "data"}))
-      ->capture_default_str();
   command->add_flag(
       "--track", o->track,
       "the glove follows its strips while it is worn, from whole bends (not in the Arduino library)");
-  command->add_flag("--assembly,!--portable", o->assembly,
-                    "products in assembly (default), or in portable C++: the same bits in more cycles");
 }
 
 }  // namespace flexor::cli

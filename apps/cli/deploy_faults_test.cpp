@@ -8,6 +8,9 @@
 #include <set>
 
 #include "apps/cli/command_test.hpp"
+#include "host/deploy/flash.hpp"
+#include "host/deploy/key_patch.hpp"
+#include "host/deploy/pair_key.hpp"
 
 namespace flexor::cli {
 namespace deploy_faults_test {
@@ -37,20 +40,9 @@ class DeployFaults : public Command {
   }
 };
 
-// As glove_config.hpp says it: the second list of the record.
-std::string key_in(const fs::path& config) {
-  const std::string text = content(config);
-  const std::size_t record = text.find("kKeyRecord");
-  const std::size_t from = record == std::string::npos ? record : text.find("}, {", record);
-  std::string hex;
-  for (std::size_t at = from + 4; from != std::string::npos && at < text.find('}', from + 4); ++at) {
-    std::size_t digits = 0;
-    char two[3];
-    std::snprintf(two, sizeof(two), "%02x", std::stoi(text.substr(at), &digits));
-    hex += two;
-    at += digits + 1;
-  }
-  return hex;
+std::string key_in(const fs::path& hex) {
+  const deploy::Key key = deploy::key_in(deploy::read_image(hex), hex.string());
+  return key ? deploy::to_hex(*key) : "";
 }
 
 int mode_of(const fs::path& path) {
@@ -75,8 +67,8 @@ TEST_F(DeployFaults, AModelsNameIsNeverCompiledNorMarkup) {
   const std::string harmless = model("harmless.json", [](nlohmann::ordered_json& m) { m["name"] = "x"; });
   ASSERT_EQ(deploy(harmless, "--key k --out one").exit, 0) << content(path("stderr"));
   ASSERT_EQ(deploy(hostile, "--key k --out two").exit, 0) << content(path("stderr"));
-  EXPECT_EQ(without_digest(content(path("one/glove_config.hpp"))),
-            without_digest(content(path("two/glove_config.hpp"))));
+  const std::string data = "/arduino/Flexor/src/glove_data.h";
+  EXPECT_EQ(without_digest(content(path("one" + data))), without_digest(content(path("two" + data))));
   EXPECT_EQ(content(path("one/glove.hex")), content(path("two/glove.hex")));
   const std::string report = content(path("two/report.html"));
   EXPECT_EQ(report.find("<script"), std::string::npos);
@@ -89,20 +81,20 @@ TEST_F(DeployFaults, AKeyIsKeptFromOneDeploymentToTheNext) {
   ASSERT_EQ(first.exit, 0) << first.err;
   EXPECT_EQ(nlohmann::json::parse(first.out).at("key"), "new");
   const std::string key = content(path("d/pair.key"));
-  EXPECT_EQ(key_in(path("d/glove_config.hpp")) + "\n", key);
+  EXPECT_EQ(key_in(path("d/glove.hex")) + "\n", key);
   write(path("d/mine.txt"), "mine");
 
   const Finished second = deploy(kPublished, "--out d --rate 20");
   ASSERT_EQ(second.exit, 0) << second.err;
   EXPECT_NE(second.out.find("used again; --new-key makes another"), std::string::npos) << second.out;
   EXPECT_EQ(content(path("d/pair.key")), key);
-  EXPECT_EQ(key_in(path("d/hand_config.hpp")) + "\n", key);
+  EXPECT_EQ(key_in(path("d/hand.hex")) + "\n", key);
   EXPECT_EQ(content(path("d/mine.txt")), "mine");
 
   const Finished third = deploy(kPublished, "--out d --new-key --json");
   ASSERT_EQ(third.exit, 0) << third.err;
   EXPECT_NE(content(path("d/pair.key")), key);
-  EXPECT_EQ(key_in(path("d/glove_config.hpp")) + "\n", content(path("d/pair.key")));
+  EXPECT_EQ(key_in(path("d/glove.hex")) + "\n", content(path("d/pair.key")));
   for (const auto& entry : fs::directory_iterator(path("d")))
     EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
 }
@@ -110,12 +102,10 @@ TEST_F(DeployFaults, AKeyIsKeptFromOneDeploymentToTheNext) {
 TEST_F(DeployFaults, NobodyElseCanReadAKey) {
   write(path("k"), kKey + "\n");
   ASSERT_EQ(run("deploy '" + kPublished + "' --key k --out d").exit, 0) << content(path("stderr"));
-  for (const char* file :
-       {"pair.key", "glove_config.hpp", "hand_config.hpp", "glove.elf", "glove.hex", "hand.hex",
-        "arduino/FlexorGlove/src/glove_config.hpp", "arduino/FlexorHand/src/hand_config.hpp"}) {
+  for (const char* file : {"pair.key", "glove.hex", "hand.hex", "arduino/Flexor/src/glove_data.h"}) {
     EXPECT_EQ(mode_of(path("d") + "/" + file), 0600) << file;
   }
-  for (const char* folder : {"", "arduino", "arduino/FlexorGlove", "arduino/FlexorHand/src"})
+  for (const char* folder : {"", "arduino", "arduino/Flexor", "arduino/Flexor/src"})
     EXPECT_EQ(mode_of(path("d") + "/" + folder), 0700) << folder;
 }
 
@@ -161,10 +151,8 @@ TEST_F(DeployFaults, NobodyElseCanReadAKeyWhileItIsWritten) {
   EXPECT_EQ(done.get(), 0) << content(path("stderr"));
   watched.look(path("d"));
   EXPECT_EQ(watched.open, std::set<std::string>());
-  for (const char* file : {"glove_config.hpp", "hand_config.hpp", "glove.elf", "hand.hex"}) {
-    EXPECT_TRUE(watched.saw(path("tmp/flexor-"), file)) << file;
+  for (const char* file : {"glove.hex", "hand.hex", "glove_data.h"})
     EXPECT_TRUE(watched.saw("/d/.deploy-", file)) << file;
-  }
   EXPECT_TRUE(watched.saw("/d", "pair.key"));
 }
 
@@ -173,7 +161,7 @@ TEST_F(DeployFaults, AKeyComesFromAFileAndWithAWarningFromTheCommandLine) {
   ASSERT_EQ(deploy(kPublished, "--key k --out d").exit, 0) << content(path("stderr"));
   EXPECT_EQ(content(path("stderr")).find("process list"), std::string::npos);
   EXPECT_EQ(content(path("d/pair.key")), kKey + "\n");
-  EXPECT_EQ(key_in(path("d/hand_config.hpp")), kKey);
+  EXPECT_EQ(key_in(path("d/hand.hex")), kKey);
 
   ASSERT_EQ(deploy(kPublished, "--key " + kOtherKey + " --out d").exit, 0) << content(path("stderr"));
   EXPECT_NE(content(path("stderr")).find("process list"), std::string::npos);
@@ -256,7 +244,7 @@ TEST_F(DeployFaults, AGloveForVrIsNotToldToFlashAHand) {
 
 // What it says to do next is a command for a shell.
 TEST_F(DeployFaults, WhatItProposesIsQuotedAndNothingIsObeyed) {
-  const Finished r = deploy(kPublished, "--rate 20 --model-as data --out \"two words; it's\"");
+  const Finished r = deploy(kPublished, "--rate 20 --out \"two words; it's\"");
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_NE(r.out.find(R"(flexor flash 'two words; it'\''s' --board glove)"), std::string::npos) << r.out;
   EXPECT_NE(r.out.find(R"(--key 'two words; it'\''s/pair.key')"), std::string::npos) << r.out;

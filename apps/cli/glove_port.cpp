@@ -49,10 +49,8 @@ std::unique_ptr<listen::Source> open_boards(const GlovePort& o) {
   bench.model = study::compensator("published-hw", study::kPublishedRate_hz).model;
   study::BenchChange begin;
   begin.motion = "ordinary";
-  ProgressLine line;
-  return std::make_unique<live::BenchSource>(
-      io::program_beside(kBoardsWorker), std::move(bench), begin, o.readings,
-      [&](const std::string& what) { line.show("simulated boards: " + what + " ..."); });
+  return std::make_unique<live::BenchSource>(io::program_beside(kBoardsWorker), std::move(bench), begin,
+                                             o.readings);
 }
 
 std::unique_ptr<listen::Source> open_recording(const GlovePort& o) {

@@ -92,8 +92,7 @@ live::LiveOptions live_options(const Options& o) {
   out.server.port = o.http_port;
   const std::string from = o.demo ? "boards" : o.from;
   if (from == "boards") {
-    ProgressLine line;
-    out.worn = live::worn_boards([&line](const std::string& what) { line.show(what + " ..."); });
+    out.worn = live::worn_boards();
     out.note = out.worn->why_not_written();
   } else if (from == "twin") {
     out.worn = live::worn_twin();

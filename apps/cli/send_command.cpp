@@ -55,7 +55,7 @@ deploy::Sent send_live(const Options& o, const deploy::Glove& glove, const std::
       [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); }};
   ProgressLine progress;
   io::set_interruption_note(fmt::format(
-      "interrupted: the glove at {} runs what was whole; to send the rest, run the same command again",
+      "interrupted: the glove at {} runs its old model; to send the new one, run the same command again",
       path));
   const auto step = [&](int done, int all) {
     progress.step("bytes sent:", static_cast<std::size_t>(done), static_cast<std::size_t>(all));
@@ -78,20 +78,19 @@ deploy::Sent send_pages(const deploy::Glove& glove, const std::string& path) {
   const deploy::FlashContent pages = deploy::pages_with_model(bootloader.read(), glove, "the board");
   bootloader.write(pages);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  return {1, static_cast<int>(pages.bytes.size() - pages.begin), {}, took.count()};
+  return {static_cast<int>(pages.bytes.size() - pages.begin), {}, took.count()};
 }
 
 void run(const Options& o) {
   const deploy::Glove glove = glove_of(o, o.rate_hz);
-  const bool bootloader = o.bootloader || deploy::data_block(glove).in_flash;
+  const bool bootloader = o.bootloader || !deploy::fits_eeprom(glove);
   const std::string path = deploy::choose_port(o.port);
   if (o.port == "auto") log(fmt::format("the glove is at {}", path));
   if (bootloader && !o.bootloader)
     log("the model is too large for EEPROM: it goes through the bootloader, over USB, and the glove pauses");
   const deploy::Sent sent = bootloader ? send_pages(glove, path) : send_live(o, glove, path);
   if (o.json) {
-    nlohmann::ordered_json json = {
-        {"model", o.model}, {"port", path}, {"parts", sent.parts}, {"bytes", sent.bytes}};
+    nlohmann::ordered_json json = {{"model", o.model}, {"port", path}, {"bytes", sent.bytes}};
     if (sent.pieces) json["pieces"] = *sent.pieces;
     json["bootloader"] = bootloader;
     json["took_s"] = sent.took_s;
@@ -107,10 +106,8 @@ void run(const Options& o) {
 
 void add_send(CLI::App& app) {
   using namespace send_command;
-  const auto [o, command] = add_command(
-      app, "send",
-      "A model into a glove that runs, over USB or a radio; the glove was deployed with --model-as data",
-      run);
+  const auto [o, command] =
+      add_command(app, "send", "A model into a glove that runs, over USB or a radio", run);
   command->add_option("MODEL", o->model, "model file")->required();
   command
       ->add_option("--port", o->port, "serial port of the glove or of a radio; auto: the only one there is")
@@ -131,8 +128,8 @@ void add_send(CLI::App& app) {
       ->capture_default_str();
   command->add_flag(
       "--bootloader", o->bootloader,
-      "through the board's bootloader, over USB: for a glove whose model lies in flash, as the larger "
-      "ones do; it pauses for some seconds (default where the model does not fit EEPROM)");
+      "through the board's bootloader, over USB: into flash, where larger models have room; the glove pauses "
+      "for some seconds (default where the model does not fit EEPROM)");
 }
 
 }  // namespace flexor::cli

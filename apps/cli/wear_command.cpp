@@ -15,7 +15,6 @@ namespace wear_command {
 struct Options {
   std::string model = "published-hw";
   double rate_hz = 10;
-  std::string model_as = "flash";
   std::string motion = "ordinary";
   double slip_deg = 0;
   double for_s = 0;
@@ -30,8 +29,6 @@ study::BenchOptions bench_of(const Options& o) {
   study::BenchOptions bench;
   bench.parameters = twin_parameters(o.twin);
   bench.model = study::compensator(o.model, o.rate_hz).model;
-  bench.model_as = o.model_as == "code" ? deploy::ModelAs::code : deploy::ModelAs::data;
-  bench.in_flash = o.model_as == "flash";
   bench.seed = o.seed;
   bench.port_link = o.link;
   return bench;
@@ -45,7 +42,6 @@ void say(const Options& o, const study::Bench& bench) {
     return print(io::dump({{"port", bench.port()},
                            {"key", key},
                            {"bootloader", bench.has_bootloader()},
-                           {"in_flash", bench.in_flash()},
                            {"rate_hz", o.rate_hz},
                            {"seed", o.seed},
                            {"version", FLEXOR_VERSION}}));
@@ -58,9 +54,7 @@ void run(const Options& o) {
   constexpr int kStep_ms = 20;
   if (!std::isfinite(o.slip_deg)) throw io::InputError("--slip must be a number of degrees");
   (void)study::bench_motion(o.motion);
-  const study::BenchOptions options = bench_of(o);
-  if (!o.json) log("images are built ...");
-  study::Bench bench(io::program_beside(kBoardsWorker), options);
+  study::Bench bench(io::program_beside(kBoardsWorker), bench_of(o));
   StopOnSignal stop;
   say(o, bench);
   study::BenchChange change;
@@ -101,13 +95,6 @@ void add_twin_wear(CLI::App& twin) {
   command->add_option("--compensator", o->model, "raw, published-w, published-hw, or a model file")
       ->capture_default_str();
   command->add_option("--rate", o->rate_hz, "sample rate of the glove: 10, 20, 50 or 100 Hz")
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--model-as", o->model_as,
-          "flash: data, with room for identified models of five fingers, sent through the "
-          "bootloader; eeprom: data, where small models are sent while it runs; code: no other model")
-      ->check(CLI::IsMember({"flash", "eeprom", "code"}))
       ->capture_default_str();
   command->add_option("--key", o->key, "write the pair's key into this file, for flexor send");
   command->add_option("--seed", o->seed, "everything random follows from it")

@@ -15,9 +15,8 @@ void take(std::optional<T>& to, const std::optional<T>& from) {
 }  // namespace
 
 BenchSource::BenchSource(const std::filesystem::path& program, study::BenchOptions options,
-                         const study::BenchChange& begin, bool readings,
-                         const std::function<void(const std::string&)>& says)
-    : bench_((says("the boards' images are built"), program), options), next_(begin) {
+                         const study::BenchChange& begin, bool readings)
+    : bench_(program, options), next_(begin) {
   view_ = bench_.advance(std::exchange(next_, {}));
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
   listen::ListenerOptions listening;
@@ -25,7 +24,7 @@ BenchSource::BenchSource(const std::filesystem::path& program, study::BenchOptio
   listening.baud = kBaud;
   listening.format = listen::Format::frames;
   listening.readings = readings;
-  listener_ = std::make_unique<listen::Listener>(std::move(listening), says);
+  listener_ = std::make_unique<listen::Listener>(std::move(listening), [](const std::string&) {});
 }
 
 BenchSource::~BenchSource() {

@@ -3,7 +3,6 @@
 
 #include <exception>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -18,12 +17,10 @@ namespace flexor::live {
 
 class BenchSource : public listen::Source {
  public:
-  // `begin` is what is so from the start, the motion above all. Builds the boards' images where they are not there:
-  // seconds; then as long as a Listener. `readings` as of listen::ListenerOptions. Throws as study::Bench and
-  // listen::Listener.
+  // `begin` is what is so from the start, the motion above all; takes as long as a Listener. `readings` as of
+  // listen::ListenerOptions. Throws as study::Bench and listen::Listener.
   BenchSource(const std::filesystem::path& program, study::BenchOptions options,
-              const study::BenchChange& begin, bool readings,
-              const std::function<void(const std::string&)>& says);
+              const study::BenchChange& begin, bool readings);
   ~BenchSource() override;
 
   // Throws what went wrong with the boards meanwhile.

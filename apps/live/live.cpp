@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
 
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"

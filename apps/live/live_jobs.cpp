@@ -84,7 +84,7 @@ void Live::start_without_glove(const std::string& name, std::vector<std::string>
 
 void Live::send(io::JsonReader&) {
   require_model();
-  if (options_.worn && (options_.worn->in_flash() || !options_.worn->has_boards())) require_written();
+  if (options_.worn && !options_.worn->has_boards()) require_written();
   if (port_.empty()) throw io::InputError("no glove is connected: plug it in, and choose its port");
   if (source_ && !source_->takes_models())
     throw io::InputError("this glove's program takes no models: flexor deploy makes one that does");
@@ -93,7 +93,6 @@ void Live::send(io::JsonReader&) {
   // The glove says its own: on a radio fewer frames come than it takes samples.
   if (options_.worn || options_.rate_hz > 0)
     arguments.insert(arguments.end(), {"--rate", fmt::format("{:g}", model_rate_hz(link_rate_hz()))});
-  if (options_.worn && options_.worn->in_flash()) arguments.emplace_back("--bootloader");
   start_without_glove("send", std::move(arguments), [this](const CommandResult& result) {
     if (result.ok && calibration_) calibration_->sent();
   });
@@ -112,7 +111,7 @@ void Live::flash(io::JsonReader& parts) {
   // One folder for good, so that the pair keeps its key; the server does not show it.
   const std::string folder = (sessions_.root() / ".firmware").string();
   const std::vector<std::string> flash = {"flash", folder, "--board", board, "--port", port};
-  std::vector<std::string> deploy = {"deploy", model_path_.string(), "--model-as", "data", "--out", folder};
+  std::vector<std::string> deploy = {"deploy", model_path_.string(), "--out", folder};
   // A board that says nothing yet gets the model's own.
   if (options_.worn || options_.rate_hz > 0 || link_rate_hz() > 0)
     deploy.insert(deploy.end(), {"--rate", fmt::format("{:g}", model_rate_hz(link_rate_hz()))});

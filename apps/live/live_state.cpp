@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "apps/live/camera.hpp"
 #include "apps/live/live.hpp"

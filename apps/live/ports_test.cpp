@@ -175,43 +175,6 @@ TEST_F(Ports, RowsThatFitNoLongerAreShownAndReportedAtTheStop) {
   EXPECT_TRUE(says(stopped["last"]["text"], "left out")) << stopped["last"];
 }
 
-// A machine without a compiler for boards: a PATH of nothing.
-TEST(Demo, WithoutACompilerForBoardsTheTwinWearsItsGloveAloneAndTheReasonIsGiven) {
-  const io::TemporaryFolder folder;
-  LiveOptions options;
-  options.sessions = folder.path() / "sessions";
-  // One that this glove takes: what is wrong with a model would follow the note.
-  model::Model counts = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
-  for (model::Input& input : counts.inputs) {
-    input.unit = "count";
-    input.column = input.strip + "_count";
-  }
-  model::save(counts, folder.path() / "counts.json");
-  options.model = (folder.path() / "counts.json").string();
-  options.worn = worn_boards([](const std::string&) {}, folder.path().c_str());
-  ASSERT_FALSE(options.worn->has_boards());
-  const std::string why = options.note = options.worn->why_not_written();
-  EXPECT_TRUE(says(why, "install gcc-avr")) << why;
-  std::atomic<bool> stop = false;
-  Live live(std::move(options));
-  std::jthread server([&] { live.run(stop); });
-  Tab tab(Place(live.url()));
-  tab.say(R"({"id": 1, "do": "flash", "board": "glove"})");
-  Json state;
-  Json answer;
-  while (answer.is_null() || state.is_null()) {
-    const auto [opcode, payload] = tab.hear();
-    ASSERT_NE(opcode, 0);
-    if (opcode != kText) continue;
-    const Json heard = Json::parse(payload);
-    if (heard.contains("id")) answer = heard;
-    if (heard.value("event", "") == "state") state = heard;
-  }
-  stop = true;
-  EXPECT_EQ(state["last"]["text"], why);
-  EXPECT_EQ(answer["error"], why);
-}
-
 TEST(Demo, AMissingBootloaderIsNamedByItsPackage) {
   const io::TemporaryFolder folder;
   EXPECT_TRUE(says(study::why_no_bootloader(folder.path()), "arduino-core-avr"));

@@ -47,7 +47,6 @@ class Worn : public live::WornGlove {
   std::string port() const override { return "/dev/null"; }
   std::string key_file() const override { return {}; }
   std::string why_not_written() const override { return {}; }
-  bool in_flash() const override { return false; }
   double rate_hz() const override { return 100; }
   double lead_s() const override { return 0.1; }
   std::vector<double> score(const std::function<bool(double)>&) override { return std::vector<double>(6, 1); }

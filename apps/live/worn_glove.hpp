@@ -42,7 +42,6 @@ class WornGlove {
   virtual std::string key_file() const = 0;  // likewise
   virtual std::string why_not_written()
       const = 0;                       // its board, through a bootloader, with the mend; "": it can be
-  virtual bool in_flash() const = 0;   // models go through the bootloader
   virtual double rate_hz() const = 0;  // at which a model runs
   virtual double lead_s() const = 0;   // by which the hand comes after the reading
   // For flexor identify: the open hand and the fist are the ends of the bionic hand.

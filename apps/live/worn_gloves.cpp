@@ -8,7 +8,6 @@
 
 #include "apps/live/bench_source.hpp"
 #include "apps/live/twin_source.hpp"
-#include "host/deploy/deploy.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 #include "host/io/worker.hpp"
@@ -56,13 +55,13 @@ std::string in_words(int fault) { return fault == 0 ? "" : fmt::format("fault {}
 
 class WornBoards : public WornGlove {
  public:
-  explicit WornBoards(const std::function<void(const std::string&)>& says) {
+  WornBoards() {
     study::BenchOptions options;
     options.model = of_counts(study::compensator("published-hw", kRate_hz).model, options.parameters);
     options.port_link = folder_.path() / "glove";
     study::BenchChange begin;
     begin.motion = "ordinary";
-    source_ = std::make_shared<BenchSource>(io::program_beside(kBoards), options, begin, true, says);
+    source_ = std::make_shared<BenchSource>(io::program_beside(kBoards), options, begin, true);
     if (const deploy::Key& key = source_->bench().key()) {
       key_ = folder_.path() / "pair.key";
       deploy::write_key(key_, *key);
@@ -106,7 +105,6 @@ class WornBoards : public WornGlove {
   std::string why_not_written() const override {
     return source_->bench().has_bootloader() ? "" : study::why_no_bootloader();
   }
-  bool in_flash() const override { return source_->bench().in_flash(); }
   double rate_hz() const override { return kRate_hz; }
   double lead_s() const override { return kLead_s; }
 
@@ -135,7 +133,6 @@ class WornTwin : public WornGlove {
   std::string port() const override { return ""; }
   std::string key_file() const override { return ""; }
   std::string why_not_written() const override { return why_alone_; }
-  bool in_flash() const override { return false; }
   double rate_hz() const override { return kTwinRate_hz; }
   double lead_s() const override { return 0; }
   std::vector<double> score(const std::function<bool(double)>&) override {
@@ -163,15 +160,6 @@ std::unique_ptr<WornGlove> worn_twin() {
   return std::make_unique<WornTwin>("the twin's glove has no board: flexor live --demo simulates both");
 }
 
-std::unique_ptr<WornGlove> worn_boards(const std::function<void(const std::string&)>& says,
-                                       const char* path) {
-  try {
-    deploy::require_toolchain(path);
-  } catch (const io::InputError& error) {
-    return std::make_unique<WornTwin>(
-        fmt::format("no boards are simulated, the twin wears its glove alone: {}", error.what()));
-  }
-  return std::make_unique<WornBoards>(says);
-}
+std::unique_ptr<WornGlove> worn_boards() { return std::make_unique<WornBoards>(); }
 
 }  // namespace flexor::live

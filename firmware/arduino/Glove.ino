@@ -1,10 +1,10 @@
 // A glove: five strips at analog pins, angles to the serial monitor and, where the board has a second serial port, frames
 // to the hand's radio. Any board of the Arduino IDE.
-#include <Flexor.h>
+#include <glove_data.h>
 
 const uint8_t kPins[FlexorGlove::kFingers] = {A0, A1, A2, A3, A4};  // thumb to pinky
 
-FlexorGlove glove;
+FlexorGlove glove(kFlexorSettings, kFlexorKey, kFlexorModel, sizeof(kFlexorModel));
 uint32_t next_ms = 0;
 
 void setup() {
@@ -17,7 +17,7 @@ void setup() {
 
 void loop() {
   if (static_cast<int32_t>(millis() - next_ms) < 0) return;
-  next_ms += FlexorGlove::kPeriod_ms;
+  next_ms += glove.period_ms();
   uint16_t counts[FlexorGlove::kFingers];
   // Boards whose analogRead has 12 bits: analogReadResolution(10) in setup().
   for (uint8_t i = 0; i < FlexorGlove::kFingers; ++i) counts[i] = static_cast<uint16_t>(analogRead(kPins[i]));

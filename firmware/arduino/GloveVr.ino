@@ -1,5 +1,5 @@
 // A glove for VR drivers that read OpenGloves' lines, at the board's USB port.
-#include <Flexor.h>
+#include <glove_data.h>
 
 const uint8_t kPins[FlexorGlove::kFingers] = {A0, A1, A2, A3, A4};  // thumb to pinky
 
@@ -8,7 +8,7 @@ const uint8_t kNone = 255;
 const uint8_t kButtons[][2] = {{kNone, 0}};
 const uint8_t kJoystick[] = {kNone, kNone};  // x, y
 
-FlexorGlove glove;
+FlexorGlove glove(kFlexorSettings, kFlexorKey, kFlexorModel, sizeof(kFlexorModel));
 uint32_t next_ms = 0;
 
 void setup() {
@@ -35,7 +35,7 @@ uint16_t joystick(uint8_t axis) {
 void loop() {
   glove.listen(Serial);
   if (static_cast<int32_t>(millis() - next_ms) < 0) return;
-  next_ms += FlexorGlove::kPeriod_ms;
+  next_ms += glove.period_ms();
   uint16_t counts[FlexorGlove::kFingers];
   // Boards whose analogRead has 12 bits: analogReadResolution(10) in setup().
   for (uint8_t i = 0; i < FlexorGlove::kFingers; ++i) counts[i] = static_cast<uint16_t>(analogRead(kPins[i]));

@@ -1,8 +1,13 @@
-// The glove's board: timer 1 sets the sample rate, the ADC reads five strips, the UART speaks to the radio or
-// to a PC. Pins: UART PD0, PD1; the others are in the configuration. Interrupts move samples and bytes;
-// everything else happens in main, which sleeps.
+// The glove's board: timer 1 sets the sample rate, the ADC reads the sensors, the UART speaks to the radio or to a PC. What
+// it is wired to and what it says are its settings, the compensator is a model: both are data behind this image
+// (runtime/core/flash_map.hpp). Interrupts move samples and bytes; everything else happens in main, which sleeps.
 #include "firmware/board.hpp"
-#include "glove_config.hpp"
+#include "firmware/glove/zeroing.hpp"
+#include "runtime/glove/glove_model.hpp"
+#include "runtime/glove/glove_text.hpp"
+#include "runtime/glove/model_receiver.hpp"
+#include "runtime/glove/plain_text.hpp"
+#include "runtime/glove/settings.hpp"
 #include "runtime/link/glove_speech.hpp"
 
 using namespace flexor;
@@ -11,71 +16,90 @@ using link::kFingers;
 
 namespace {
 
-constexpr uint8_t kScanned = sizeof(config::kScan);
+const uint8_t* const kModel = reinterpret_cast<const uint8_t*>(core::kModelBegin);
 
-Scan<config::kScan, kScanned> counts;
+glove::SettingsHead settings;
+Scan<glove::kMaxScan> counts;
 volatile bool sampled = false;
-Transmitter<config::kRingBytes> transmitter;
+volatile bool asked = false;  // by a VR driver: which glove this is
+Transmitter transmitter;
+Ring received;
 
 void start_sampling() {
-  start_adc(config::kAnalogPins);
+  counts.set(settings.scan, settings.scan_count);
+  start_adc(settings.analog_pins);
   TCCR1B = _BV(WGM12) | _BV(CS11) | _BV(CS10);
-  OCR1A = static_cast<uint16_t>(F_CPU / 64 / config::kRate_hz - 1);
+  OCR1A = settings.timer_top;
   TIMSK1 = _BV(OCIE1A);
 }
 
+uint8_t pressed() {
+  uint8_t bits = 0;
+  for (uint8_t i = 0; i < glove::kButtons; ++i) {
+    const uint8_t pin = settings.button[i];
+    if (pin != glove::kNoPin && is_closed(pin)) bits = static_cast<uint8_t>(bits | settings.button_bit[i]);
+  }
+  return bits;
+}
+
+class GloveCompensator : public glove::GloveModel<Eeprom, glove::kArenaBytes> {
+ public:
+  GloveCompensator() : GloveModel(kModel) {}
+  uint8_t step() {
+    mark(Marker::step_begin);
+    const uint8_t good = Graph::step();
+    mark(Marker::step_end);
+    return good;
+  }
+};
+
+using Followed = glove::Follower<kFingers>;
+using Chain = glove::SignalChain<GloveCompensator, Followed>;
+
+// Apart, each at a place that the compiler knows: one object of all would be reached through a pointer.
 GloveCompensator compensator;
-#ifdef FLEXOR_TRACK
-glove::SignalChain<GloveCompensator, glove::Follower<kFingers>> chain(config::kChannels, compensator,
-                                                                      {config::kTracker, config::kTracked,
-                                                                       config::kSamplesPerTick});
-#else
-glove::SignalChain<GloveCompensator> chain(config::kChannels, compensator);
-#endif
+glove::ChannelSettings channels[kFingers];
+Memory<Chain> chain;
+Zeroing<kFingers> zero;
 link::Frame frame;
 
-#ifdef FLEXOR_ZERO
-
-class Zero {
- public:
-  void start() { zeroing_.start(); }
-  void load() { zeroing_.load(config::kChannels, chain.corrections()); }
-  void sample(const uint16_t* now) {
-    int16_t alpha[kFingers];
-    for (uint8_t i = 0; i < kFingers; ++i) alpha[i] = (*config::kChannels[i].calibration)(now[i]);
-    if (zeroing_.sample(alpha)) chain.zeroed();
+// Out of line, as what else is done once: main would keep room for it.
+FLEXOR_SHARED void start_chain(const glove::Settings* flash) {
+  for (uint8_t i = 0; i < kFingers; ++i) {
+    channels[i].calibration = &flash->calibration[i];
+    channels[i].monitor = {0, 0, settings.rail_samples, settings.stuck_samples};
+    channels[i].guard = {0, settings.max_step, settings.hold_samples};
   }
+  const Followed followed(settings.tracker, flash->tracked, settings.samples_per_tick);
+  chain.make(channels, compensator, followed);
+  zero.start(settings.button[glove::kCalibrateButton], settings.rate_hz);
+}
 
- private:
-  Zeroing<config::ZeroConfig, kFingers> zeroing_;
-};
+// Takes effect between two samples.
+FLEXOR_SHARED compensator::Loaded load_model(Eeprom& eeprom, const glove::ModelStore<Eeprom>& store) {
+  const compensator::Loaded loaded =
+      compensator.load(eeprom, store, {settings.calibration_id, settings.rate_hz}, channels);
+  chain->strips().follow(glove::poses_id(channels) == settings.tracked_for);
+  zero.load(channels, chain->corrections());
+  return loaded;
+}
 
-#else
-
-class Zero {
- public:
-  void start() {}
-  void load() {}
-  void sample(const uint16_t*) {}
-};
-
-#endif
-
-Zero zero;
-
-#ifdef FLEXOR_MODEL_IN_EEPROM
+FLEXOR_SHARED void take_sample(const uint16_t* now) {
+  if (zero.is_there()) {
+    int16_t alpha[kFingers];
+    for (uint8_t i = 0; i < kFingers; ++i) alpha[i] = (*channels[i].calibration)(now[i]);
+    if (zero.sample(alpha)) chain->zeroed();
+  }
+  chain->step(now, frame);
+  frame.time_ms = static_cast<uint16_t>(frame.time_ms + settings.period_ms);
+}
 
 // The model in EEPROM, and who sends another.
 class Models {
  public:
-  explicit Models(const link::Key* pair) : receiver_(pair, store_) {}
+  explicit Models(const link::Key* pair) : store_(compensator.flashed()), receiver_(pair, store_) {}
 
-  compensator::Loaded load() {
-    const compensator::Loaded loaded =
-        compensator.load(eeprom_, store_, config::kBuiltIn, config::kMadeFor, config::kChannels);
-    zero.load();
-    return loaded;
-  }
+  compensator::Loaded load() { return load_model(eeprom_, store_); }
   void stir(uint16_t noise) {
     nonces_.stir(noise);
     if (stirred_ < kStirred) ++stirred_;
@@ -85,107 +109,39 @@ class Models {
   // as long as two frames. Who sends asks again.
   void offer() {
     if (stirred_ < kStirred || until_offer_ > 0) return;
-    until_offer_ = kBetweenOffers;
+    until_offer_ = static_cast<uint8_t>(settings.rate_hz / 2 + settings.rate_hz / 10);  // samples, 0.6 s
     nonces_.start(store_.digest(eeprom_));
     receiver_.challenge(nonces_.next());
   }
   bool take(link::PacketReader& packet) { return receiver_.take(packet, eeprom_); }
   bool busy() const { return receiver_.busy(); }
-  // What is to be said; 0: nothing. A part that is whole runs from the next sample on.
+  // What is to be said; 0: nothing. A model that is whole runs from the next sample on.
   uint8_t work(uint8_t* wire) {
     if (receiver_.work(eeprom_)) receiver_.loaded(static_cast<uint8_t>(load()));
     if (!transmitter.idle()) return 0;
-    return receiver_.speak({config::kRate_hz, config::kCalibrationId}, config::kImage, wire);
+    return receiver_.speak({settings.rate_hz, settings.calibration_id}, store_.base(), wire);
   }
 
  private:
-  static constexpr uint8_t kStirred = 8;                                                     // samples
-  static constexpr uint8_t kBetweenOffers = static_cast<uint8_t>(config::kRate_hz * 3 / 5);  // samples, 0.6 s
+  static constexpr uint8_t kStirred = 8;  // samples
 
   uint8_t until_offer_ = 0;
   Eeprom eeprom_;
-  glove::ModelStore<Eeprom, config::kParts> store_{config::kImage};
-  glove::ModelReceiver<Eeprom, config::kParts> receiver_;
+  glove::ModelStore<Eeprom> store_;
+  glove::ModelReceiver<Eeprom> receiver_;
   link::NonceSource nonces_;
   uint8_t stirred_ = 0;
 };
 
-#else
-
-class Models : public link::NoModels {
+// Frames for the hand's radio.
+class Radio {
  public:
-  explicit Models(const link::Key*) {}
-#ifdef FLEXOR_MODEL_IN_FLASH
-  void load() {
-    compensator.load(config::kModelPages, config::kImage, config::kMadeFor, config::kChannels);
-    zero.load();
-  }
-#else
-  void load() { zero.load(); }
-#endif
-  void stir(uint16_t) {}
-  bool busy() const { return false; }
-  uint8_t work(uint8_t*) { return 0; }
-};
-
-#endif
-
-#ifdef FLEXOR_OUTPUT_OPENGLOVES
-
-volatile bool asked = false;  // which glove this is
-
-class Output {
- public:
-  static constexpr uint8_t kUart = _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0);
-  void start(uint8_t) {
-    config::start_buttons();
-    zero.load();
-  }
-  bool busy() const { return false; }
-  void work() {}
-  void sampled(uint16_t) {}
-  void send_frame(const uint16_t*) {
-    char text[Text::kRoom];
-    const uint8_t size = asked ? information(text) : line(text);
-    mark(Marker::frame_sealed);
-    transmitter.send(reinterpret_cast<const uint8_t*>(text), size);
-  }
-
- private:
-  using Text = glove::GloveText<config::kJoints>;
-
-  uint8_t line(char* text) {
-    uint16_t joystick[2] = {link::kGloveMiddle, link::kGloveMiddle};
-    if (config::kJoystick) {
-      for (uint8_t i = 0; i < 2; ++i) joystick[i] = counts[static_cast<uint8_t>(kScanned - 2 + i)];
-    }
-    return text_.step(frame, compensator.angle + kFingers, joystick, config::pressed(), text);
-  }
-
-  static uint8_t information(char* text) {
-    asked = false;
-    constexpr uint16_t kLines = 1;  // version of the lines
-    return link::encode_glove_information(kLines, config::kRightHand, text);
-  }
-
-  Text text_{config::kFlexion, config::kJoint, config::kJoints, config::kThere};
-};
-
-#else
-
-Ring<64> received;
-
-class Output {
- public:
-  static constexpr uint8_t kUart = _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0);
-
-  void start(uint8_t reset_cause) {
-    reset_cause_ = reset_cause;
-    models_.load();
-    chain.restart();
-    speech_.start(*this);
-  }
-  bool busy() const { return !received.empty() || models_.busy(); }
+  Radio(Models& models, const link::Key* pair, uint8_t reset_cause)
+      : models_(models),
+        speech_(pair, {settings.listen_every, settings.seek_every, settings.listen_slots},
+                static_cast<uint8_t>(settings.rate_hz / settings.samples_per_frame), settings.has_room != 0),
+        reset_cause_(reset_cause) {}
+  void start() { speech_.start(*this); }
   void sampled(uint16_t reading) {
     ++samples_;
     models_.stir(reading);
@@ -201,36 +157,94 @@ class Output {
 
   // What the line asks of its board.
   uint8_t reset_cause() const { return reset_cause_; }
-  uint32_t uptime_s() const { return samples_ / config::kRate_hz; }
+  uint32_t uptime_s() const { return samples_ / settings.rate_hz; }
   void send(link::Type type, const uint8_t* wire, uint8_t bytes) {
     if (type == link::Type::angles) mark(Marker::frame_sealed);
     transmitter.send(wire, bytes);
   }
 
  private:
-  using Turns = link::GloveTurns<config::kListenEvery, config::kSeekEvery, config::kListenSlots>;
-
-  static constexpr uint8_t kSlotsPerSecond = config::kRate_hz / config::kSamplesPerFrame;
-  static constexpr uint32_t kBaud = F_CPU / 8 / (config::kUartDivisor + 1UL);
-  link::GloveSpeech<Turns, kSlotsPerSecond, link::has_room(kBaud, kSlotsPerSecond)> speech_{
-      pair_key(config::kKeyRecord)};
-  Models models_{speech_.end().pair()};
+  Models& models_;
+  link::GloveSpeech speech_;
   uint32_t samples_ = 0;
-  uint8_t reset_cause_ = 0;
+  uint8_t reset_cause_;
 };
 
-#endif
+// Lines, for VR drivers or for people.
+class Text {
+ public:
+  Text() : plain_(settings.output == glove::Output::log, settings.period_ms) {}
 
-Output output;
+  FLEXOR_SHARED void send_line(const uint16_t* now) {
+    char* const text = transmitter.room();
+    const uint8_t size = settings.output != glove::Output::opengloves ? plain_.step(frame, now, text)
+                         : asked                                      ? information(text)
+                                                                      : line(text);
+    mark(Marker::frame_sealed);
+    transmitter.send(size);
+  }
+
+ private:
+  uint8_t line(char* text) {
+    uint16_t joystick[2] = {link::kGloveMiddle, link::kGloveMiddle};
+    for (uint8_t i = kFingers; i < settings.scan_count; ++i) joystick[i - kFingers] = counts[i];
+    const sensor::GuardSettings guard = {0, settings.max_step, settings.hold_samples};
+    return vr_.step(compensator, frame, guard, joystick, pressed(), text);
+  }
+
+  static uint8_t information(char* text) {
+    asked = false;
+    constexpr uint16_t kLines = 1;  // version of the lines
+    return link::encode_glove_information(kLines, settings.right_hand != 0, text);
+  }
+
+  glove::PlainText plain_;
+  glove::GloveText vr_;
+};
+
+// A glove sends frames or lines, and what either needs lies in the same bytes.
+struct RadioParts {
+  explicit RadioParts(uint8_t reset_cause)
+      : pair(pair_key()), models(pair), radio(models, pair, reset_cause) {
+    transmitter.set(sent, sizeof(sent));
+    received.set(came, sizeof(came));
+    models.load();
+    radio.start();
+  }
+
+  const link::Key* pair;
+  Models models;
+  Radio radio;
+  uint8_t sent[64];
+  uint8_t came[64];
+};
+
+struct TextParts {
+  TextParts() {
+    transmitter.set(sent, sizeof(sent));
+    Eeprom eeprom;
+    load_model(eeprom, glove::ModelStore<Eeprom>(compensator.flashed()));
+  }
+
+  Text text;
+  uint8_t sent[256];
+};
+
+union Parts {
+  Memory<RadioParts> radio;
+  Memory<TextParts> text;
+} parts;
+
+FLEXOR_SHARED void start_output(uint8_t reset_cause) {
+  if (settings.output == glove::Output::radio) parts.radio.make(reset_cause);
+  if (settings.output != glove::Output::radio) parts.text.make();
+}
+
+bool is_busy() {
+  return settings.output == glove::Output::radio && (!received.empty() || parts.radio->models.busy());
+}
 
 }  // namespace
-
-#ifdef FLEXOR_OUTPUT_OPENGLOVES
-// The driver writes forces and line feeds, and a Z when it asks.
-ISR(USART_RX_vect) {
-  if (UDR0 == 'Z') asked = true;
-}
-#endif
 
 ISR(TIMER1_COMPA_vect) { counts.begin(); }
 
@@ -240,35 +254,43 @@ ISR(ADC_vect) {
 
 ISR(USART_UDRE_vect) { transmitter.on_ready(); }
 
-#ifndef FLEXOR_OUTPUT_OPENGLOVES
-ISR(USART_RX_vect) { received.push(UDR0); }
-#endif
+// A VR driver writes forces and line feeds, and a Z when it asks.
+ISR(USART_RX_vect) {
+  const uint8_t byte = UDR0;
+  if (byte == 'Z') asked = true;
+  if (settings.output == glove::Output::radio) received.push(byte);
+}
 
 int main() {
   const uint8_t reset_cause = start_watchdog(WDTO_500MS);
-  start_uart(config::kUartDivisor, Output::kUart);
-  output.start(reset_cause);
-  zero.start();
+  const auto* const flash = find_settings<glove::Settings>(link::BoardKind::glove, glove::kSettingsVersion);
+  memcpy_P(&settings, flash, sizeof(settings));
+  const bool is_radio = settings.output == glove::Output::radio;
+  start_uart(settings.uart_divisor, _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0));
+  for (const uint8_t pin : settings.button) {
+    if (pin != glove::kNoPin) pull_up(pin);
+  }
+  start_chain(flash);
+  start_output(reset_cause);
+  chain->restart();
   start_sampling();
   sei();
-  uint8_t since_frame = config::kSamplesPerFrame - 1;
+  uint8_t since_frame = static_cast<uint8_t>(settings.samples_per_frame - 1);
   for (;;) {
-    sleep_unless([] { return sampled || output.busy(); });
-    output.work();
+    sleep_unless([] { return sampled || is_busy(); });
+    if (is_radio) parts.radio->radio.work();
     if (!sampled) continue;
     sampled = false;
     wdt_reset();
     mark(Marker::sampled);
     uint16_t now[kFingers];
     for (uint8_t i = 0; i < kFingers; ++i) now[i] = counts[i];  // the next are a sample period away
-    zero.sample(now);
-    output.sampled(static_cast<uint16_t>(now[0] + 3 * now[1]));
-    chain.step(now, frame);
-    frame.time_ms = static_cast<uint16_t>(frame.time_ms + 1000 / config::kRate_hz);
+    if (is_radio) parts.radio->radio.sampled(static_cast<uint16_t>(now[0] + 3 * now[1]));
+    take_sample(now);
     // A transmitter that is still busy skips a frame: the newest angle matters, not every one.
-    if (++since_frame >= config::kSamplesPerFrame && transmitter.idle()) {
-      since_frame = 0;
-      output.send_frame(now);
-    }
+    if (++since_frame < settings.samples_per_frame || !transmitter.idle()) continue;
+    since_frame = 0;
+    if (is_radio) parts.radio->radio.send_frame(now);
+    if (!is_radio) parts.text->text.send_line(now);
   }
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "firmware/board.hpp"
+#include "runtime/glove/settings.hpp"
 #include "runtime/glove/signal_chain.hpp"
 #include "runtime/glove/zero_store.hpp"
 #include "runtime/sensor/zero.hpp"
@@ -11,30 +12,30 @@
 namespace flexor {
 namespace firmware {
 
-// Config: kRate_hz, start_zero_button(), zero_button().
-template <class Config, uint8_t kStrips>
+template <uint8_t kStrips>
 class Zeroing {
  public:
-  void start() {
-    Config::start_zero_button();
-    start_led();
+  // pin: the button's, or none.
+  void start(uint8_t pin, uint8_t rate_hz) {
+    pin_ = pin;
+    second_ = rate_hz;
+    zero_ = sensor::Zero<kStrips>(rate_hz);
+    if (pin != glove::kNoPin) start_led();
   }
+
+  bool is_there() const { return pin_ != glove::kNoPin; }
 
   // A model is there, of which `settings` have the poses: those that were kept for it take effect.
   void load(const glove::ChannelSettings* settings, sensor::Correction* corrections) {
+    if (!is_there()) return;
     settings_ = settings;
     corrections_ = corrections;
-    uint16_t made_for = 0;
-    for (uint8_t i = 0; i < kStrips; ++i) {
-      made_for = add(made_for, settings[i].poses.open);
-      made_for = add(made_for, settings[i].poses.fist);
-    }
-    store_.load(eeprom_, made_for, corrections_);
+    store_.load(eeprom_, glove::poses_id(settings), corrections_);
   }
 
   // One sample; alpha before correction. Whether the corrections are new.
   bool sample(const int16_t* alpha) {
-    const bool closed = Config::zero_button();
+    const bool closed = is_closed(pin_);
     if (closed && !closed_) {
       zero_.press();
       samples_ = 0;
@@ -52,11 +53,6 @@ class Zeroing {
   }
 
  private:
-  static uint16_t add(uint16_t crc, int16_t reading) {
-    crc = core::crc16_add(crc, static_cast<uint8_t>(reading));
-    return core::crc16_add(crc, static_cast<uint8_t>(reading >> 8));
-  }
-
   void keep() {
     for (uint8_t i = 0; i < kStrips; ++i) {
       if (settings_[i].poses.open != settings_[i].poses.fist) corrections_[i] = zero_.corrections()[i];
@@ -65,23 +61,25 @@ class Zeroing {
   }
 
   void show(sensor::ZeroStage stage) {
-    constexpr uint16_t kSecond = Config::kRate_hz;
-    constexpr uint16_t kTremble = (kSecond + 9) / 10;
-    const bool recent = samples_ <= 2 * kSecond;
+    const uint16_t second = second_;
+    const uint16_t tremble = (second + 9) / 10;
+    const bool recent = samples_ <= 2 * second;
     bool on = false;
-    if (stage == sensor::ZeroStage::open) on = samples_ / (kSecond / 2) % 2 == 0;
-    if (stage == sensor::ZeroStage::fist) on = samples_ / (kSecond / 5) % 2 == 0;
+    if (stage == sensor::ZeroStage::open) on = samples_ / (second / 2) % 2 == 0;
+    if (stage == sensor::ZeroStage::fist) on = samples_ / (second / 5) % 2 == 0;
     if (stage == sensor::ZeroStage::done) on = recent;
-    if (stage == sensor::ZeroStage::refused) on = recent && samples_ / kTremble % 2 == 0;
+    if (stage == sensor::ZeroStage::refused) on = recent && samples_ / tremble % 2 == 0;
     set_led(on);
   }
 
   Eeprom eeprom_;
-  sensor::Zero<kStrips> zero_{Config::kRate_hz};
+  sensor::Zero<kStrips> zero_{0};
   glove::ZeroStore<Eeprom, kStrips> store_;
   const glove::ChannelSettings* settings_ = nullptr;
   sensor::Correction* corrections_ = nullptr;
   uint16_t samples_ = 0;  // of the stage
+  uint8_t pin_ = glove::kNoPin;
+  uint8_t second_ = 0;  // samples
   bool closed_ = false;
 };
 

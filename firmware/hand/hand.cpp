@@ -1,12 +1,11 @@
 // The hand's board: timer 0 is the millisecond and the fifth PWM, the ADC reads five potentiometers, the UART
 // speaks to the radio. Pins: ADC PC0..PC4 thumb to pinky; PWM OC1A PB1, OC1B PB2, OC2A PB3, OC2B PD3, OC0B
 // PD5; direction PB0, PB4, PD2, PD4, PD7, high to flex; the drivers' enable PD6, high while no motor must stand
-// still, low without a program. Interrupts move samples and bytes; everything else
+// still, low without a program. The hand it drives is its settings (runtime/core/flash_map.hpp). Interrupts move samples and bytes; everything else
 // happens in main, which sleeps. A tick comes first: between two of them main computes at most one tag.
 #include "firmware/board.hpp"
-#include "hand_config.hpp"
 #include "runtime/hand/board_watch.hpp"
-#include "runtime/hand/finger.hpp"
+#include "runtime/hand/settings.hpp"
 #include "runtime/link/counter_store.hpp"
 #include "runtime/link/hand_end.hpp"
 
@@ -26,17 +25,22 @@ struct HandStatus {
 };
 HandStatus hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}, 0, 0};
 hand::Finger hand_finger[link::kFingers];
-link::HandEnd hand_link(pair_key(config::kKeyRecord));  // begins with its statistics
+link::HandEnd hand_link(nullptr);  // begins with its statistics
 
 namespace {
 
+static_assert(hand::kFingers == link::kFingers, "a motor for each finger");
+hand::Settings settings;
+hand::FingerSettings of_finger[link::kFingers];  // of them: no tick puts them together
 volatile uint16_t counts[link::kFingers];
 volatile bool ticked = false;
 volatile bool scanning = false;
 volatile bool late = false;     // a scan that the next tick found unfinished
 volatile uint16_t bandgap = 0;  // counts
-Ring<32> received;
-Transmitter<64> transmitter;
+uint8_t received_bytes[32];
+uint8_t sent_bytes[64];
+Ring received;
+Transmitter transmitter;
 
 hand::LinkWatch watch;
 hand::BoardWatch board_watch;
@@ -115,8 +119,8 @@ void drive(uint8_t motor, int16_t duty) {
 __attribute__((noinline)) int16_t run_finger(hand::Finger& finger, uint8_t i, uint16_t reading) {
   // The watches take turns: no tick has all of them.
   const bool turn = ((static_cast<uint8_t>(hand_link.now_ms()) ^ i) & 1) == 0;
-  return finger.tick(config::settings(i), hand_status.link, hand_link.receiver().frame().angle[i],
-                     config::rest(i), reading, turn,
+  return finger.tick(of_finger[i], hand_status.link, hand_link.receiver().frame().angle[i],
+                     settings.reach[i].rest, reading, turn,
                      i > 0 ? neighbours[i - 1].of_second() : hand::Neighbour{});
 }
 
@@ -191,7 +195,7 @@ uint8_t telemetry(uint8_t* wire) {
     cli();
     const uint16_t reading = counts[i];
     sei();
-    finger[i].angle = core::clamp<int16_t>(config::settings(i).potentiometer(reading), 0, link::kMaxAngle);
+    finger[i].angle = core::clamp<int16_t>(of_finger[i].potentiometer(reading), 0, link::kMaxAngle);
     finger[i].duty = hand_status.duty[i];
     finger[i].fault = static_cast<uint8_t>(hand_status.fault[i]);
   }
@@ -278,9 +282,15 @@ ISR(USART_RX_vect) {
 
 int main() {
   reset_cause = start_watchdog(WDTO_30MS);
+  memcpy_P(&settings, find_settings<hand::Settings>(link::BoardKind::hand, hand::kSettingsVersion),
+           sizeof(settings));
+  for (uint8_t i = 0; i < link::kFingers; ++i) of_finger[i] = settings.finger(i);
+  hand_link = link::HandEnd(pair_key());
   starts = store.load(eeprom);
   hand_link.start(starts + 1);
-  start_uart(config::kUartDivisor, _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0));
+  received.set(received_bytes, sizeof(received_bytes));
+  transmitter.set(sent_bytes, sizeof(sent_bytes));
+  start_uart(settings.uart_divisor, _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0));
   start_motors();
   sei();
   for (;;) {

@@ -3,6 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <span>
+
+#include "host/deploy/images.hpp"
+#include "host/deploy/key_patch.hpp"
+#include "host/deploy/model_block.hpp"
 #include "host/deploy/sources.hpp"
 #include "host/io/io.hpp"
 
@@ -13,36 +18,37 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kArduino = "firmware/arduino/";
 
-// What it takes of the firmware as it is.
-bool is_portable(const std::string& source) {
-  return source.starts_with("runtime/") || source == "firmware/markers.hpp";
-}
-
 // Where a source of this repository lies in the library; empty: it is none of it.
 fs::path place_of(const std::string& source, Output output) {
-  if (is_portable(source)) return "src/" + source;
+  if (source.starts_with("runtime/")) return "src/" + source;
   if (!source.starts_with(kArduino)) return {};
   const std::string name = source.substr(kArduino.size());
   if (name == "Flexor.h") return "src/Flexor.h";
-  if (name == "board.hpp") return "src/firmware/board.hpp";
   const bool is_of_vr = name == "GloveVr.ino";
   if (name.ends_with(".ino") && is_of_vr != (output == Output::opengloves)) return {};
   if (name.ends_with(".ino")) return fs::path("examples") / name.substr(0, name.size() - 4) / name;
   return name;
 }
 
-std::string portable_config(Glove glove) {
-  glove.assembly = false;
+template <class Bytes>
+std::string array_of(const char* name, const Bytes& bytes) {
+  return fmt::format("alignas(2) const uint8_t {}[] PROGMEM = {{{}}};\n", name, fmt::join(bytes, ","));
+}
+
+// Settings, key and model as a board's flash holds them.
+std::string data_of(Glove glove) {
   glove.track = false;
-  glove.model_as =
-      ModelAs::code;  // data is replaced in EEPROM or through a bootloader, of which it asks for neither
-  glove.pins.joystick.reset();  // the sketch reads them
-  glove.pins.button = {};
-  std::string text = glove_config(glove);
-  constexpr std::string_view kRegisters = "#include <avr/pgmspace.h>\n\n";
-  const std::size_t at = text.find(kRegisters);
-  if (at != std::string::npos) text.erase(at, kRegisters.size());
-  return text;
+  const glove::Settings settings = glove_settings(glove);
+  const link::KeyRecord key = key_record(glove.key);
+  const auto bytes = [](const auto& one) {
+    return std::span(reinterpret_cast<const std::uint8_t*>(&one), sizeof(one));
+  };
+  return fmt::format(
+             "// Written by flexor deploy {}: settings, the pair's key and the model \"{}\" of this glove.\n"
+             "#pragma once\n#include <Flexor.h>\n\n",
+             FLEXOR_VERSION, io::digest(model::to_json(glove.model))) +
+         array_of("kFlexorSettings", bytes(settings)) + array_of("kFlexorKey", bytes(key)) +
+         array_of("kFlexorModel", flash_block(glove));
 }
 
 void replace(std::string& text, std::string_view shipped, const std::string& now) {
@@ -81,13 +87,13 @@ void write_arduino_library(const Glove& glove, const fs::path& folder) {
     const fs::path place = place_of(source.path, glove.output);
     if (!place.empty()) write(folder / place, wired(source.text, glove));
   }
-  write(folder / "src/glove_config.hpp", portable_config(glove));
+  write(folder / "src/glove_data.h", data_of(glove));
   write(
       folder / "library.properties",
       fmt::format(
           "name=Flexor\nversion={}\nauthor=Flexor\nmaintainer=Flexor\nsentence=A flex-sensor glove with its "
           "compensator, for any board.\nparagraph=Written by flexor deploy.\ncategory=Device Control\nurl=\n"
-          "architectures=*\nincludes=Flexor.h\n",
+          "architectures=*\nincludes=glove_data.h\n",
           FLEXOR_VERSION));
 }
 

@@ -25,12 +25,8 @@ constexpr bool has_state = requires {
 
 class Writer {
  public:
-  Writer(const model::Model& model, const std::vector<std::size_t>& more)
-      : model_(model),
-        fixed_(model),
-        wiring_(model::wiring_of(model)),
-        more_(more),
-        inputs_(model.inputs.size()) {
+  explicit Writer(const model::Model& model)
+      : model_(model), fixed_(model), wiring_(model::wiring_of(model)), inputs_(model.inputs.size()) {
     mark_needed();
     for (std::size_t b = 0; b < model_.blocks.size(); ++b) {
       if (needed_[inputs_ + b]) add_block(b);
@@ -44,34 +40,25 @@ class Writer {
     for (std::size_t f = 0; f < model::kFingers; ++f) {
       if (wiring_.joint[f]) rests_ += fmt::format("    angle[{}] = {};\n", f, fixed_.rest[*wiring_.joint[f]]);
     }
-    for (std::size_t k = 0; k < more_.size(); ++k)
-      rests_ += fmt::format("    angle[{}] = {};\n", model::kFingers + k, fixed_.rest[more_[k]]);
   }
 
-  CompensatorText text() const {
-    return {coefficients_,
-            "class GloveCompensator {\n public:\n  int16_t alpha[glove::kFingers] = {};\n"
-            "  int16_t angle[" +
-                angles() + "] = {};\n\n  GloveCompensator() {\n" + rests_ +
-                "  }\n\n  uint8_t step() {\n    firmware::mark(firmware::Marker::step_begin);\n"
-                "    const uint8_t good = run();\n    firmware::mark(firmware::Marker::step_end);\n"
-                "    return good;\n  }\n\n private:\n  __attribute__((noinline)) uint8_t run() {\n"
-                "    uint8_t good = 0;\n" +
-                shared_ + lines_ + "    return good;\n  }\n\n" + states_ + "};\n"};
+  // Coefficients, and class Compensator.
+  std::string text() const {
+    return "namespace config {\n" + coefficients_ +
+           "}  // namespace config\n\nclass Compensator {\n public:\n  int16_t alpha[5] = {};\n  int16_t "
+           "angle[5] = "
+           "{};\n\n  Compensator() {\n" +
+           rests_ + "  }\n\n  uint8_t step() {\n    uint8_t good = 0;\n" + shared_ + lines_ +
+           "    return good;\n  }\n\n private:\n" + states_ + "};\n";
   }
 
  private:
-  std::string angles() const {
-    return more_.empty() ? "glove::kFingers" : fmt::format("glove::kFingers + {}", more_.size());
-  }
-
   // What only joints without a motor ask for stays on the PC.
   void mark_needed() {
     needed_.resize(fixed_.signals.size(), false);
     for (const auto& joint : wiring_.joint) {
       if (joint) needed_[fixed_.graph.joint[*joint]] = true;
     }
-    for (const std::size_t joint : more_) needed_[fixed_.graph.joint[joint]] = true;
     for (std::size_t b = model_.blocks.size(); b-- > 0;) {
       if (!needed_[inputs_ + b]) continue;
       for (const std::size_t from : fixed_.graph.from[b]) needed_[from] = true;
@@ -144,11 +131,6 @@ class Writer {
       lines_ += fmt::format("      angle[{}] = core::to_output(s{}, {});\n      good |= {};\n", f, signal,
                             fixed_.signals[signal].fraction - core::kOutputFraction, 1 << f);
     }
-    for (std::size_t k = 0; k < more_.size(); ++k) {
-      if (fixed_.graph.joint[more_[k]] != signal) continue;
-      lines_ += fmt::format("      angle[{}] = core::to_output(s{}, {});\n", model::kFingers + k, signal,
-                            fixed_.signals[signal].fraction - core::kOutputFraction);
-    }
   }
 
   // Curves of one signal on the same knots share the search for the segment, and all curves equal knots.
@@ -212,7 +194,6 @@ class Writer {
   const model::Model& model_;
   model::FixedModel fixed_;
   model::Wiring wiring_;
-  const std::vector<std::size_t>& more_;
   std::size_t inputs_;
   std::vector<bool> needed_;
   std::vector<std::size_t> open_;   // inputs of the open section
@@ -247,10 +228,6 @@ void add_source(const std::string& path, std::set<std::string>& known, std::stri
 
 }  // namespace
 
-CompensatorText compensator_text(const model::Model& model, const std::vector<std::size_t>& more) {
-  return Writer(model, more).text();
-}
-
 std::string header_text(const model::Model& given, const std::string& name) {
   const auto is_letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; };
   const auto is_digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
@@ -263,7 +240,6 @@ std::string header_text(const model::Model& given, const std::string& name) {
         fmt::format("a header has one joint of each finger: fit a model without {}", fmt::join(left, ", ")));
   const auto [model, correction] = model::folded(given);
   const model::Wiring wiring = model::wiring_of(model);
-  const CompensatorText text = compensator_text(model, {});
   std::string out = fmt::format(
       "// Written by flexor {}. Every {:g} ms set alpha of a {}::Compensator, then step(), which returns a "
       "bit for each finger\n"
@@ -289,15 +265,8 @@ std::string header_text(const model::Model& given, const std::string& name) {
       name + " {\n";
   std::set<std::string> known;
   add_source("runtime/compensator/blocks.hpp", known, out);
-  return out +
-         fmt::format("\nnamespace flexor {{\nnamespace glove {{\nconstexpr uint8_t kFingers = {};\n",
-                     model::kFingers) +
-         "}  // namespace glove\nnamespace firmware {\nenum class Marker : uint8_t { step_begin, step_end "
-         "};\n"
-         "inline void mark(Marker) {}\n}  // namespace firmware\nnamespace config {\n" +
-         text.coefficients + "}  // namespace config\n\n" + text.compensator +
-         "}  // namespace flexor\nusing Compensator = flexor::GloveCompensator;\n}  // namespace " + name +
-         "\n";
+  return out + "\nnamespace flexor {\n" + Writer(model).text() +
+         "}  // namespace flexor\nusing flexor::Compensator;\n}  // namespace " + name + "\n";
 }
 
 }  // namespace flexor::deploy

@@ -1,18 +1,18 @@
 #include "host/deploy/config.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "host/deploy/compensator_text.hpp"
-#include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/io/io.hpp"
+#include "host/model/fixed_error.hpp"
 #include "host/model/kind.hpp"
 #include "host/model/tracking.hpp"
-#include "runtime/glove/flash_model.hpp"
+#include "runtime/glove/plain_text.hpp"
+#include "runtime/glove/signal_chain.hpp"
+#include "runtime/link/glove_speech.hpp"
 #include "runtime/link/opengloves.hpp"
 
 namespace flexor::deploy {
@@ -36,17 +36,7 @@ int frame_bytes(const Key& key) { return link::frame_bytes(key.has_value()); }
 
 std::int16_t q4(double deg) { return static_cast<std::int16_t>(std::lround(deg * 16)); }
 
-constexpr const char* kHead = "// Written by flexor deploy {}; not to be edited.\n#pragma once\n\n";
-
 }  // namespace
-
-std::string key_text(const Key& key) {
-  const link::KeyRecord record = key_record(key);
-  return fmt::format(
-      "const link::KeyRecord kKeyRecord PROGMEM __attribute__((used)) = {{{}, {}, {}, {{}}}};\n",
-      model::braces(record.magic, sizeof(record.magic)), model::braces(record.key, sizeof(record.key)),
-      model::braces(record.crc, sizeof(record.crc)));
-}
 
 double Sensor::operator()(double n) const {
   std::size_t i = 1;
@@ -95,7 +85,7 @@ void require_room_for_lines(const Glove& glove) {
   const double line_s = line_bytes(glove) * 10 / kUsbBaud;
   if (line_s <= glove.model.sample_period_s) return;
   throw InputError(fmt::format(
-      "a line of up to {} bytes takes {:.1f} ms at {:g} baud, which VR drivers fix, and the glove samples "
+      "a line of up to {} bytes takes {:.1f} ms at {:g} baud, which is fixed, and the glove samples "
       "every {:g} ms: lower --rate, or --encoding alpha sends the fingers alone",
       line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s));
 }
@@ -113,47 +103,57 @@ std::optional<std::uint8_t> place_of(const std::string& finger, const std::strin
 
 }  // namespace
 
-std::uint8_t fingers_there(const model::Model& model) {
-  const model::Wiring wiring = model::wiring_of(model);
-  unsigned out = 0;
-  for (std::size_t f = 0; f < kFingers; ++f) out |= (wiring.joint[f] ? 1U : 0U) << f;
-  return static_cast<std::uint8_t>(out);
-}
-
 std::vector<std::string> missing_fingers(const model::Model& model) {
-  const unsigned there = fingers_there(model);
+  const model::Wiring wiring = model::wiring_of(model);
   std::vector<std::string> out;
   for (std::size_t f = 0; f < kFingers; ++f) {
-    if ((there >> f & 1U) == 0) out.push_back(model::finger_names()[f]);
+    if (!wiring.joint[f]) out.push_back(model::finger_names()[f]);
   }
   return out;
 }
 
-std::vector<VrJoint> vr_joints(const Glove& glove) {
-  std::vector<VrJoint> out;
-  if (glove.output != Output::opengloves || glove.encoding == Encoding::alpha) return out;
-  const model::Wiring wiring = model::wiring_of(glove.model);
+std::vector<BoardOutput> outputs_of(const Glove& glove) {
+  const model::Model& m = glove.model;
+  const model::Wiring wiring = model::wiring_of(m);
+  std::vector<BoardOutput> out;
+  const auto add = [&](std::size_t joint, std::size_t number, std::size_t finger, std::uint8_t place) {
+    const model::Ends ends = model::ends(m, m.joints[joint]);
+    out.push_back({joint,
+                   {static_cast<std::uint8_t>(number), place, static_cast<std::uint8_t>(finger),
+                    model::strips_of(m, wiring, joint), model::guard_of(m, m.joints[joint]).rest,
+                    q4(ends.open_deg), q4(ends.fist_deg)}});
+  };
   for (std::size_t f = 0; f < kFingers; ++f) {
-    for (std::size_t j = 0; j < glove.model.joints.size(); ++j) {
-      const model::Joint& joint = glove.model.joints[j];
-      const auto place = place_of(model::finger_names()[f], joint.name);
-      if (!place || wiring.joint[f] == j) continue;
-      out.push_back(
-          {j,
-           {static_cast<std::uint8_t>(f), *place, model::strips_of(glove.model, wiring, j),
-            model::flexion_of(model::ends(glove.model, joint)), model::guard_of(glove.model, joint)}});
+    if (wiring.joint[f]) add(*wiring.joint[f], f, f, 0);
+  }
+  if (glove.output != Output::opengloves || glove.encoding == Encoding::alpha) return out;
+  std::size_t number = kFingers;
+  for (std::size_t f = 0; f < kFingers; ++f) {
+    for (std::size_t j = 0; j < m.joints.size(); ++j) {
+      const auto place = place_of(model::finger_names()[f], m.joints[j].name);
+      if (place && wiring.joint[f] != j) add(j, number++, f, *place);
     }
   }
   return out;
 }
 
+namespace {
+
+int further_joints(const std::vector<BoardOutput>& outputs) {
+  return static_cast<int>(
+      std::ranges::count_if(outputs, [](const BoardOutput& o) { return o.output.number >= kFingers; }));
+}
+
+}  // namespace
+
 int line_bytes(const Glove& glove) {
-  return link::kMaxGloveText + static_cast<int>(vr_joints(glove).size()) * link::kMaxJointText;
+  if (glove.output != Output::opengloves) return glove::kMaxPlainText;
+  return link::kMaxGloveText + further_joints(outputs_of(glove)) * link::kMaxJointText;
 }
 
 int samples_per_frame(const Glove& glove) {
   const int rate = sample_rate_hz(glove.model);
-  if (glove.output == Output::opengloves) {
+  if (glove.output != Output::radio) {
     require_room_for_lines(glove);
     return 1;
   }
@@ -207,11 +207,6 @@ std::array<glove::TrackedStrip, kFingers> tracked_strips(const Glove& glove) {
 
 void check_tracking(const Glove& glove) {
   if (!glove.track) return;
-  if (glove.model_as == ModelAs::data)
-    throw InputError(
-        "--track with --model-as data: what a strip is tracked against is compiled into the image; use "
-        "--model-as "
-        "code, or leave out --track");
   const auto tracked = tracked_strips(glove);
   if (std::ranges::any_of(tracked, [](const glove::TrackedStrip& strip) { return strip.half != 0; })) return;
   throw InputError(
@@ -220,7 +215,7 @@ void check_tracking(const Glove& glove) {
       "recording with both, or leave out --track");
 }
 
-Turns turns_of(const Glove& glove) {
+link::Turns turns_of(const Glove& glove) {
   constexpr double kApart_s = 0.5;      // of two turns, at most
   constexpr double kSeekApart_s = 0.2;  // while the hand is not heard
   constexpr double kWay_s = 0.012;      // of the hand's answer through the modules and to its begin
@@ -233,9 +228,9 @@ Turns turns_of(const Glove& glove) {
   if (silent_s >= answer_s) return {1, 1, 0};
   const double slots = std::ceil((answer_s - silent_s) / period_s);
   const auto every = [&](double apart_s) {
-    return static_cast<int>(std::max(1.0, std::floor(apart_s / period_s) - slots));
+    return static_cast<std::uint8_t>(std::clamp(std::floor(apart_s / period_s) - slots, 1.0, 255.0));
   };
-  return {every(kApart_s), every(kSeekApart_s), static_cast<int>(std::min(slots, 255.0))};
+  return {every(kApart_s), every(kSeekApart_s), static_cast<std::uint8_t>(std::min(slots, 255.0))};
 }
 
 int uart_divisor(double baud) {
@@ -259,19 +254,13 @@ GloveTables glove_tables(const Glove& glove) {
   return model::glove_tables(glove.model, sensors);
 }
 
-namespace {
-
-std::vector<std::size_t> joints_of_text(const Glove& glove) {
-  std::vector<std::size_t> out;
-  for (const VrJoint& joint : vr_joints(glove)) out.push_back(joint.joint);
-  return out;
-}
-
-}  // namespace
-
 model::ChainParts chain_parts(const Glove& glove) {
-  return {glove_tables(glove), model::HostCompensator(glove.model, joints_of_text(glove)),
-          tracked_strips(glove), model::samples_per_tick(glove.model.sample_period_s)};
+  std::vector<std::size_t> further;
+  for (const BoardOutput& o : outputs_of(glove)) {
+    if (o.output.number >= kFingers) further.push_back(o.joint);
+  }
+  return {glove_tables(glove), model::HostCompensator(glove.model, further), tracked_strips(glove),
+          model::samples_per_tick(glove.model.sample_period_s)};
 }
 
 namespace {
@@ -315,8 +304,7 @@ Hand within_safe_limits(Hand hand) {
   return hand;
 }
 
-hand::FingerSettings finger_settings(const Hand& hand, int finger) {
-  const auto i = static_cast<std::size_t>(finger);
+hand::Settings hand_settings(const Hand& hand) {
   constexpr double kTick_s = 0.001;
   const auto int16 = [](double v) {
     return static_cast<std::int16_t>(std::lround(std::clamp(v, 0.0, 32767.0)));
@@ -324,309 +312,104 @@ hand::FingerSettings finger_settings(const Hand& hand, int finger) {
   const auto step = [](double deg_s) {
     return static_cast<std::int32_t>(std::lround(std::min(deg_s * kTick_s, 1000.0) * (1 << 20)));
   };
-  hand::FingerSettings c{};
-  c.loop.lower = q4(hand.lower_deg[i]);
-  c.loop.upper = q4(hand.upper_deg[i]);
-  c.loop.max_step = step(hand.speed_deg_s);
-  c.loop.proportional = int16(hand.proportional_per_deg * hand::kFullDuty);
-  c.loop.integral = int16(hand.integral_per_deg_s * kTick_s * hand::kFullDuty * 256);
-  c.loop.integral_limit = static_cast<std::int32_t>(std::lround(hand.integral_limit * hand::kFullDuty * 256));
-  c.loop.duty_limit = int16(hand.duty * hand::kFullDuty);
-  c.loop.feed_forward = int16(hand.feed_forward_s_per_deg / kTick_s * hand::kFullDuty);
-  c.potentiometer.scale =
-      static_cast<std::uint32_t>(std::lround(16 * hand.potentiometer_range_deg / 1023 * 65536));
+  hand::Settings c{};
+  c.board = static_cast<std::uint8_t>(link::BoardKind::hand);
+  c.version = hand::kSettingsVersion;
+  c.uart_divisor = static_cast<std::uint16_t>(uart_divisor(hand.baud));
+  c.max_step = step(hand.speed_deg_s);
+  c.proportional = int16(hand.proportional_per_deg * hand::kFullDuty);
+  c.integral = int16(hand.integral_per_deg_s * kTick_s * hand::kFullDuty * 256);
+  c.integral_limit = static_cast<std::int32_t>(std::lround(hand.integral_limit * hand::kFullDuty * 256));
+  c.duty_limit = int16(hand.duty * hand::kFullDuty);
+  c.feed_forward = int16(hand.feed_forward_s_per_deg / kTick_s * hand::kFullDuty);
+  c.scale = static_cast<std::uint32_t>(std::lround(16 * hand.potentiometer_range_deg / 1023 * 65536));
+  c.careful_step = step(hand.careful_deg_s);
+  if (hand.motor.full_speed_deg_s > 0) c.motor = motor_settings(hand.motor);
   const double counts_per_deg = sensor::kAdcTop / hand.potentiometer_range_deg;
   const auto counts = [&](double deg) {
     return static_cast<std::uint16_t>(std::lround(std::clamp<double>(
         deg * counts_per_deg, kPotentiometerMargin, sensor::kAdcTop - kPotentiometerMargin)));
   };
-  c.potentiometer.low = counts(hand.lower_deg[i] - hand.reach_deg);
-  c.potentiometer.high = counts(hand.upper_deg[i] + hand.reach_deg);
-  c.careful_step = step(hand.careful_deg_s);
-  if (hand.motor.full_speed_deg_s > 0) c.motor = motor_settings(hand.motor);
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    const double lower_deg = hand.lower_deg[i];
+    const double upper_deg = hand.upper_deg[i];
+    c.reach[i] = {q4(lower_deg), q4(upper_deg), q4(std::clamp(hand.rest_deg[i], lower_deg, upper_deg)),
+                  counts(lower_deg - hand.reach_deg), counts(upper_deg + hand.reach_deg)};
+  }
   return c;
 }
 
 namespace {
 
-// Pull-ups and which buttons are closed.
-std::string button_text(const Pins& pins) {
-  std::string start;
-  std::string pressed;
-  for (std::size_t i = 0; i < kButtons; ++i) {
-    if (!pins.button[i]) continue;
-    const PortBit pin = port_bit(*pins.button[i]);
-    start += fmt::format("  PORT{} |= {};\n", pin.port, 1 << pin.bit);
-    pressed += fmt::format("  if ((PIN{} & {}) == 0) out |= {};\n", pin.port, 1 << pin.bit, buttons()[i].bit);
-  }
-  return "inline void start_buttons() {\n" + start + "}\ninline uint8_t pressed() {\n  uint8_t out = 0;\n" +
-         pressed + "  return out;\n}\n";
-}
-
-std::string vr_tables(const Glove& glove, const GloveTables& tables) {
-  std::string out = "constexpr glove::FlexionSettings kFlexion[] = {";
-  for (const glove::FlexionSettings& f : tables.flexion)
-    out += fmt::format("{{{}, {}}}, ", f.straight, f.scale);
-  const std::vector<VrJoint> joints = vr_joints(glove);
-  out += fmt::format("}};\nconstexpr uint8_t kJoints = {};\nconstexpr glove::JointSettings kJoint[] = {{",
-                     joints.size());
-  for (const VrJoint& j : joints) {
-    const glove::JointSettings& s = j.settings;
-    out += fmt::format("{{{}, {}, {}, {{{}, {}}}, {{{}, {}, {}}}}}, ", s.finger, s.place, s.strips,
-                       s.flexion.straight, s.flexion.scale, s.guard.rest, s.guard.max_step,
-                       s.guard.hold_samples);
-  }
-  if (joints.empty()) out += "{}";
-  out += fmt::format(
-      "}};\nconstexpr uint8_t kThere = {};\nconstexpr bool kRightHand = {};\nconstexpr bool kJoystick = "
-      "{};\n",
-      fingers_there(glove.model), glove.right_hand, glove.pins.joystick.has_value());
-  return out + button_text(glove.pins);
-}
-
-// The rings' sizes are powers of two, and one place stays empty.
-int ring_bytes(const Glove& glove) {
-  int size = 64;
-  while (glove.output == Output::opengloves && size <= line_bytes(glove)) size *= 2;
-  return size;
-}
-
-std::string scan_text(const Pins& pins) {
-  const std::vector<int> scan = scan_of(pins);
-  unsigned analog = 0;
-  for (const int channel : scan) analog |= channel < 6 ? 1U << channel : 0U;
-  return fmt::format("constexpr uint8_t kScan[] PROGMEM = {};\nconstexpr uint8_t kAnalogPins = {};\n",
-                     model::braces(scan.data(), scan.size()), analog);
-}
-
-std::string zero_text(const Glove& glove) {
-  const PortBit pin = port_bit(*glove.pins.button[kCalibrate]);
-  return fmt::format(
-      "struct ZeroConfig {{\n  static constexpr uint8_t kRate_hz = config::kRate_hz;\n"
-      "  static void start_zero_button() {{ PORT{0} |= {1}; }}\n"
-      "  static bool zero_button() {{ return (PIN{0} & {1}) == 0; }}\n}};\n",
-      pin.port, 1 << pin.bit);
-}
-
-std::string track_text(const Glove& glove) {
-  const glove::TrackerSettings c = model::tracker_settings<glove::Tracking>({});
-  std::string strips;
-  for (const glove::TrackedStrip& s : tracked_strips(glove))
-    strips += fmt::format("{{{}, {}, {}, {}, {}}}, ", s.middle, s.half, s.noise, s.max_step, s.per_half);
-  return fmt::format(
-      "constexpr glove::TrackerSettings kTracker = {{{}, {}, {}}};\n"
-      "constexpr glove::TrackedStrip kTracked[] PROGMEM = {{{}}};\nconstexpr uint8_t kSamplesPerTick = "
-      "{};\n",
-      c.shift, c.stretch, c.growth, strips, model::samples_per_tick(glove.model.sample_period_s));
-}
-
-std::string glove_head(const Glove& glove, const GloveTables& tables) {
+void set_timing(const Glove& glove, glove::SettingsHead& c) {
+  const int rate_hz = sample_rate_hz(glove.model);
   const bool radio = glove.output == Output::radio;
-  std::string out = fmt::format(kHead, FLEXOR_VERSION);
-  // No text of the model's: what ends a comment, or goes on after it, would be compiled.
-  out += fmt::format("// model {}\n", io::digest(model::to_json(glove.model)));
-  if (glove.assembly) out += "#define FLEXOR_AVR_ASSEMBLY\n";
-  const bool is_data = glove.model_as == ModelAs::data;
-  const bool in_flash = is_data && data_block(glove).in_flash;
-  if (is_data) out += "#define FLEXOR_MODEL_AS_DATA\n";
-  if (is_data) out += in_flash ? "#define FLEXOR_MODEL_IN_FLASH\n" : "#define FLEXOR_MODEL_IN_EEPROM\n";
-  if (!radio) out += "#define FLEXOR_OUTPUT_OPENGLOVES\n";
-  if (can_zero(glove)) out += "#define FLEXOR_ZERO\n";
-  if (glove.track) out += "#define FLEXOR_TRACK\n";
-  out +=
-      "#include <avr/pgmspace.h>\n\n#include \"firmware/board.hpp\"\n#include "
-      "\"runtime/glove/glove_text.hpp\"\n#include \"runtime/glove/signal_chain.hpp\"\n"
-      "#include \"runtime/link/key_record.hpp\"\n"
-      "#include \"runtime/compensator/blocks.hpp\"\n";
-  if (in_flash) out += "#include \"runtime/glove/flash_model.hpp\"\n";
-  if (is_data && !in_flash)
-    out += "#include \"runtime/glove/data_model.hpp\"\n#include \"runtime/glove/model_receiver.hpp\"\n";
-  if (can_zero(glove)) out += "#include \"firmware/glove/zeroing.hpp\"\n";
-  out += "\nnamespace flexor {\nnamespace config {\n\n";
-  out += fmt::format(
-      "constexpr uint16_t kRate_hz = {};\nconstexpr uint8_t kSamplesPerFrame = {};\nconstexpr uint16_t "
-      "kUartDivisor = {};\n",
-      sample_rate_hz(glove.model), samples_per_frame(glove), uart_divisor(radio ? glove.baud : kUsbBaud));
-  if (glove.track) out += track_text(glove);
-  out += fmt::format("constexpr uint16_t kRingBytes = {};\n", ring_bytes(glove)) + scan_text(glove.pins);
-  if (can_zero(glove)) out += zero_text(glove);
-  if (!radio) return out + vr_tables(glove, tables) + "\n";
-  const Turns turns = turns_of(glove);
-  out += fmt::format(
-      "constexpr uint8_t kListenEvery = {};\nconstexpr uint8_t kSeekEvery = {};\nconstexpr uint8_t "
-      "kListenSlots = {};\n",
-      turns.every, turns.seek_every, turns.slots);
-  return out + key_text(glove.key) + "\n";
+  c.rate_hz = static_cast<std::uint8_t>(rate_hz);
+  c.period_ms = static_cast<std::uint16_t>(1000 / rate_hz);
+  c.timer_top = static_cast<std::uint16_t>(kClock_hz / 64 / rate_hz - 1);
+  const int divisor = uart_divisor(radio ? glove.baud : kUsbBaud);
+  c.uart_divisor = static_cast<std::uint16_t>(divisor);
+  c.samples_per_frame = static_cast<std::uint8_t>(samples_per_frame(glove));
+  const link::Turns turns = radio ? turns_of(glove) : link::Turns{1, 1, 0};
+  c.listen_every = turns.every;
+  c.seek_every = turns.seek_every;
+  c.listen_slots = turns.slots;
+  const auto baud = static_cast<std::uint32_t>(kClock_hz / 8 / (divisor + 1));
+  c.has_room = link::has_room(baud, static_cast<std::uint8_t>(rate_hz / c.samples_per_frame)) ? 1 : 0;
+  c.samples_per_tick = static_cast<std::uint8_t>(model::samples_per_tick(glove.model.sample_period_s));
 }
 
-std::string sensor_tables(const Glove& glove, const GloveTables& tables) {
-  std::string out;
-  // Fingers with the same divider share a table.
-  std::array<std::size_t, kFingers> table{};
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    const auto same = [&](std::size_t j) {
-      return std::ranges::equal(tables.calibration[i].alpha, tables.calibration[j].alpha);
-    };
-    while (!same(table[i])) ++table[i];
-    if (table[i] == i) {
-      out += fmt::format("constexpr sensor::Calibration kCalibration{} PROGMEM = {{{}}};\n", i,
-                         model::braces(tables.calibration[i].alpha, sensor::kKnots));
-    }
+void set_pins(const Pins& pins, glove::SettingsHead& c) {
+  const std::vector<int> scan = scan_of(pins);
+  c.scan_count = static_cast<std::uint8_t>(scan.size());
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    c.scan[i] = static_cast<std::uint8_t>(scan[i]);
+    if (scan[i] < 6) c.analog_pins = static_cast<std::uint8_t>(c.analog_pins | 1U << scan[i]);
   }
-  // A model that is data brings its own.
-  out += fmt::format("\n{} glove::ChannelSettings kChannels[] = {{\n",
-                     glove.model_as == ModelAs::data ? "static" : "constexpr");
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    const sensor::MonitorSettings& m = tables.monitor[i];
-    const sensor::GuardSettings& g = tables.guard[i];
-    out += fmt::format("    {{&kCalibration{}, {{{}, {}, {}, {}}}, {{{}, {}, {}}}, {}, {{{}, {}}}}},\n",
-                       table[i], m.low, m.high, m.rail_samples, m.stuck_samples, g.rest, g.max_step,
-                       g.hold_samples, tables.strips[i], tables.poses[i].open, tables.poses[i].fist);
+  for (std::size_t i = 0; i < kButtons; ++i) {
+    c.button[i] = static_cast<std::uint8_t>(pins.button[i].value_or(glove::kNoPin));
+    c.button_bit[i] = buttons()[i].bit;
   }
-  return out + "};\n\n";
-}
-
-std::uint16_t image_of(const ModelBlock& block) {
-  std::uint16_t image = 0;
-  for (const Bytes& part : block.parts) {
-    for (const std::uint8_t byte : part) image = core::crc16_add(image, byte);
-  }
-  return image;
-}
-
-std::string made_for(const GloveTables& tables, std::uint16_t image) {
-  const std::array<std::uint16_t, kFingers> ids = calibration_ids(tables);
-  return fmt::format(
-      "constexpr uint16_t kImage = {};\nconstexpr uint16_t kCalibrationId[] = {};\n"
-      "constexpr compensator::MadeFor kMadeFor = {{kCalibrationId, kRate_hz}};\n",
-      image, model::braces(ids.data(), ids.size()));
-}
-
-// What the interpreter starts from: the parts in flash, and what the chain gets of whichever model is loaded.
-std::string eeprom_text(const ModelBlock& block, const GloveTables& tables) {
-  std::string out;
-  std::string built_in;
-  for (std::size_t i = 0; i < block.parts.size(); ++i) {
-    const Bytes& part = block.parts[i];
-    out += fmt::format("constexpr uint8_t kPart{}[] PROGMEM = {};\n", i,
-                       model::braces(part.data(), part.size()));
-    built_in += fmt::format("{}{{kPart{}, {}}}", i > 0 ? ", " : "", i, part.size());
-  }
-  return out +
-         fmt::format("constexpr glove::BuiltIn kBuiltIn[] = {{{}}};\nconstexpr uint8_t kParts = {};\n",
-                     built_in, block.parts.size()) +
-         made_for(tables, image_of(block));
-}
-
-// Two copies, of which the second is none yet.
-std::string flash_text(const Glove& glove, const ModelBlock& block, const GloveTables& tables) {
-  const std::uint16_t image = image_of(block);
-  const glove::ModelRecord r = model_record(glove, image);
-  const Bytes copy = model_copy(block, image, 0);
-  return fmt::format(
-             "const glove::ModelPages<{}> kModelPages PROGMEM __attribute__((used)) = {{{{{}, {}, {}, {}, "
-             "{}, "
-             "{}, "
-             "{}, {{}}}}, {{{}}}}};\n",
-             kCopyBytes, model::braces(r.magic, sizeof(r.magic)), r.image, r.rate_hz, r.version,
-             model::braces(r.calibration, compensator::kStrips), r.copy_bytes, r.crc,
-             model::braces(copy.data(), copy.size())) +
-         made_for(tables, image);
-}
-
-std::string data_compensator(bool in_flash) {
-  const std::string base =
-      in_flash ? fmt::format("glove::FlashModel<{}>", kFlashArenaBytes)
-               : fmt::format("glove::DataModel<firmware::Eeprom, config::kParts, {}>", kArenaBytes);
-  return fmt::format(
-      "class GloveCompensator : public {} {{\n public:\n"
-      "  uint8_t step() {{\n    firmware::mark(firmware::Marker::step_begin);\n"
-      "    const uint8_t good = Graph::step();\n    firmware::mark(firmware::Marker::step_end);\n"
-      "    return good;\n  }}\n}};\n",
-      base);
-}
-
-std::string data_config(const Glove& glove) {
-  if (glove.output == Output::opengloves)
-    throw InputError(
-        "--output opengloves: a model that is data is replaced over the radio's link, which a glove for VR "
-        "drivers "
-        "does not speak: use --model-as code");
-  const GloveTables tables = glove_tables(glove);
-  const DataBlock data = data_block(glove);
-  return glove_head(glove, tables) + sensor_tables(glove, tables) +
-         (data.in_flash ? flash_text(glove, data.block, tables) : eeprom_text(data.block, tables)) +
-         "\n}  // namespace config\n\n" + data_compensator(data.in_flash) + "\n}  // namespace flexor\n";
 }
 
 }  // namespace
 
-std::string glove_config(const Glove& glove) {
+glove::Settings glove_settings(const Glove& glove) {
   check_tracking(glove);
-  if (glove.model_as == ModelAs::data) return data_config(glove);
-  const CompensatorText text = compensator_text(glove.model, joints_of_text(glove));
   const GloveTables tables = glove_tables(glove);
-  return glove_head(glove, tables) + sensor_tables(glove, tables) + text.coefficients +
-         "\n}  // namespace config\n\n" + text.compensator + "\n}  // namespace flexor\n";
+  glove::Settings out{};
+  glove::SettingsHead& c = out.head;
+  c.board = static_cast<std::uint8_t>(link::BoardKind::glove);
+  c.version = glove::kSettingsVersion;
+  c.output = glove.output;
+  c.right_hand = glove.right_hand ? 1 : 0;
+  set_timing(glove, c);
+  set_pins(glove.pins, c);
+  c.rail_samples = tables.monitor[0].rail_samples;
+  c.stuck_samples = tables.monitor[0].stuck_samples;
+  c.hold_samples = tables.guard[0].hold_samples;
+  c.max_step = tables.guard[0].max_step;
+  c.tracker = model::tracker_settings<glove::Tracking>({});
+  std::ranges::copy(calibration_ids(tables), c.calibration_id);
+  std::array<glove::ChannelSettings, kFingers> channels{};
+  for (std::size_t i = 0; i < kFingers; ++i) channels[i].poses = tables.poses[i];
+  c.tracked_for = glove::poses_id(channels.data());
+  std::ranges::copy(tracked_strips(glove), out.tracked);
+  std::ranges::copy(tables.calibration, out.calibration);
+  return out;
 }
 
-namespace {
-
-// What is the same for all fingers: constants of their instructions.
-std::string common_settings(const hand::FingerSettings& c) {
-  return fmt::format(
-      R"(
-FLEXOR_INLINE int16_t rest(uint8_t finger) {{ return core::table(kRest[finger]); }}
-FLEXOR_INLINE hand::FingerSettings settings(uint8_t finger) {{
-  const Reach& r = kReach[pgm_read_byte(&kReachOf[finger])];
-  return {{{{core::table(r.lower), core::table(r.upper), {}L, {}, {}, {}L, {}, {}}},
-          {{{}, {}, core::table(r.low), core::table(r.high)}},
-          {}L,
-          {{{}, {}, {}, {}, {}, {}, {}, {}}}}};
-}}
-)",
-      c.loop.max_step, c.loop.proportional, c.loop.integral, c.loop.integral_limit, c.loop.duty_limit,
-      c.loop.feed_forward, c.potentiometer.scale, c.potentiometer.offset, c.careful_step, c.motor.rate,
-      c.motor.gain, c.motor.friction, c.motor.load, c.motor.forget, c.motor.gap, c.motor.breakaway,
-      c.motor.kick);
-}
-
-}  // namespace
-
-std::string hand_config(const Hand& hand) {
-  std::string out = fmt::format(kHead, FLEXOR_VERSION);
-  out +=
-      "#include \"runtime/hand/finger.hpp\"\n#include \"runtime/link/key_record.hpp\"\n\nnamespace flexor "
-      "{\nnamespace config {\n\n";
-  out += fmt::format("constexpr uint16_t kUartDivisor = {};\n", uart_divisor(hand.baud));
-  out += key_text(hand.key);
-  // Fingers with the same joint share it.
-  std::vector<std::string> reaches;
-  std::array<std::ptrdiff_t, kFingers> of{};
-  std::array<std::int16_t, kFingers> rest{};
-  for (int i = 0; i < kFingers; ++i) {
-    const hand::FingerSettings c = finger_settings(hand, i);
-    const std::string text = fmt::format("{{{}, {}, {}, {}}}", c.loop.lower, c.loop.upper,
-                                         c.potentiometer.low, c.potentiometer.high);
-    const auto f = static_cast<std::size_t>(i);
-    rest[f] = q4(std::clamp(hand.rest_deg[f], hand.lower_deg[f], hand.upper_deg[f]));
-    const auto known = std::ranges::find(reaches, text);
-    of[f] = known - reaches.begin();
-    if (known == reaches.end()) reaches.push_back(text);
+Error fixed_point_error(const model::Model& model, const std::vector<std::vector<double>>& recording) {
+  Error out;
+  out.range_deg = model::worst_fixed_error_deg(model);
+  if (!recording.empty()) out.recording_deg = model::fixed_error_deg(model, recording);
+  if (out.worst_deg() > model::kFixedError_deg) {
+    throw InputError(fmt::format(
+        "model {:?}: fixed point is up to {:.4f} degree from double, more than the {:g} allowed: steep "
+        "curves and large gains cost precision",
+        model.name, out.worst_deg(), model::kFixedError_deg));
   }
-  out += fmt::format(
-      R"(
-struct Reach {{
-  int16_t lower, upper;
-  uint16_t low, high;
-}};
-const Reach kReach[] PROGMEM = {{{}}};
-const uint8_t kReachOf[] PROGMEM = {};  // thumb to pinky
-const int16_t kRest[] PROGMEM = {};
-)",
-      fmt::join(reaches, ", "), model::braces(of.data(), kFingers), model::braces(rest.data(), kFingers));
-  out += common_settings(finger_settings(hand, 0));
-  return out + "\n}  // namespace config\n}  // namespace flexor\n";
+  return out;
 }
 
 }  // namespace flexor::deploy

@@ -1,8 +1,7 @@
-// A model and a hand as C++ that the firmware includes: integers only, all computed here in double.
+// What a deployment consists of, and the settings of both boards: integers only, all computed here in double.
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -14,8 +13,10 @@
 #include "host/model/host_chain.hpp"
 #include "host/model/model.hpp"
 #include "host/model/wiring.hpp"
-#include "runtime/glove/follower.hpp"
-#include "runtime/hand/finger.hpp"
+#include "runtime/compensator/graph.hpp"
+#include "runtime/glove/settings.hpp"
+#include "runtime/hand/settings.hpp"
+#include "runtime/link/glove_turns.hpp"
 #include "runtime/link/messages.hpp"
 
 namespace flexor::deploy {
@@ -27,12 +28,10 @@ inline constexpr double kLeastBaudWithKey = 4800;  // of the radio
 
 using Key = std::optional<link::Key>;  // none: plain frames
 
-enum class Output { radio, opengloves };
+using glove::Output;
 // Of the text for VR drivers: a number for each finger; or the model's other joints as well, which a driver
 // from 0.5 on reads.
 enum class Encoding { alpha, beta };
-
-enum class ModelAs { code, data };  // compiled, or bytes that an interpreter runs and that can be replaced
 
 // ADC counts -> the model's input, monotonic over 0 .. 1023, straight between points and beyond; where it has no value, any
 // that the model refuses.
@@ -61,11 +60,7 @@ struct Glove {
   Pins pins;
   Encoding encoding = Encoding::alpha;  // with output opengloves
   bool right_hand = true;               // likewise
-  ModelAs model_as = ModelAs::code;
-  bool in_flash =
-      false;  // a model that is data lies in flash also where EEPROM has room: larger ones can follow it
-  bool track = false;    // strips are followed while the glove is worn
-  bool assembly = true;  // products as the microcontroller has them; the same bits
+  bool track = false;                   // sensors are followed while the glove is worn
 };
 
 // By how much a motor may differ from its HandMotor without a fault, and within the bound on its speed.
@@ -124,12 +119,7 @@ void check_tracking(const Glove& glove);
 // The radio carries one direction at a time: after every `every`-th frame, twice a second, the glove leaves out
 // `slots` more, so that the hand's longest frame has room; after every `seek_every`-th while it does not hear
 // the hand.
-struct Turns {
-  int every;
-  int seek_every;
-  int slots;
-};
-Turns turns_of(const Glove& glove);
+link::Turns turns_of(const Glove& glove);
 
 // UBRR0 at double speed, where the error is at most 2.5 %.
 int uart_divisor(double baud);
@@ -138,31 +128,36 @@ int uart_divisor(double baud);
 using model::GloveTables;
 GloveTables glove_tables(const Glove& glove);
 
-// A bit for each finger that a joint of the model moves, thumb first; names of those that none does.
-std::uint8_t fingers_there(const model::Model& model);
+// Names of the fingers that no joint of the model moves.
 std::vector<std::string> missing_fingers(const model::Model& model);
 
-// The joints that the text for VR drivers names beside the fingers: those of the model that end in _mcp, _pip,
-// _dip, of the thumb in _cmc, _mcp, _ip, and are not their finger's own. None with encoding alpha.
-struct VrJoint {
+// What leaves the glove: each finger's joint and, in text for VR drivers of encoding beta, the model's further joints that
+// end in _mcp, _pip, _dip, of the thumb in _cmc, _mcp, _ip.
+struct BoardOutput {
   std::size_t joint;  // of the model
-  glove::JointSettings settings;
+  compensator::Output output;
 };
-std::vector<VrJoint> vr_joints(const Glove& glove);
+std::vector<BoardOutput> outputs_of(const Glove& glove);
 
 // Of the chain that says what the board sends.
 model::ChainParts chain_parts(const Glove& glove);
 
-// Bytes of the longest line for VR drivers.
+// Bytes of the longest line.
 int line_bytes(const Glove& glove);
 
-hand::FingerSettings finger_settings(const Hand& hand, int finger);
+// Largest |fixed point - double| of any joint, degrees, both given the same inputs.
+struct Error {
+  double range_deg = 0;                 // the worst that a search over all valid inputs finds
+  std::optional<double> recording_deg;  // over what was given
+  double worst_deg() const { return std::max(range_deg, recording_deg.value_or(0)); }
+};
 
-// The line of both configurations that holds the key's record.
-std::string key_text(const Key& key);
+// recording: readings of the model's inputs, a row for each sample; empty: none. Throws io::InputError when the error
+// exceeds model::kFixedError_deg.
+Error fixed_point_error(const model::Model& model, const std::vector<std::vector<double>>& recording);
 
-// Texts of glove_config.hpp and hand_config.hpp.
-std::string glove_config(const Glove& glove);
-std::string hand_config(const Hand& hand);
+// What the boards' images are told.
+glove::Settings glove_settings(const Glove& glove);
+hand::Settings hand_settings(const Hand& hand);
 
 }  // namespace flexor::deploy

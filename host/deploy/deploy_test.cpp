@@ -1,4 +1,4 @@
-#include "host/deploy/deploy.hpp"
+#include "host/deploy/config.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -7,12 +7,15 @@
 
 #include "host/deploy/calibration.hpp"
 #include "host/deploy/compensator_text.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "host/model/channel.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/correction.hpp"
+#include "runtime/core/flash_map.hpp"
+#include "runtime/glove/glove_text.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -98,12 +101,17 @@ TEST_F(Deploy, ACorrectionOfASensorCostsTheBoardNothing) {
   EXPECT_EQ(same.model, g.model);
 }
 
-TEST_F(Deploy, ImagesAreTheSameBytesEachTime) {
-  const Image once = build_glove(glove(), folder_ / "once");
-  const Image again = build_glove(glove(), folder_ / "again");
-  EXPECT_EQ(io::read_file(once.hex), io::read_file(again.hex));
-  EXPECT_GT(once.flash_bytes, 3000);
-  EXPECT_EQ(io::read_file(once.hex).substr(0, 1), ":");
+TEST_F(Deploy, OneImageTakesAnySettings) {
+  // Settings and model change nothing of the image.
+  for (const Image* image : {&glove_image(), &hand_image()})
+    EXPECT_LE(image->content.bytes.size(), core::kKeyBegin);
+  const FlashContent flash = glove_flash(glove());
+  const std::vector<std::uint8_t>& image = glove_image().content.bytes;
+  EXPECT_TRUE(std::equal(image.begin(), image.end(), flash.bytes.begin()));
+  const glove::Settings* settings = glove_settings_in(flash);
+  ASSERT_NE(settings, nullptr);
+  EXPECT_EQ(settings->head.rate_hz, 10);
+  EXPECT_EQ(glove_settings_in(hand_flash(hand())), nullptr) << "a hand's";
 }
 
 TEST_F(Deploy, HasBuildsForFourRatesAndNoOthers) {
@@ -153,13 +161,14 @@ TEST_F(Deploy, TextIs0AtTheOpenHandAnd1023AtTheFist) {
   g.output = Output::opengloves;
   g.model.joints[0].ends = model::Ends{90, 150};
   g.model.joints[1].ends = model::Ends{20, -70};
-  const GloveTables tables = glove_tables(g);
+  const std::vector<BoardOutput> outputs = outputs_of(g);
   for (std::size_t i = 0; i < 2; ++i) {
     const auto sent = [&](double share) {
       const model::Ends ends = *g.model.joints[i].ends;
       const double angle_deg = ends.open_deg + share * (ends.fist_deg - ends.open_deg);
-      return link::flexion_of(static_cast<std::int16_t>(16 * angle_deg), tables.flexion[i].straight,
-                              tables.flexion[i].scale);
+      const compensator::Output& output = outputs[i].output;
+      return link::flexion_of(static_cast<std::int16_t>(16 * angle_deg), output.open,
+                              glove::flexion_scale(output.open, output.fist));
     };
     EXPECT_EQ(sent(-0.1), 0);
     EXPECT_EQ(sent(0), 0);
@@ -171,16 +180,19 @@ TEST_F(Deploy, TextIs0AtTheOpenHandAnd1023AtTheFist) {
 // As a finger: held, then to rest and back at a bounded speed.
 TEST_F(Deploy, BetaJointsAreGuardedWhileAStripIsBroken) {
   constexpr int kStep = 32;
-  const glove::FlexionSettings flexion{0, 65536};
-  const std::array<glove::FlexionSettings, kFingers> fingers{};
-  const glove::JointSettings joint{1, 2, 1 << 3, flexion, {160, kStep, 25}};
-  glove::GloveText<1> text(fingers.data(), &joint, 1, 0x1f);
+  struct OneJoint {
+    std::array<std::int16_t, compensator::kOutputs> angle{};
+    static std::uint8_t outputs() { return 1; }
+    static compensator::Output output(std::uint8_t) { return {5, 2, 1, 1 << 3, 160, 0, 1023}; }
+  } model;
+  glove::GloveText text;
   link::Frame frame{};
   const std::uint16_t joystick[2] = {512, 512};
   const auto sent = [&](std::int16_t angle, bool broken) {
     frame.status[3] = broken ? link::SensorStatus::open : link::SensorStatus::ok;
-    char line[glove::GloveText<1>::kRoom];
-    const std::uint8_t size = text.step(frame, &angle, joystick, 0, line);
+    model.angle[5] = angle;
+    char line[glove::GloveText::kRoom];
+    const std::uint8_t size = text.step(model, frame, {0, kStep, 25}, joystick, 0, line);
     link::GloveLine read{};
     EXPECT_EQ(link::parse_gloves(line, size, read), link::GloveParse::ok);
     EXPECT_TRUE(read.has_joint[1][2]);
@@ -198,10 +210,11 @@ TEST_F(Deploy, BetaJointsAreGuardedWhileAStripIsBroken) {
 TEST_F(Deploy, BetaNamesEachJointOfTheDriversHand) {
   Glove g = every_joint(50);
   std::string keys;
-  for (const VrJoint& j : vr_joints(g)) {
-    keys += g.model.joints[j.joint].name + " " + std::to_string(j.settings.finger) +
-            std::to_string(j.settings.place) + ", ";
-    EXPECT_EQ(j.settings.strips, 1 << j.settings.finger);
+  for (const BoardOutput& o : outputs_of(g)) {
+    EXPECT_EQ(o.output.strips, 1 << o.output.finger);
+    if (o.output.number < kFingers) continue;
+    keys += g.model.joints[o.joint].name + " " + std::to_string(o.output.finger) +
+            std::to_string(o.output.place) + ", ";
   }
   EXPECT_EQ(keys,
             "thumb_cmc 00, thumb_ip 02, index_pip 12, index_dip 13, middle_pip 22, middle_dip 23, ring_pip "
@@ -209,7 +222,7 @@ TEST_F(Deploy, BetaNamesEachJointOfTheDriversHand) {
             "pinky_pip 42, pinky_dip 43, ")
       << "the mcp joints are the fingers' own";
   g.encoding = Encoding::alpha;
-  EXPECT_TRUE(vr_joints(g).empty());
+  EXPECT_EQ(outputs_of(g).size(), 5U);
 }
 
 TEST_F(Deploy, LinesForVrFitTheirPeriod) {
@@ -220,7 +233,7 @@ TEST_F(Deploy, LinesForVrFitTheirPeriod) {
   Glove alpha = every_joint(100);
   alpha.encoding = Encoding::alpha;
   EXPECT_EQ(samples_per_frame(alpha), 1);
-  EXPECT_GT(build_glove(every_joint(50), folder_).flash_bytes, 3000);
+  EXPECT_NO_THROW((void)glove_flash(every_joint(50)));
 }
 
 TEST_F(Deploy, MakesTheUsualBaudRates) {
@@ -280,7 +293,7 @@ TEST_F(Deploy, TheSensorsRailsLieHalfWayFromWhatTheModelTakes) {
 }
 
 TEST_F(Deploy, RefusesAModelThatIntegersCannotFollow) {
-  EXPECT_LT(fixed_point_error(glove().model, {}).worst_deg(), kWorstError_deg);
+  EXPECT_LT(fixed_point_error(glove().model, {}).worst_deg(), model::kFixedError_deg);
   model::Model steep = glove().model;
   std::vector<model::Channel> channels = model::channels(steep);
   for (model::Channel& c : channels) {
@@ -299,31 +312,6 @@ TEST_F(Deploy, TakesKeysOf32HexadecimalDigitsOnly) {
     expect_refused([&] { (void)key_from_hex(bad); }, "32 hexadecimal digits");
   }
   EXPECT_NE(to_hex(new_key()), to_hex(new_key()));
-}
-
-TEST_F(Deploy, SaysWhatToInstallWithoutAToolchain) {
-  expect_refused([&] { require_toolchain(folder_.c_str()); }, "avr-g++ is missing: install gcc-avr");
-}
-
-// The folders as the Arduino IDE would build them: its dialect, every source of the library, the include that
-// the sketch writes.
-TEST_F(Deploy, ArduinoFoldersCompileInTheArduinosDialect) {
-  write_arduino(glove(), hand(), folder_);
-  for (const auto& [library, room] : {std::pair{"FlexorGlove", "glove"}, std::pair{"FlexorHand", "hand"}}) {
-    const fs::path src = folder_ / library / "src";
-    ASSERT_TRUE(fs::exists(folder_ / library / "examples" / library / (std::string(library) + ".ino")));
-    ASSERT_TRUE(fs::exists(folder_ / library / "library.properties"));
-    std::vector<std::string> command = {
-        "avr-g++",      "-mmcu=atmega328p",        "-DF_CPU=16000000L",   "-Os",
-        "-std=gnu++11", "-fno-exceptions",         "-ffunction-sections", "-fdata-sections",
-        "-flto",        "-fno-threadsafe-statics", "-fpermissive",        "-I" + src.string()};
-    for (const auto& entry : fs::recursive_directory_iterator(src)) {
-      if (entry.path().extension() == ".cpp") command.push_back(entry.path().string());
-    }
-    command.insert(command.end(), {"-o", (folder_ / "sketch.elf").string()});
-    const io::ProcessResult result = io::run_process(command);
-    EXPECT_EQ(result.status, 0) << room << result.err.substr(0, 2000);
-  }
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "host/deploy/key_patch.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
+#include "runtime/core/flash_map.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -111,48 +112,24 @@ TEST_F(Ports, ImagesEndBelowTheBootloaderAndBeginAtZero) {
   EXPECT_EQ(read_image(dev_ / "fits.hex").bytes.size(), kOptibootBegin);
 }
 
-class KeyRecords : public testing::Test {
- protected:
-  FlashContent with_record(std::size_t at) const {
-    FlashContent content{std::vector<std::uint8_t>(1000, 0x55), 0};
-    put(content, at);
-    return content;
-  }
-  void put(FlashContent& content, std::size_t at) const {
-    const link::KeyRecord record = key_record(key_);
-    std::memcpy(content.bytes.data() + at, &record, sizeof(record));
-  }
-  link::Key key_ = key_from_hex("000102030405060708090a0b0c0d0e0f");
-};
-
-TEST_F(KeyRecords, AreFoundAndReplacedWithinTheirPage) {
-  const FlashContent content = with_record(224);
-  EXPECT_EQ(find_key_record(content, "x"), 224U);
-  EXPECT_EQ(to_hex(*key_in(content, 224)), to_hex(key_));
-  const link::Key other = key_from_hex("ffeeddccbbaa99887766554433221100");
-  const FlashContent page = page_with_key(content, 224, other);
-  EXPECT_EQ(page.begin, 128U);
-  EXPECT_EQ(page.bytes.size(), 256U);
-  EXPECT_EQ(page.bytes[128], 0x55);
-  EXPECT_EQ(to_hex(*key_in(page, 224)), to_hex(other));
-  EXPECT_FALSE(key_in(page_with_key(content, 224, {}), 224).has_value()) << "zeros are no key";
-}
-
-TEST_F(KeyRecords, NoneTwoDamagedAndMisplacedOnesAreRefused) {
+TEST(KeyRecords, AreReadAndReplacedInTheirPage) {
+  const link::Key key = key_from_hex("000102030405060708090a0b0c0d0e0f");
+  const FlashContent page = page_with_key(key);
+  EXPECT_EQ(page.begin, core::kKeyBegin);
+  EXPECT_EQ(page.bytes.size(), core::kKeyBegin + core::kFlashPage);
+  EXPECT_EQ(to_hex(*key_in(page, "x")), to_hex(key));
+  EXPECT_FALSE(key_in(page_with_key({}), "x").has_value()) << "zeros are no key";
   expect_flash_refused(
       [&] {
-        find_key_record({std::vector<std::uint8_t>(1000, 0xff), 0}, "x");
+        key_in({std::vector<std::uint8_t>(32768, 0xff), 0}, "x");
       },
       "x: holds no key record");
-  FlashContent two = with_record(224);
-  put(two, 512);
-  expect_flash_refused([&] { find_key_record(two, "x"); }, "holds two");
-  expect_flash_refused([&] { find_key_record(with_record(225), "x"); }, "is not where");
   // Whichever bit falls over.
   for (std::size_t bit = 64; bit < 8 * 26; ++bit) {
-    FlashContent damaged = with_record(224);
-    damaged.bytes[224 + bit / 8] = static_cast<std::uint8_t>(damaged.bytes[224 + bit / 8] ^ 1U << bit % 8);
-    expect_flash_refused([&] { find_key_record(damaged, "x"); }, "is damaged");
+    FlashContent damaged = page;
+    std::uint8_t& byte = damaged.bytes[core::kKeyBegin + bit / 8];
+    byte = static_cast<std::uint8_t>(byte ^ 1U << bit % 8);
+    expect_flash_refused([&] { key_in(damaged, "x"); }, "is damaged");
   }
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "host/io/io.hpp"
+#include "runtime/core/flash_map.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -14,13 +15,6 @@ namespace {
 using io::InputError;
 
 constexpr std::string_view kMagic = "FLXKEY01";
-constexpr std::size_t kPageBytes = 128;  // of an ATmega328P's flash
-
-link::KeyRecord record_at(const FlashContent& content, std::size_t address) {
-  link::KeyRecord record;
-  std::memcpy(&record, content.bytes.data() + address, sizeof(record));
-  return record;
-}
 
 }  // namespace
 
@@ -35,42 +29,27 @@ link::KeyRecord key_record(const Key& key) {
   return record;
 }
 
-std::size_t find_key_record(const FlashContent& content, const std::string& name) {
-  const auto find = [&](std::size_t from) {
-    const auto at = std::search(content.bytes.begin() + static_cast<std::ptrdiff_t>(from),
-                                content.bytes.end(), kMagic.begin(), kMagic.end());
-    return static_cast<std::size_t>(at - content.bytes.begin());
-  };
-  const std::size_t at = find(0);
-  const std::size_t none = content.bytes.size();
-  if (at == none) {
+Key key_in(const FlashContent& content, const std::string& name) {
+  constexpr std::size_t kEnd = core::kKeyBegin + sizeof(link::KeyRecord);
+  const bool there = content.bytes.size() >= kEnd &&
+                     std::equal(kMagic.begin(), kMagic.end(), content.bytes.begin() + core::kKeyBegin);
+  if (!there) {
     throw InputError(fmt::format(
-        "{}: holds no key record: a glove for VR drivers has no radio and needs none; else it is no image of "
-        "this Flexor: deploy it and flash it anew",
-        name));
+        "{}: holds no key record: it is no image of this Flexor: deploy it and flash it anew", name));
   }
-  if (find(at + 1) != none) throw InputError(fmt::format("{}: holds two key records: flash it anew", name));
-  link::Key ignored{};
-  if (at + sizeof(link::KeyRecord) > none || at % sizeof(link::KeyRecord) != 0)
-    throw InputError(fmt::format("{}: its key record is not where one may lie: flash it anew", name));
-  const link::KeyRecord record = record_at(content, at);
-  if (!link::load(&record, ignored))
-    throw InputError(fmt::format("{}: its key record is damaged: flash it anew", name));
-  return at;
-}
-
-Key key_in(const FlashContent& content, std::size_t address) {
-  const link::KeyRecord record = record_at(content, address);
+  link::KeyRecord record;
+  std::memcpy(&record, content.bytes.data() + core::kKeyBegin, sizeof(record));
   link::Key key{};
-  if (!link::load(&record, key) || link::is_plain(key)) return {};
+  if (!link::load(&record, key))
+    throw InputError(fmt::format("{}: its key record is damaged: flash it anew", name));
+  if (link::is_plain(key)) return {};
   return key;
 }
 
-FlashContent page_with_key(const FlashContent& content, std::size_t address, const Key& key) {
-  FlashContent page{content.bytes, address / kPageBytes * kPageBytes};
-  page.bytes.resize(page.begin + kPageBytes, 0xff);
+FlashContent page_with_key(const Key& key) {
+  FlashContent page{std::vector<std::uint8_t>(core::kKeyBegin + core::kFlashPage, 0xff), core::kKeyBegin};
   const link::KeyRecord record = key_record(key);
-  std::memcpy(page.bytes.data() + address, &record, sizeof(record));
+  std::memcpy(page.bytes.data() + core::kKeyBegin, &record, sizeof(record));
   return page;
 }
 

@@ -1,4 +1,4 @@
-// The key's record (runtime/link/key_record.hpp) in flash content: made, found, replaced.
+// The key's record (runtime/link/key_record.hpp) in flash content, at its place in each board.
 #pragma once
 
 #include <string>
@@ -12,14 +12,10 @@ namespace flexor::deploy {
 // Of a key, or of none: plain frames.
 link::KeyRecord key_record(const Key& key);
 
-// Where the record lies in `content`, which `name` names. Throws io::InputError, one line: no record (an image of before
-// there were records, or no image), two, or one that is damaged.
-std::size_t find_key_record(const FlashContent& content, const std::string& name);
+// The key that a board's flash holds, `name` for errors. Throws io::InputError, one line: no record, or a damaged one.
+Key key_in(const FlashContent& content, const std::string& name);
 
-// The key that the record at `address` holds.
-Key key_in(const FlashContent& content, std::size_t address);
-
-// The page of flash that holds the record at `address`, with `key` in it and all else as it is in `content`.
-FlashContent page_with_key(const FlashContent& content, std::size_t address, const Key& key);
+// The page of flash that holds the record.
+FlashContent page_with_key(const Key& key);
 
 }  // namespace flexor::deploy

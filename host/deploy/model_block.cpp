@@ -5,16 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <map>
 #include <numeric>
-#include <optional>
 #include <stdexcept>
 
 #include "host/io/io.hpp"
 #include "host/model/formats.hpp"
-#include "runtime/glove/flash_model.hpp"
-#include "runtime/glove/model_store.hpp"
+#include "runtime/core/flash_map.hpp"
+#include "runtime/glove/glove_model.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -41,7 +39,9 @@ class ByteWriter {
   void words(const std::int16_t* x, int n) {
     for (int i = 0; i < n; ++i) u16(x[i]);
   }
+  int curve_bytes = 0;
   void values(const compensator::Value* x, int n) {
+    curve_bytes += 4 * n - 2;  // which stay where they are, and a u16 says where
     for (int i = 0; i < n; ++i) {
       u16(x[i].y);
       u16(x[i].slope);
@@ -60,23 +60,23 @@ class ByteWriter {
   }
 };
 
-// Of compensator::Section on the microcontroller, where a pointer is two bytes.
+// Of compensator::Section and Input on the microcontroller, where a pointer is two bytes.
 constexpr int kSectionRam = 7;
+constexpr int kInputRam = 5;
 
-// Some fingers of a model and their further joints, as one part.
+// A model as the bytes of one part.
 class PartWriter {
  public:
-  PartWriter(const Glove& glove, const model::FixedModel& fixed, const GloveTables& tables,
-             const std::vector<std::size_t>& fingers)
+  PartWriter(const Glove& glove, const model::FixedModel& fixed, const GloveTables& tables)
       : model_(glove.model),
         fixed_(fixed),
         wiring_(model::wiring_of(glove.model)),
         tables_(tables),
         ids_(calibration_ids(tables)),
-        inputs_(glove.model.inputs.size()) {
-    choose_outputs(glove, fingers);
+        inputs_(glove.model.inputs.size()),
+        outputs_(outputs_of(glove)) {
     mark_needed();
-    if (fingers.front() == 0) mark_idle_strips();
+    mark_idle_strips();
     number_inputs();
     knots_begin_ = compensator::kHeaderBytes + compensator::kInputBytes * signals_ +
                    compensator::kOutputBytes * static_cast<int>(outputs_.size());
@@ -93,39 +93,15 @@ class PartWriter {
   }
 
   const Bytes& bytes() const { return out_.bytes; }
-  int signals() const { return signals_; }
-  int ram() const { return ram_; }  // signals apart
+  int ram() const { return ram_ + kInputRam * static_cast<int>(inputs_) + 2 * signals_; }
+  int moved() const { return moved_ - code_.curve_bytes; }
 
  private:
   static constexpr int kMostSignals = 127;
 
-  // What leaves: a finger, or a further joint of one.
-  struct Leaving {
-    std::size_t number;
-    std::size_t finger;
-    int place;
-    std::optional<std::size_t> joint;
-    int strips;
-    int rest;
-  };
-
-  void choose_outputs(const Glove& glove, const std::vector<std::size_t>& fingers) {
-    for (const std::size_t f : fingers)
-      outputs_.push_back({f, f, 0, wiring_.joint[f], tables_.strips[f], tables_.guard[f].rest});
-    std::size_t number = kFingers;
-    for (const VrJoint& more : vr_joints(glove)) {
-      const glove::JointSettings& joint = more.settings;
-      if (std::ranges::find(fingers, joint.finger) != fingers.end())
-        outputs_.push_back({number, joint.finger, joint.place, more.joint, joint.strips, joint.guard.rest});
-      ++number;
-    }
-  }
-
   void mark_needed() {
     needed_.resize(fixed_.signals.size(), false);
-    for (const Leaving& one : outputs_) {
-      if (one.joint) needed_[fixed_.graph.joint[*one.joint]] = true;
-    }
+    for (const BoardOutput& one : outputs_) needed_[fixed_.graph.joint[one.joint]] = true;
     for (std::size_t b = model_.blocks.size(); b-- > 0;) {
       if (!needed_[inputs_ + b]) continue;
       for (const std::size_t from : fixed_.graph.from[b]) needed_[from] = true;
@@ -165,6 +141,7 @@ class PartWriter {
     sections_.u8(strips);
     sections_.u16(static_cast<int>(code_.bytes.size()));
     sections_.bytes.insert(sections_.bytes.end(), code_.bytes.begin(), code_.bytes.end());
+    moved_ += static_cast<int>(code_.bytes.size());
     code_.bytes.clear();
     ++section_count_;
     ram_ += kSectionRam;
@@ -174,8 +151,8 @@ class PartWriter {
     const std::size_t signal = inputs_ + b;
     if (number_.contains(signal)) return;
     open(fixed_.graph.inputs[signal]);
-    for (const Leaving& one : outputs_) {
-      if (!one.joint || joint_block(one) != b) continue;
+    for (const BoardOutput& one : outputs_) {
+      if (joint_block(one) != b) continue;
       // A joint's last block is its saturation, which changes nothing the second time.
       behind_ = &one;
       add(number_.contains(signal) ? number_[signal] : source(b), limits_of(one), 0);
@@ -188,19 +165,19 @@ class PartWriter {
     if (behind_ != nullptr) number_[inputs_ + joint_block(*behind_)] = number_[signal];
   }
 
-  std::size_t joint_block(const Leaving& one) const { return fixed_.graph.joint[*one.joint] - inputs_; }
+  std::size_t joint_block(const BoardOutput& one) const { return fixed_.graph.joint[one.joint] - inputs_; }
 
-  compensator::Saturation<std::int16_t> limits_of(const Leaving& one) const {
+  compensator::Saturation<std::int16_t> limits_of(const BoardOutput& one) const {
     return std::get<model::FixedCoefficients<model::Saturation>>(fixed_.blocks[joint_block(one)]).c;
   }
 
   // Of a block that nothing takes but the saturation of one output: which.
-  const Leaving* output_behind(std::size_t b) const {
-    const Leaving* found = nullptr;
+  const BoardOutput* output_behind(std::size_t b) const {
+    const BoardOutput* found = nullptr;
     for (std::size_t taker = b + 1; taker < model_.blocks.size(); ++taker) {
       const std::vector<std::size_t>& from = fixed_.graph.from[taker];
       if (!needed_[inputs_ + taker] || std::ranges::find(from, inputs_ + b) == from.end()) continue;
-      const auto own = [&](const Leaving& one) { return one.joint && joint_block(one) == taker; };
+      const auto own = [&](const BoardOutput& one) { return joint_block(one) == taker; };
       if (found != nullptr || std::ranges::count_if(outputs_, own) != 1) return nullptr;
       found = &*std::ranges::find_if(outputs_, own);
     }
@@ -209,16 +186,16 @@ class PartWriter {
 
   template <class Block>
   void add(int from, Block block, int n) {
-    using compensator::kOperationOf;
-    static_assert(kOperationOf<Block> != Operation::end, "in FLEXOR_BLOCKS");
-    code_.u8(static_cast<int>(kOperationOf<Block>) | n << 4);
+    constexpr Operation kOperation = compensator::OperationOf<Block>::kValue;
+    static_assert(kOperation != Operation::end, "in FLEXOR_BLOCKS");
+    code_.u8(static_cast<int>(kOperation) | n << 4);
     code_.u8(from | (behind_ != nullptr ? compensator::kLeaves : 0));
     block.code(code_, static_cast<std::uint8_t>(n));
     ram_ += compensator::state_bytes<Block>(static_cast<std::uint8_t>(n));
     if (behind_ == nullptr) return;
     limits_of(*behind_).code(code_, 0);
-    code_.u8(static_cast<int>(behind_->number));
-    code_.u8(fixed_.signals[fixed_.graph.joint[*behind_->joint]].fraction - core::kOutputFraction);
+    code_.u8(static_cast<int>(behind_->output.number));
+    code_.u8(fixed_.signals[fixed_.graph.joint[behind_->joint]].fraction - core::kOutputFraction);
   }
 
   // Where the knots lie in the part, behind what each input and finger takes.
@@ -265,7 +242,7 @@ class PartWriter {
       if (curve == nullptr || !needed_[inputs_ + other] || number_.contains(inputs_ + other)) continue;
       if (fixed_.graph.from[other] == fixed_.graph.from[b] && knots_of(*curve) == knots) all.push_back(other);
     }
-    if (behind_ != nullptr) std::ranges::rotate(all, all.begin() + 1);  // the last leaves
+    if (behind_ != nullptr) std::rotate(all.begin(), all.begin() + 1, all.end());  // the last leaves
     std::vector<compensator::Value> values;
     for (const std::size_t one : all) {
       const compensator::Value* at = curve_of(one)->values.at;
@@ -281,7 +258,7 @@ class PartWriter {
     std::vector<std::size_t> order(fixed_.graph.from[b].size());
     std::iota(order.begin(), order.end(), 0U);
     const int unit = 1 << c.shift;
-    std::ranges::stable_partition(order, [&](std::size_t i) { return c.weight[i] == unit; });
+    std::stable_partition(order.begin(), order.end(), [&](std::size_t i) { return c.weight[i] == unit; });
     const bool plain = c.weight[order.front()] == unit && std::ranges::all_of(order, [&](std::size_t i) {
                          return std::abs(c.weight[i]) == unit;
                        });
@@ -310,7 +287,7 @@ class PartWriter {
     for (std::size_t i = 0; i < inputs_; ++i) {
       if (needed_[i]) add_input(i);
     }
-    for (const Leaving& one : outputs_) add_output(one);
+    for (const BoardOutput& one : outputs_) add_output(one.output);
     for (const Bytes& one : knots_) out_.bytes.insert(out_.bytes.end(), one.begin(), one.end());
     out_.bytes.insert(out_.bytes.end(), sections_.bytes.begin(), sections_.bytes.end());
     const std::size_t size = out_.bytes.size() + compensator::kCrcBytes;
@@ -321,16 +298,12 @@ class PartWriter {
     out_.u16(crc);
   }
 
-  void add_output(const Leaving& one) {
-    const auto q4 = [](double deg) {
-      return static_cast<int>(std::lround(std::ldexp(deg, core::kOutputFraction)));
-    };
-    out_.u8(static_cast<int>(one.number) | one.place << 4);
-    out_.u8(one.strips | static_cast<int>(one.finger) << 5);
+  void add_output(const compensator::Output& one) {
+    out_.u8(one.number | one.place << 4);
+    out_.u8(one.strips | one.finger << 5);
     out_.u16(one.rest);
-    const model::Ends ends = one.joint ? model::ends(model_, model_.joints[*one.joint]) : model::Ends{};
-    out_.u16(q4(ends.open_deg));
-    out_.u16(q4(ends.fist_deg));
+    out_.u16(one.open);
+    out_.u16(one.fist);
   }
 
   void add_input(std::size_t i) {
@@ -351,8 +324,8 @@ class PartWriter {
   const GloveTables& tables_;
   std::array<std::uint16_t, kFingers> ids_;
   std::size_t inputs_;
-  std::vector<Leaving> outputs_;
-  const Leaving* behind_ = nullptr;  // what leaves with the operation that is written
+  std::vector<BoardOutput> outputs_;
+  const BoardOutput* behind_ = nullptr;  // what leaves with the operation that is written
   std::vector<bool> needed_;
   std::map<std::size_t, int> number_;  // of each signal, in this part
   std::vector<Bytes> knots_;
@@ -362,24 +335,13 @@ class PartWriter {
   int knots_begin_ = 0;
   int signals_ = 0;
   int ram_ = 0;
+  int moved_ = 0;
   ByteWriter code_;      // of the open section
   ByteWriter sections_;  // that are closed
   ByteWriter out_;
 };
 
 }  // namespace
-
-int ModelBlock::largest() const {
-  std::size_t most = 0;
-  for (const Bytes& part : parts) most = std::max(most, part.size());
-  return static_cast<int>(most);
-}
-
-int ModelBlock::bytes() const {
-  std::size_t sum = 0;
-  for (const Bytes& part : parts) sum += part.size();
-  return static_cast<int>(sum);
-}
 
 std::array<std::uint16_t, kFingers> calibration_ids(const GloveTables& tables) {
   std::array<std::uint16_t, kFingers> out{};
@@ -404,81 +366,38 @@ void check_made_for(const Glove& glove, int rate_hz, const std::uint16_t* calibr
   const model::Wiring wiring = model::wiring_of(glove.model);
   for (std::size_t i = 0; i < kFingers; ++i) {
     if (!wiring.input[i] || ids[i] == calibration[i]) continue;
-    throw InputError(
-        fmt::format("{}: {}'s image was made for another calibration of this strip: --calibration as at its "
-                    "deployment, or deploy and flash it anew",
-                    model::finger_names()[i], name));
+    throw InputError(fmt::format(
+        "{}: {} has another calibration of this sensor: --calibration as at its deployment, or deploy "
+        "and flash it anew",
+        model::finger_names()[i], name));
   }
 }
 
-ModelBlock model_block(const Glove& glove, int parts) {
+ModelBlock model_block(const Glove& glove) {
   const model::FixedModel fixed(glove.model);
   const GloveTables tables = glove_tables(glove);
-  ModelBlock out;
-  int signals = 0;
-  for (int p = 0; p < parts; ++p) {
-    std::vector<std::size_t> fingers;
-    for (std::size_t f = 0; f < model::kFingers; ++f) {
-      if (parts == 1 || static_cast<int>(f) == p) fingers.push_back(f);
-    }
-    const PartWriter part(glove, fixed, tables, fingers);
-    out.parts.push_back(part.bytes());
-    out.state_bytes += part.ram();
-    signals = std::max(signals, part.signals());
+  const PartWriter part(glove, fixed, tables);
+  return {part.bytes(), part.ram(), part.moved()};
+}
+
+bool fits_eeprom(const Glove& glove) {
+  const ModelBlock block = model_block(glove);
+  return static_cast<int>(block.bytes.size()) <= glove::kSlotRoom &&
+         static_cast<int>(block.bytes.size()) + block.state_bytes <= glove::kArenaBytes;
+}
+
+Bytes flash_block(const Glove& glove) {
+  ModelBlock block = model_block(glove);
+  constexpr int kRoom = core::kModelCopy - core::kCopyHead;
+  const int ram = block.state_bytes + block.moved_bytes;
+  if (ram > glove::kArenaBytes || static_cast<int>(block.bytes.size()) > kRoom) {
+    throw InputError(
+        fmt::format("model {:?} is too large for an {}: {} of {} bytes of flash, {} of {} bytes of RAM: use "
+                    "fewer knots, or a "
+                    "smaller structure: identify --structure line-lead",
+                    glove.model.name, kAtmega328p.name, block.bytes.size(), kRoom, ram, glove::kArenaBytes));
   }
-  out.state_bytes += 2 * signals;
-  return out;
-}
-
-DataBlock data_block(const Glove& glove) {
-  for (const int parts : {1, kFingers}) {
-    if (glove.in_flash) break;
-    ModelBlock block = model_block(glove, parts);
-    if (block.largest() > glove::slot_room(static_cast<std::uint8_t>(parts))) continue;
-    if (block.bytes() + block.state_bytes <= kArenaBytes) return {std::move(block), false};
-  }
-  ModelBlock block = model_block(glove, 1);
-  if (block.state_bytes > kFlashArenaBytes || block.bytes() + glove::kCopyHead > kCopyBytes) {
-    throw InputError(fmt::format(
-        "model {:?} is too large to be data on an atmega328p: {} of {} bytes of flash, {} of {} bytes of "
-        "RAM; use "
-        "fewer knots, or --model-as code",
-        glove.model.name, block.bytes(), kCopyBytes - glove::kCopyHead, block.state_bytes, kFlashArenaBytes));
-  }
-  return {std::move(block), true};
-}
-
-std::uint16_t crc_of(const glove::ModelRecord& record) {
-  std::array<std::uint8_t, offsetof(glove::ModelRecord, crc)> bytes{};
-  std::memcpy(bytes.data(), &record, bytes.size());
-  return core::crc16(bytes.data(), bytes.size());
-}
-
-glove::ModelRecord model_record(const Glove& glove, std::uint16_t image) {
-  glove::ModelRecord record{};
-  std::ranges::copy(kModelMagic, record.magic);
-  record.image = image;
-  record.rate_hz = static_cast<std::uint8_t>(sample_rate_hz(glove.model));
-  record.version = compensator::kGraphVersion;
-  std::ranges::copy(calibration_ids(glove_tables(glove)), record.calibration);
-  record.copy_bytes = kCopyBytes;
-  record.crc = crc_of(record);
-  return record;
-}
-
-Bytes model_copy(const ModelBlock& block, std::uint16_t image, std::uint16_t generation) {
-  const Bytes& part = block.parts.front();
-  ByteWriter out;
-  out.u16(generation);
-  out.u16(static_cast<int>(part.size()));
-  out.u16(0);
-  out.u16(0);
-  out.bytes.insert(out.bytes.end(), part.begin(), part.end());
-  const std::uint16_t crc =
-      glove::crc_of_copy(image, out.bytes.data(), static_cast<std::uint16_t>(part.size()));
-  out.bytes[4] = static_cast<std::uint8_t>(crc & 0xff);
-  out.bytes[5] = static_cast<std::uint8_t>(crc >> 8);
-  return std::move(out.bytes);
+  return std::move(block.bytes);
 }
 
 }  // namespace flexor::deploy

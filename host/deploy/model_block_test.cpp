@@ -10,7 +10,7 @@
 #include "host/io/io.hpp"
 #include "host/model/random_glove.hpp"
 #include "host/model/random_model.hpp"
-#include "runtime/compensator/graph.hpp"
+#include "runtime/glove/block_model.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -36,12 +36,7 @@ template <class Graph>
 Loaded load(Graph& graph, const ModelBlock& block, const Glove& glove) {
   const std::array<std::uint16_t, kFingers> ids = calibration_ids(glove_tables(glove));
   const auto rate_hz = static_cast<std::uint8_t>(sample_rate_hz(glove.model));
-  for (const Bytes& part : block.parts) {
-    const Loaded loaded =
-        graph.add(part.data(), static_cast<std::uint16_t>(part.size()), {ids.data(), rate_hz});
-    if (loaded != Loaded::ok) return loaded;
-  }
-  return Loaded::ok;
+  return graph.add(block.bytes.data(), static_cast<std::uint16_t>(block.bytes.size()), {ids.data(), rate_hz});
 }
 
 // Walks, jumps, stops, and readings that no strip gives.
@@ -68,7 +63,7 @@ class Readings {
 // Models that fixed point does not hold, and that no glove has, are left out.
 bool is_deployable(const Glove& glove) {
   try {
-    (void)model_block(glove, 1);
+    (void)model_block(glove);
     return true;
   } catch (const io::InputError&) {
     return false;
@@ -77,12 +72,11 @@ bool is_deployable(const Glove& glove) {
 
 void expect_equal(const Glove& glove, unsigned seed, int samples) {
   model::HostCompensator host(glove.model);
-  InRam whole;
-  InRam by_finger;
-  const ModelBlock one = model_block(glove, 1);
-  const ModelBlock five = model_block(glove, kFingers);
-  ASSERT_EQ(load(whole, one, glove), Loaded::ok);
-  ASSERT_EQ(load(by_finger, five, glove), Loaded::ok);
+  InRam in_ram;
+  compensator::Graph<core::Flash, kArena> in_flash;
+  const ModelBlock block = model_block(glove);
+  ASSERT_EQ(load(in_ram, block, glove), Loaded::ok);
+  ASSERT_EQ(load(in_flash, block, glove), Loaded::ok);
   Readings readings(seed);
   for (int k = 0; k < samples; ++k) {
     readings.next(host.alpha);
@@ -93,8 +87,8 @@ void expect_equal(const Glove& glove, unsigned seed, int samples) {
       for (std::size_t f = 0; f < kFingers; ++f)
         ASSERT_EQ(graph.angle[f], host.angle[f]) << which << ", finger " << f << ", sample " << k;
     };
-    compare(whole, "as one part");
-    compare(by_finger, "by finger");
+    compare(in_ram, "in RAM");
+    compare(in_flash, "in flash");
     if (testing::Test::HasFatalFailure()) return;
   }
 }
@@ -119,12 +113,12 @@ TEST(ModelBlock, TheLayoutIsThatOfItsVersion) {
   Glove glove;
   glove.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
   glove.sensor.fill(divider(35, 25, 100.0 / 180));
-  const Bytes part = model_block(glove, 1).parts.front();
+  const Bytes part = model_block(glove).bytes;
   EXPECT_EQ(compensator::kGraphVersion, 4);
   EXPECT_EQ(part.size(), 251U);
   std::uint16_t crc = 0;
   for (const std::uint8_t byte : part) crc = core::crc16_add(crc, byte);
-  EXPECT_EQ(crc, 37943);
+  EXPECT_EQ(crc, 20786);
 }
 
 TEST(ModelBlock, EveryKindOfBlockGivesTheHostsBits) {
@@ -173,7 +167,7 @@ Glove plain_glove(double rate_hz) {
 
 TEST(ModelBlock, StartsAtRestAndHoldsWhatBadReadingsReach) {
   const Glove glove = plain_glove(50);
-  const ModelBlock block = model_block(glove, 1);
+  const ModelBlock block = model_block(glove);
   InRam graph;
   ASSERT_EQ(load(graph, block, glove), Loaded::ok);
   for (std::size_t f = 0; f < kFingers; ++f) EXPECT_EQ(graph.angle[f], 16 * 30);
@@ -193,16 +187,15 @@ TEST(ModelBlock, FurtherJointsLeaveBehindTheFingers) {
   glove.model.blocks.push_back({{"index lag"}, "index tip", model::Saturation{0, 60}});
   glove.model.joints.push_back({"index_dip", "index tip", 20, {}, model::Ends{5, 55}});
   glove.model.joints.push_back({"ring_pip", "ring angle", 30, {}, {}});
-  EXPECT_EQ(model_block(glove, 1).parts.front()[compensator::kOutputCount], kFingers);
+  EXPECT_EQ(model_block(glove).bytes[compensator::kOutputCount], kFingers);
   glove.output = Output::opengloves;
   glove.encoding = Encoding::beta;
-  for (const int parts : {1, kFingers}) {
-    const ModelBlock block = model_block(glove, parts);
-    InRam graph;
+  {
+    const ModelBlock block = model_block(glove);
+    glove::BlockModel<core::Ram, kArena> graph;
     ASSERT_EQ(load(graph, block, glove), Loaded::ok);
-    std::array<glove::OutputSettings, compensator::kOutputs> of{};
-    glove::for_each_output<core::Ram>(graph,
-                                      [&](const glove::OutputSettings& one) { of.at(one.number) = one; });
+    std::array<compensator::Output, compensator::kOutputs> of{};
+    for (std::uint8_t k = 0; k < graph.outputs(); ++k) of.at(graph.output(k).number) = graph.output(k);
     EXPECT_EQ(graph.angle[5], 16 * 20);
     std::ranges::fill(graph.alpha, static_cast<std::int16_t>(32 * 800));
     EXPECT_EQ(graph.step(), 0x1f);
@@ -216,18 +209,12 @@ TEST(ModelBlock, FurtherJointsLeaveBehindTheFingers) {
     EXPECT_EQ(of[6].finger, 3);
     EXPECT_EQ(of[6].place, 2);
     EXPECT_EQ(of[0].strips, 1);
-    const std::vector<VrJoint> joints = vr_joints(glove);
-    for (std::size_t k = 0; k < joints.size(); ++k) {
-      const glove::FlexionSettings flexion = glove::flexion_between(of[5 + k].open, of[5 + k].fist);
-      EXPECT_EQ(flexion.straight, joints[k].settings.flexion.straight);
-      EXPECT_EQ(flexion.scale, joints[k].settings.flexion.scale);
-    }
   }
 }
 
 TEST(ModelBlock, IsRefusedWhereItDoesNotBelong) {
   const Glove glove = plain_glove(50);
-  const Bytes part = model_block(glove, 1).parts.front();
+  const Bytes part = model_block(glove).bytes;
   std::array<std::uint16_t, kFingers> ids = calibration_ids(glove_tables(glove));
   const auto loaded = [&](const Bytes& bytes, std::uint8_t rate_hz) {
     InRam graph;
@@ -250,42 +237,11 @@ TEST(ModelBlock, IsRefusedWhereItDoesNotBelong) {
 
 TEST(ModelBlock, AnArenaThatIsTooSmallIsNoticed) {
   const Glove glove = plain_glove(50);
-  const ModelBlock block = model_block(glove, 1);
+  const ModelBlock block = model_block(glove);
   compensator::Graph<core::Ram, 60> small;
   EXPECT_EQ(load(small, block, glove), Loaded::no_room);
   InRam graph;
   EXPECT_EQ(load(graph, block, glove), Loaded::ok);
-}
-
-TEST(ModelBlock, WhereItLiesGoesByItsSize) {
-  Glove glove = plain_glove(50);
-  EXPECT_FALSE(data_block(glove).in_flash);
-  EXPECT_EQ(data_block(glove).block.parts.size(), 1U);
-  const auto with_knots = [&](int knots, int curves) {
-    Glove out = plain_glove(50);
-    out.model.blocks.clear();
-    for (const std::string& finger : model::finger_names()) {
-      std::string from = finger;
-      for (int c = 0; c < curves; ++c) {
-        model::Curve curve;
-        for (int i = 0; i < knots; ++i) {
-          curve.x.push_back((c == 0 ? 400 : 0) + i * (c == 0 ? 400.0 : 90.0) / (knots - 1));
-          curve.y.push_back(i * 90.0 / (knots - 1));
-        }
-        out.model.blocks.push_back({{from}, fmt::format("{} curve {}", finger, c), curve});
-        from = fmt::format("{} curve {}", finger, c);
-      }
-      out.model.blocks.push_back({{from}, finger + " angle", model::Saturation{10, 80}});
-    }
-    return out;
-  };
-  EXPECT_TRUE(data_block(with_knots(32, 1)).in_flash) << "its slopes alone do not fit RAM";
-  try {
-    (void)data_block(with_knots(32, 5));
-    FAIL() << "800 knots do not fit a copy";
-  } catch (const io::InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("--model-as code"), std::string::npos) << error.what();
-  }
 }
 
 // Five fingers, each a sum of curves on the same knots of its strip, and of a lag behind the first.
@@ -316,13 +272,15 @@ Glove glove_of_shared_knots(int knots, int curves) {
 // As docs/adr/0016-model-as-data.md says which fit.
 TEST(ModelBlock, SixCurvesOfTwelveKnotsFitFlashAndNoMoreThanTheCopyHolds) {
   for (const int curves : {2, 6}) {
-    const DataBlock data = data_block(glove_of_shared_knots(12, curves));
-    std::printf("12 shared knots, %d curves, a lag: %d bytes, %d of RAM\n", curves, data.block.bytes(),
-                data.block.state_bytes);
-    EXPECT_TRUE(data.in_flash) << curves;
+    const Glove glove = glove_of_shared_knots(12, curves);
+    const ModelBlock block = model_block(glove);
+    std::printf("12 shared knots, %d curves, a lag: %zu bytes, %d of RAM\n", curves, block.bytes.size(),
+                block.state_bytes);
+    EXPECT_NO_THROW((void)flash_block(glove)) << curves;
+    EXPECT_FALSE(fits_eeprom(glove)) << curves;
   }
-  EXPECT_FALSE(data_block(glove_of_shared_knots(4, 1)).in_flash);
-  EXPECT_THROW((void)data_block(glove_of_shared_knots(24, 6)), io::InputError);
+  EXPECT_TRUE(fits_eeprom(plain_glove(50)));
+  EXPECT_THROW((void)flash_block(glove_of_shared_knots(24, 6)), io::InputError);
 }
 
 }  // namespace

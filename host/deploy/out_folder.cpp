@@ -28,15 +28,9 @@ struct OutPart {
   const char* name;
   bool is_folder;
 };
-constexpr std::array<OutPart, 17> kParts = {{{"glove_config.hpp", false},
-                                             {"hand_config.hpp", false},
-                                             {"glove.elf", false},
-                                             {"hand.elf", false},
-                                             {"glove.hex", false},
+constexpr std::array<OutPart, 11> kParts = {{{"glove.hex", false},
                                              {"hand.hex", false},
                                              {"arduino/Flexor", true},
-                                             {"arduino/FlexorGlove", true},
-                                             {"arduino/FlexorHand", true},
                                              {"arduino/flexor_logger", true},
                                              {"wiring.md", false},
                                              {"wiring_glove.svg", false},

@@ -29,10 +29,10 @@ class OutFolderTest : public testing::Test {
       const fs::path& folder, const std::function<void()>& before_publishing = [] {}) {
     OutFolder out(folder);
     const link::Key key = new_key();
-    for (const char* image : {"glove.elf", "glove.hex", "hand.elf", "hand.hex", "glove_config.hpp"})
+    for (const char* image : {"glove.hex", "hand.hex", "wiring.md", "results.json", "report.json"})
       io::write_file(out.staging() / image, to_hex(key));
-    io::make_folder(out.staging() / "arduino/FlexorGlove/src");
-    io::write_file(out.staging() / "arduino/FlexorGlove/src/glove_config.hpp", to_hex(key));
+    io::make_folder(out.staging() / "arduino/Flexor/src");
+    io::write_file(out.staging() / "arduino/Flexor/src/glove_data.h", to_hex(key));
     write_key(out.staging() / kKeyFile, key);
     before_publishing();
     out.publish();
@@ -87,18 +87,18 @@ TEST_F(OutFolderTest, WithoutPublishingNothingHasHappened) {
   { OutFolder out(folder_); }
   EXPECT_FALSE(fs::exists(folder_));
   deploy_once(folder_);
-  const std::string before = io::read_file(folder_ / "glove.elf");
+  const std::string before = io::read_file(folder_ / "glove.hex");
   {
     OutFolder out(folder_);
-    io::write_file(out.staging() / "glove.elf", "new");
+    io::write_file(out.staging() / "glove.hex", "new");
   }
-  EXPECT_EQ(io::read_file(folder_ / "glove.elf"), before);
+  EXPECT_EQ(io::read_file(folder_ / "glove.hex"), before);
   EXPECT_EQ(expect_matching(), 6);
 }
 
 TEST_F(OutFolderTest, APublishThatFailsLosesNothing) {
   deploy_once(folder_);
-  const std::string before = io::read_file(folder_ / "glove.elf");
+  const std::string before = io::read_file(folder_ / "glove.hex");
   const auto in_the_way = [&] {
     for (const auto& entry : fs::directory_iterator(folder_)) {
       const fs::path path = entry.path();
@@ -106,7 +106,7 @@ TEST_F(OutFolderTest, APublishThatFailsLosesNothing) {
     }
   };
   EXPECT_THROW(deploy_once(folder_, in_the_way), io::InputError);
-  EXPECT_EQ(io::read_file(folder_ / "glove.elf"), before);
+  EXPECT_EQ(io::read_file(folder_ / "glove.hex"), before);
   EXPECT_EQ(expect_matching(), 6);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 7) << "and nothing is left over";
 }

@@ -14,56 +14,27 @@ namespace fs = std::filesystem;
 using io::InputError;
 using io::JobError;
 
-struct Target {
-  PairBoard board;
-  FlashContent content;
-  std::size_t address;
-};
-
-std::vector<Target> read_all(const std::vector<PairBoard>& boards) {
-  std::vector<Target> out;
+// Each takes a key.
+void check_all(const std::vector<PairBoard>& boards) {
   for (const PairBoard& board : boards) {
     try {
-      FlashContent content = board.bootloader->read();
-      const std::size_t address = find_key_record(content, "the " + board.name + "'s board");
-      out.push_back({board, std::move(content), address});
+      (void)key_in(board.bootloader->read(), "the " + board.name + "'s board");
     } catch (const std::runtime_error& error) {
       throw JobError(fmt::format("the {}: {}; no key was changed", board.name, error.what()));
     }
   }
-  return out;
 }
 
 // Which board has which key while `writing` is written.
-std::string state(const std::vector<Target>& targets, std::size_t writing) {
+std::string state(const std::vector<PairBoard>& boards, std::size_t writing) {
   std::string out;
-  for (std::size_t i = 0; i < targets.size(); ++i) {
+  for (std::size_t i = 0; i < boards.size(); ++i) {
     const char* has = i < writing    ? "has the new key"
                       : i == writing ? "may have either key, or none"
                                      : "has the old key";
-    out += fmt::format("{}the {} {}", i > 0 ? ", " : "", targets[i].board.name, has);
+    out += fmt::format("{}the {} {}", i > 0 ? ", " : "", boards[i].name, has);
   }
   return out;
-}
-
-void replace_all(std::string& text, const std::string& old, const std::string& now) {
-  for (std::size_t at = text.find(old); at != std::string::npos; at = text.find(old, at + now.size()))
-    text.replace(at, old.size(), now);
-}
-
-std::string bytes_of(const link::KeyRecord& record) {
-  return {reinterpret_cast<const char*>(&record), sizeof(record)};
-}
-
-// The image's own name tells whose key it has now.
-void patch_hex(const fs::path& hex, const link::Key& key, Key& before) {
-  FlashContent content = read_intel_hex(hex, kOptibootBegin);
-  const std::size_t address = find_key_record(content, hex.filename().string());
-  before = key_in(content, address);
-  const FlashContent page = page_with_key(content, address, key);
-  std::copy_n(page.bytes.begin() + static_cast<std::ptrdiff_t>(address), sizeof(link::KeyRecord),
-              content.bytes.begin() + static_cast<std::ptrdiff_t>(address));
-  io::write_file(hex, to_intel_hex(content), io::Access::owner);
 }
 
 }  // namespace
@@ -72,13 +43,13 @@ void pair_boards(const std::vector<PairBoard>& boards, const link::Key& key, con
                  const std::function<void()>& about_to_write,
                  const std::function<void(const std::string&)>& says) {
   says("interrupted: no key was changed");
-  const std::vector<Target> targets = read_all(boards);
+  check_all(boards);
   about_to_write();
-  for (std::size_t i = 0; i < targets.size(); ++i) {
-    const std::string now = state(targets, i);
+  for (std::size_t i = 0; i < boards.size(); ++i) {
+    const std::string now = state(boards, i);
     says(fmt::format("interrupted: {}: they are a pair again after {}", now, mend));
     try {
-      targets[i].board.bootloader->write(page_with_key(targets[i].content, targets[i].address, key));
+      boards[i].bootloader->write(page_with_key(key));
     } catch (const std::runtime_error& error) {
       throw JobError(fmt::format("{}; {}: they are a pair again after {}", error.what(), now, mend));
     }
@@ -95,18 +66,13 @@ fs::path pair_folder(const fs::path& folder, const link::Key& key) {
         "{}: holds no images of a glove and a hand with a radio: flexor deploy makes them", folder.string()));
   }
   out.stage_what_is_there();
-  for (const char* board : {"glove", "hand"}) {
-    Key before;
-    patch_hex(out.staging() / (std::string(board) + ".hex"), key, before);
-    const std::string config = std::string(board) + "_config.hpp";
-    for (const auto& entry : fs::recursive_directory_iterator(out.staging())) {
-      const std::string name = entry.path().filename().string();
-      if (name != config && name != std::string(board) + ".elf") continue;
-      std::string text = io::read_file(entry.path());
-      replace_all(text, bytes_of(key_record(before)), bytes_of(key_record(key)));
-      replace_all(text, key_text(before), key_text(key));
-      io::write_file(entry.path(), text, io::Access::owner);
-    }
+  for (const char* board : {"glove.hex", "hand.hex"}) {
+    FlashContent content = read_intel_hex(out.staging() / board, kOptibootBegin);
+    (void)key_in(content, board);
+    const FlashContent page = page_with_key(key);
+    const auto begin = static_cast<std::ptrdiff_t>(page.begin);
+    std::copy(page.bytes.begin() + begin, page.bytes.end(), content.bytes.begin() + begin);
+    io::write_file(out.staging() / board, to_intel_hex(content), io::Access::owner);
   }
   write_key(out.staging() / kKeyFile, key);
   const fs::path kept = keep_old_key(folder / kKeyFile, key);

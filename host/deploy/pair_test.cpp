@@ -20,14 +20,12 @@ link::Key numbered(std::uint8_t number) {
   return key;
 }
 
-// A deployment without the compiler: each image is its key's record.
+// A deployment of boards that hold nothing but a key.
 class PairFolder : public testing::Test {
  protected:
   void SetUp() override {
-    const link::KeyRecord record = key_record(numbered(1));
-    const auto* bytes = reinterpret_cast<const std::uint8_t*>(&record);
     for (const char* image : {"glove.hex", "hand.hex"})
-      io::write_file(path(image), to_intel_hex({{bytes, bytes + sizeof(record)}, 0}));
+      io::write_file(path(image), to_intel_hex(page_with_key(numbered(1))));
     write_key(path(kKeyFile), numbered(1));
   }
   fs::path path(const std::string& name) const { return folder_.path() / name; }

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <optional>
 #include <utility>
 
 #include "host/deploy/model_block.hpp"
 #include "host/io/io.hpp"
 #include "runtime/compensator/graph.hpp"
+#include "runtime/glove/glove_model.hpp"
 #include "runtime/glove/model_receiver.hpp"
 
 namespace flexor::deploy {
@@ -20,14 +20,13 @@ using io::InputError;
 using io::JobError;
 using link::Received;
 
-constexpr auto kNoRoom = static_cast<std::uint8_t>(2 + static_cast<int>(compensator::Loaded::no_room));
 constexpr double kTurn_s = 0.15;  // until the glove leaves a turn; where it does not, the line is not a radio
 constexpr double kAnswer_s = 0.35;   // a piece, its writing and the answer at 9600 baud
 constexpr double kDoubt_s = 3;       // without a receipt since an offer
 constexpr double kPatience_s = 10;   // without any answer
 constexpr double kNoFurther_s = 60;  // of answers, without a further piece
 
-// Why a part that has come does not run.
+// Why a model that has come does not run.
 std::string reason_of(std::uint8_t stage) {
   if (stage == glove::kNotWritten) return "its EEPROM does not keep what is written: it is worn out";
   if (stage == glove::kNotTaken) return "it has no room for it";
@@ -35,11 +34,11 @@ std::string reason_of(std::uint8_t stage) {
     case compensator::Loaded::wrong_version:
       return "its image is of another version: flexor flash";
     case compensator::Loaded::other_calibration:
-      return "its image was made for another sensor calibration";
+      return "it has another sensor calibration";
     case compensator::Loaded::other_rate:
-      return "its image has another sample rate";
+      return "it has another sample rate";
     case compensator::Loaded::no_room:
-      return "all parts together need more RAM than it has";
+      return "it needs more RAM than it has";
     default:
       return fmt::format("it was refused, code {}", stage);
   }
@@ -55,17 +54,17 @@ class Sender {
     const link::Offer offer = ask();
     if (at_rate) glove_ = at_rate(offer.rate_hz);
     check_made_for(glove_, offer.rate_hz, offer.calibration, "the glove");
-    const ModelBlock block = model_block(glove_, offer.parts);
-    const int ram = block.bytes() + block.state_bytes;
-    if (block.largest() > offer.room || ram > kArenaBytes) {
+    const ModelBlock block = model_block(glove_);
+    const auto bytes = static_cast<int>(block.bytes.size());
+    const int ram = bytes + block.state_bytes;
+    if (bytes > offer.room || ram > glove::kArenaBytes) {
       throw InputError(
-          fmt::format("model {:?} does not fit the glove: {} bytes of EEPROM where {} are, {} of RAM where "
-                      "{} are: fewer knots",
-                      glove_.model.name, block.largest(), offer.room, ram, kArenaBytes));
+          fmt::format("model {:?} does not fit the glove's EEPROM: {} bytes where {} are, {} of RAM where {} "
+                      "are: add --bootloader (over USB), or use fewer knots",
+                      glove_.model.name, bytes, offer.room, ram, glove::kArenaBytes));
     }
-    for (const Bytes& part : block.parts) all_ += static_cast<int>(part.size());
-    send_all(block.parts);
-    sent_.parts = static_cast<int>(block.parts.size());
+    all_ = bytes;
+    send_all(block.bytes);
     sent_.pieces = pieces_;
     sent_.bytes = all_;
     sent_.took_s = line_.now_s() - start_s;
@@ -91,14 +90,10 @@ class Sender {
     });
   }
 
-  std::string what_runs() const {
-    return done_ == 0 ? "it runs its old model"
-                      : "it runs the new model in the parts that were whole, the old one in the others";
-  }
+  std::string what_runs() const { return "it runs its old model"; }
 
   std::string left_behind() const {
-    return fmt::format("{} of {} bytes are there: {}; send again", done_ + static_cast<int>(received_), all_,
-                       what_runs());
+    return fmt::format("{} of {} bytes are there: {}; send again", received_, all_, what_runs());
   }
 
   // The next whole frame until a time; false: none.
@@ -159,8 +154,8 @@ class Sender {
     }
     if (heard)
       throw InputError(
-          "the glove takes no models on this line: if its model lies in flash, add --bootloader (over USB), "
-          "else deploy it with --model-as data and flash it once");
+          "the glove takes no models on this line: what it sends is text, or its image is an older one: add "
+          "--bootloader (over USB), or deploy and flash it once");
     throw JobError("nothing answers: is it the glove's port, and --baud its rate?");
   }
 
@@ -173,25 +168,7 @@ class Sender {
     return offer;
   }
 
-  // Parts that are larger than those they replace may find room only when others have shrunk: those come again.
-  void send_all(const std::vector<Bytes>& parts) {
-    std::vector<std::uint8_t> left(parts.size());
-    std::iota(left.begin(), left.end(), std::uint8_t{0});
-    while (!left.empty()) {
-      std::vector<std::uint8_t> refused;
-      for (const std::uint8_t part : left) {
-        if (!send_part(part, parts[part])) refused.push_back(part);
-      }
-      if (refused.size() == left.size())
-        throw JobError(
-            fmt::format("the glove does not take the model: {}; {}", reason_of(kNoRoom), what_runs()));
-      left = refused;
-    }
-  }
-
-  // False: there is no room for it beside the others.
-  bool send_part(std::uint8_t part, const Bytes& bytes) {
-    received_ = 0;
+  void send_all(const Bytes& bytes) {
     double heard_s = line_.now_s();
     double further_s = heard_s;
     std::size_t most = 0;
@@ -206,14 +183,13 @@ class Sender {
       if (offered_s_ && line_.now_s() - *offered_s_ > kDoubt_s) {
         request();
       } else {
-        say(part, bytes, received_);
+        say(bytes, received_);
       }
-      const auto receipt = answer(part);
+      const auto receipt = answer();
       if (!receipt) continue;
       heard_s = line_.now_s();
       offered_s_.reset();
       if (receipt->stage == glove::kRuns) break;
-      if (receipt->stage == kNoRoom) return false;
       if (receipt->stage != 0) {
         throw JobError(
             fmt::format("the glove does not take the model: {}; {}", reason_of(receipt->stage), what_runs()));
@@ -223,28 +199,25 @@ class Sender {
       most = std::max(most, received_);
       tell(received_);
     }
-    received_ = 0;
-    done_ += static_cast<int>(bytes.size());
-    tell(0);
-    return true;
+    tell(bytes.size());
   }
 
   // The piece that is wanted next; where all have come, the last one once more: the glove answers when it runs.
-  void say(std::uint8_t part, const Bytes& bytes, std::size_t received) {
+  void say(const Bytes& bytes, std::size_t received) {
     const std::size_t last = (bytes.size() - 1) / link::Piece::kMost * link::Piece::kMost;
     const std::size_t offset = std::min(received, last);
     const auto count = std::min<std::size_t>(link::Piece::kMost, bytes.size() - offset);
     await_turn();
     link::Packet packet;
     const std::uint8_t size =
-        link::put_piece({part, static_cast<std::uint16_t>(bytes.size()), static_cast<std::uint16_t>(offset),
+        link::put_piece({static_cast<std::uint16_t>(bytes.size()), static_cast<std::uint16_t>(offset),
                          static_cast<std::uint8_t>(count), bytes.data() + offset},
                         packet.body());
     write(link::Type::coefficients, packet, size, glove_.key ? &session_.key() : nullptr);
     ++pieces_;
   }
 
-  std::optional<link::Receipt> answer(std::uint8_t part) {
+  std::optional<link::Receipt> answer() {
     const double until_s = line_.now_s() + kAnswer_s;
     while (next(until_s)) {
       // Somebody has asked again, or the air has doubled the question: what counts now is this offer.
@@ -254,15 +227,14 @@ class Sender {
       }
       if (!is(link::Answer::receipt, link::Receipt::kBytes)) continue;
       if (glove_.key && !reader_.fits(session_.key(), reader_.sequence())) continue;
-      const link::Receipt receipt = link::get_receipt(reader_.body());
-      if (receipt.part == part) return receipt;
+      return link::get_receipt(reader_.body());
     }
     return {};
   }
 
-  void tell(std::size_t of_part) const {
-    if (progress_ && !progress_(done_ + static_cast<int>(of_part), all_)) {
-      throw JobError("stopped: the glove runs what was whole before");
+  void tell(std::size_t bytes) const {
+    if (progress_ && !progress_(static_cast<int>(bytes), all_)) {
+      throw JobError("stopped: the glove runs its old model");
     }
   }
 
@@ -275,9 +247,8 @@ class Sender {
   link::Session session_;
   std::uint32_t said_ = 0;
   int all_ = 0;
-  int done_ = 0;
   int pieces_ = 0;
-  std::size_t received_ = 0;         // of this part
+  std::size_t received_ = 0;
   std::optional<double> offered_s_;  // when an offer came that no receipt has followed
   Sent sent_;
 };

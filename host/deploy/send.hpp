@@ -20,7 +20,6 @@ struct Line {
 };
 
 struct Sent {
-  int parts = 0;
   int bytes = 0;
   std::optional<int> pieces;  // over the line, with those that were said again
   double took_s = 0;
@@ -32,8 +31,8 @@ using SendProgress = std::function<bool(int done, int all)>;
 // The glove as it is at another sample rate.
 using AtRate = std::function<Glove(double rate_hz)>;
 
-// `glove`: the model, its sensors' calibration and the pair's key. The glove goes on with its old model until a part is
-// whole; a part that has come runs from the next sample on. Throws io::InputError, one line with the mend, where the
+// `glove`: the model, its sensors' calibration and the pair's key. The glove goes on with its old model until the new one is
+// whole, which runs from the next sample on. Throws io::InputError, one line with the mend, where the
 // glove takes no models, has another key, rate or calibration, or too little room; io::JobError when it does not answer,
 // with what it runs now. Where `at_rate` is there, a glove that samples at another rate gets its model at that one.
 Sent send_model(const Line& line, const Glove& glove, const SendProgress& progress,

@@ -3,61 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
-#include <string_view>
 
+#include "host/deploy/images.hpp"
 #include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/io/io.hpp"
+#include "runtime/core/flash_map.hpp"
 
 namespace flexor::deploy {
 namespace {
 
 using io::InputError;
 
-struct Board {
-  glove::ModelRecord record;
-  std::size_t copies;  // where the first begins
-};
-
-Board find_pages(const FlashContent& content, const std::string& name) {
-  const glove::ModelRecord wanted = {};
-  const std::string_view magic = kModelMagic;
-  const auto at = std::search(content.bytes.begin(), content.bytes.end(), magic.begin(), magic.end());
-  const auto begin = static_cast<std::size_t>(at - content.bytes.begin());
-  if (content.bytes.size() < begin + sizeof(wanted)) {
-    throw InputError(
-        fmt::format("{}: its image takes no models in flash: deploy a model that needs it with --model-as "
-                    "data, and flash it once",
-                    name));
-  }
-  Board board{{}, begin + sizeof(wanted)};
-  std::memcpy(&board.record, content.bytes.data() + begin, sizeof(wanted));
-  if (begin % glove::kFlashPage != 0 || crc_of(board.record) != board.record.crc ||
-      content.bytes.size() < board.copies + 2 * std::size_t{board.record.copy_bytes}) {
-    throw InputError(fmt::format("{}: the record of its models is damaged: flash it anew", name));
-  }
-  return board;
-}
-
-void check(const glove::ModelRecord& record, const Glove& glove, const ModelBlock& block,
-           const std::string& name) {
-  if (record.version != compensator::kGraphVersion) {
-    throw InputError(
-        fmt::format("{}: its image is of another version: deploy the model anew, then flexor flash", name));
-  }
-  check_made_for(glove, record.rate_hz, record.calibration, name);
-  if (block.bytes() + glove::kCopyHead > record.copy_bytes || block.state_bytes > kFlashArenaBytes) {
-    throw InputError(fmt::format(
-        "model {:?} does not fit {}: {} bytes of flash where {} are, {} of RAM where {} are: fewer knots",
-        glove.model.name, name, block.bytes(), record.copy_bytes - glove::kCopyHead, block.state_bytes,
-        kFlashArenaBytes));
-  }
-}
-
 void check_key(const FlashContent& content, const Key& key, const std::string& name) {
   if (!key) return;
-  const Key there = key_in(content, find_key_record(content, name));
+  const Key there = key_in(content, name);
   if (there && std::ranges::equal(there->bytes, key->bytes)) return;
   throw InputError(fmt::format("{} has {} key: --key FILE is that of its deployment, or is left out over USB",
                                name, there ? "another" : "no"));
@@ -66,26 +26,32 @@ void check_key(const FlashContent& content, const Key& key, const std::string& n
 }  // namespace
 
 FlashContent pages_with_model(const FlashContent& content, const Glove& glove, const std::string& name) {
-  const Board board = find_pages(content, name);
-  check_key(content, glove.key, name);
-  const ModelBlock block = model_block(glove, 1);
-  check(board.record, glove, block, name);
-  const std::size_t bytes = board.record.copy_bytes;
-  std::array<glove::Copy, 2> copy{};
-  std::array<bool, 2> whole{};
-  for (std::size_t i = 0; i < 2; ++i) {
-    whole[i] = glove::read_copy(content.bytes.data() + board.copies + i * bytes, board.record.copy_bytes,
-                                board.record.image, copy[i]);
+  const glove::Settings* settings = glove_settings_in(content);
+  if (settings == nullptr) {
+    throw InputError(
+        fmt::format("{}: holds no settings of this Flexor: its image is an older one, or a hand's: flexor "
+                    "deploy, then flexor flash",
+                    name));
   }
-  const std::uint8_t runs = glove::newest_copy(whole.data(), copy.data());
-  const std::size_t other = runs == 0 ? 1 : 0;
+  check_key(content, glove.key, name);
+  check_made_for(glove, settings->head.rate_hz, settings->head.calibration_id, name);
+  Glove board = glove;  // what leaves it is the board's business
+  board.output = settings->head.output;
+  const Bytes block = flash_block(board);
+  std::array<core::Copy, 2> copy{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::size_t at = core::kModelBegin + i * core::kModelCopy;
+    if (content.bytes.size() < at + core::kModelCopy) continue;
+    copy[i] = core::read_copy(content.bytes.data() + at, core::kModelCopy);
+  }
+  const std::uint8_t runs = core::newest_of(copy.data());
   const auto generation = static_cast<std::uint16_t>(runs < 2 ? copy.at(runs).generation + 1 : 1);
-  const Bytes now = model_copy(block, board.record.image, generation);
+  const Bytes now = copy_of(block, generation);
   FlashContent out;
-  out.begin = board.copies + other * bytes;
+  out.begin = core::kModelBegin + (runs == 0 ? core::kModelCopy : 0);
   out.bytes.assign(out.begin, 0xff);
   out.bytes.insert(out.bytes.end(), now.begin(), now.end());
-  out.bytes.resize((out.bytes.size() + glove::kFlashPage - 1) / glove::kFlashPage * glove::kFlashPage, 0xff);
+  out.bytes.resize((out.bytes.size() + core::kFlashPage - 1) / core::kFlashPage * core::kFlashPage, 0xff);
   return out;
 }
 

@@ -4,17 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <memory>
 
+#include "host/deploy/images.hpp"
 #include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
+#include "runtime/core/flash_map.hpp"
+#include "runtime/glove/glove_model.hpp"
 
 namespace flexor::deploy {
 namespace {
-
-constexpr std::size_t kRecordAt = 3 * glove::kFlashPage;
 
 // Five fingers, twelve knots, two curves and a lag each.
 Glove glove_of_curves(double height_deg) {
@@ -41,20 +41,10 @@ Glove glove_of_curves(double height_deg) {
   return glove;
 }
 
-// A board's flash with this model in its first copy.
-FlashContent flash_with(const Glove& glove) {
-  const DataBlock data = data_block(glove);
-  EXPECT_TRUE(data.in_flash);
-  constexpr std::uint16_t kImage = 4711;
-  const glove::ModelRecord record = model_record(glove, kImage);
-  const Bytes copy = model_copy(data.block, kImage, 0);
-  FlashContent out;
-  out.bytes.assign(kRecordAt, 0x55);
-  out.bytes.resize(kRecordAt + sizeof(record) + 2 * kCopyBytes, 0);
-  std::memcpy(out.bytes.data() + kRecordAt, &record, sizeof(record));
-  std::ranges::copy(copy, out.bytes.begin() + kRecordAt + sizeof(record));
-  return out;
-}
+// Erased.
+struct NoEeprom {
+  std::uint8_t read(std::uint16_t) const { return 0xff; }
+};
 
 struct Settings {
   struct Monitor {
@@ -69,14 +59,12 @@ struct Settings {
 
 // The middle finger's angle, Q4, of whichever model the flash starts; -1: none.
 int angle_of(const FlashContent& flash, const Glove& glove) {
-  using Pages = glove::ModelPages<kCopyBytes>;
-  const auto pages = std::make_unique<Pages>();
-  std::memcpy(pages.get(), flash.bytes.data() + kRecordAt, sizeof(Pages));
   const auto ids = calibration_ids(glove_tables(glove));
-  glove::FlashModel<20000> model;
+  glove::GloveModel<NoEeprom, 20000> model(flash.bytes.data() + core::kModelBegin);
   Settings settings[kFingers] = {};
-  if (model.load(*pages, pages->record.image, {ids.data(), 50}, settings) != compensator::Loaded::ok)
-    return -1;
+  NoEeprom eeprom;
+  const glove::ModelStore<NoEeprom> store(model.flashed());
+  if (model.load(eeprom, store, {ids.data(), 50}, settings) != compensator::Loaded::ok) return -1;
   EXPECT_EQ(settings[2].strips, 1 << 2);
   for (std::int16_t& alpha : model.alpha) alpha = 32 * 600;
   EXPECT_EQ(model.step(), 31);
@@ -94,17 +82,18 @@ TEST(SendPages, PowerThatIsLostAnywhereLeavesTheOldModelOrTheNew) {
   const Glove old = glove_of_curves(60);
   const Glove now = glove_of_curves(90);
   ASSERT_NE(angle_of(old), angle_of(now));
-  const FlashContent before = flash_with(old);
+  FlashContent before = glove_flash(old);
+  before.bytes.resize(core::kDataEnd, 0xff);
   const FlashContent pages = pages_with_model(before, now, "the board");
-  EXPECT_EQ(pages.begin % glove::kFlashPage, 0U);
-  EXPECT_EQ(pages.bytes.size() % glove::kFlashPage, 0U);
+  EXPECT_EQ(pages.begin % core::kFlashPage, 0U);
+  EXPECT_EQ(pages.bytes.size() % core::kFlashPage, 0U);
   int new_ones = 0;
   for (std::size_t end = pages.begin; end <= pages.bytes.size(); end += end % 16 == 0 ? 1 : 15) {
     FlashContent flash = before;
     // A page is erased as a whole before it is written.
-    const std::size_t page = end / glove::kFlashPage * glove::kFlashPage;
+    const std::size_t page = end / core::kFlashPage * core::kFlashPage;
     if (page < pages.bytes.size())
-      std::fill_n(flash.bytes.begin() + static_cast<long>(page), glove::kFlashPage, 0xff);
+      std::fill_n(flash.bytes.begin() + static_cast<long>(page), core::kFlashPage, 0xff);
     std::copy(pages.bytes.begin() + static_cast<long>(pages.begin),
               pages.bytes.begin() + static_cast<long>(end),
               flash.bytes.begin() + static_cast<long>(pages.begin));
@@ -117,7 +106,8 @@ TEST(SendPages, PowerThatIsLostAnywhereLeavesTheOldModelOrTheNew) {
 }
 
 TEST(SendPages, TheNextOneGoesOverTheOldest) {
-  FlashContent flash = flash_with(glove_of_curves(60));
+  FlashContent flash = glove_flash(glove_of_curves(60));
+  flash.bytes.resize(core::kDataEnd, 0xff);
   std::size_t last = 0;
   for (int k = 0; k < 70000; k += k < 4 ? 1 : 9001) {  // generations that wrap around, too
     const Glove now = glove_of_curves(60 + k % 50);
@@ -140,28 +130,22 @@ TEST(SendPages, WhatDoesNotFitIsSaidWithTheMend) {
       EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
     }
   };
-  const FlashContent flash = flash_with(good);
+  const FlashContent flash = glove_flash(good);
   Glove slow = good;
   slow.model.sample_period_s = 0.1;
   says(flash, slow, "--rate 50");
   Glove other = good;
   other.sensor[2] = divider(35, 25, 100.0 / 180);
-  says(flash, other, "middle: the board's image was made for another calibration");
+  says(flash, other, "middle: the board has another calibration");
   FlashContent damaged = flash;
-  damaged.bytes[kRecordAt + 10] ^= 1;
-  says(damaged, good, "flash it anew");
-  FlashContent older = flash;
-  glove::ModelRecord record = model_record(good, 4711);
-  record.version = static_cast<std::uint8_t>(compensator::kGraphVersion - 1);
-  record.crc = crc_of(record);
-  std::memcpy(older.bytes.data() + kRecordAt, &record, sizeof(record));
-  says(older, good, "another version: deploy the model anew");
+  damaged.bytes[core::kSettingsBegin + 20] ^= 1;
+  says(damaged, good, "holds no settings of this Flexor");
   Glove with_key = good;
   with_key.key = key_from_hex("000102030405060708090a0b0c0d0e0f");
   FlashContent guarded = flash;
   const auto give = [&](const Key& key) {
     const link::KeyRecord stored = key_record(key);
-    std::memcpy(guarded.bytes.data(), &stored, sizeof(stored));
+    std::memcpy(guarded.bytes.data() + core::kKeyBegin, &stored, sizeof(stored));
   };
   give({});
   says(guarded, with_key, "the board has no key");
@@ -170,7 +154,7 @@ TEST(SendPages, WhatDoesNotFitIsSaidWithTheMend) {
   EXPECT_NO_THROW((void)pages_with_model(guarded, good, "the board")) << "none was given";
   give(with_key.key);
   EXPECT_NO_THROW((void)pages_with_model(guarded, with_key, "the board"));
-  says({std::vector<std::uint8_t>(32768, 0xff), 0}, good, "--model-as data");
+  says({std::vector<std::uint8_t>(32768, 0xff), 0}, good, "holds no settings of this Flexor");
 }
 
 }  // namespace

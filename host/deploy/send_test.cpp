@@ -29,7 +29,6 @@ Glove published() {
 }
 
 // A glove that takes models, at the other end of a line that loses frames of either direction.
-template <std::uint8_t kParts = 1>
 class FakeGlove {
  public:
   explicit FakeGlove(Glove glove, double loss = 0)
@@ -41,9 +40,8 @@ class FakeGlove {
   }
 
   // What is stored, as it was sent.
-  std::vector<std::uint8_t> stored() { return stored(0); }
-  std::vector<std::uint8_t> stored(std::uint8_t part) {
-    const glove::Place place = store_.find(eeprom_, part);
+  std::vector<std::uint8_t> stored() {
+    const glove::Place place = store_.find(eeprom_);
     return {eeprom_.bytes.begin() + place.address, eeprom_.bytes.begin() + place.address + place.size};
   }
   std::vector<std::vector<std::uint8_t>> heard;  // frames
@@ -51,7 +49,7 @@ class FakeGlove {
   std::vector<std::uint8_t> taped;  // somebody sends this at every tenth frame,
   int tapes = 0;                    // so often
   bool deaf = false;
-  int room = 1 << 20;    // for all parts together
+  int room = 1 << 20;
   int stranger_at = -1;  // after so many frames somebody without the key asks, too
   std::uint8_t rate_hz = 10;
 
@@ -79,9 +77,8 @@ class FakeGlove {
     receiver_->challenge(nonces_.next());
   }
   std::uint8_t load() {
-    int bytes = 0;
-    for (std::uint8_t part = 0; part < kParts; ++part) bytes += store_.find(eeprom_, part).size;
-    return static_cast<std::uint8_t>(bytes <= room ? compensator::Loaded::ok : compensator::Loaded::no_room);
+    return static_cast<std::uint8_t>(store_.find(eeprom_).size <= room ? compensator::Loaded::ok
+                                                                       : compensator::Loaded::no_room);
   }
   bool lost() { return std::generate_canonical<double, 32>(random_) < loss_; }
 
@@ -104,16 +101,16 @@ class FakeGlove {
   double loss_;
   std::array<std::uint16_t, kFingers> ids_;
   Eeprom eeprom_;
-  glove::ModelStore<Eeprom, kParts> store_{7};
+  glove::ModelStore<Eeprom> store_{7};
   link::PacketReader reader_;
-  std::optional<glove::ModelReceiver<Eeprom, kParts>> receiver_{std::in_place,
-                                                                glove_.key ? &*glove_.key : nullptr, store_};
+  std::optional<glove::ModelReceiver<Eeprom>> receiver_{std::in_place, glove_.key ? &*glove_.key : nullptr,
+                                                        store_};
   link::NonceSource nonces_;
   std::mt19937 random_{1};
   double now_s_ = 0;
 };
 
-// published-hw of which one finger's curve has more knots: its part is larger.
+// published-hw of which one finger's curve has more knots.
 Glove with_a_large(std::size_t finger) {
   Glove glove = published();
   model::Model& model = glove.model;
@@ -160,21 +157,8 @@ TEST(Send, APartThatCannotRunLeavesTheOldOneAndIsSaidSo) {
   EXPECT_EQ(board.stored(), before);
 }
 
-// Both models fit; while one replaces the other part by part there is no room for two large parts.
-TEST(Send, PartsTakeTurnsWhereRoomIsScarce) {
-  const Glove last = with_a_large(4);
-  const Glove first = with_a_large(0);
-  FakeGlove<5> board(last);
-  send_model(board.line(), last, {});
-  board.room = model_block(last, 5).bytes();
-  send_model(board.line(), first, {});
-  const ModelBlock wanted = model_block(first, 5);
-  for (std::uint8_t part = 0; part < 5; ++part)
-    EXPECT_EQ(board.stored(part), wanted.parts[part]) << int{part};
-}
-
 TEST(Send, AStrangersQuestionDoesNotEndIt) {
-  const auto wanted = model_block(published(), 1).parts.front();
+  const auto wanted = model_block(published()).bytes;
   for (const int at : {2, 3, 5, 8}) {
     FakeGlove board(published());
     board.stranger_at = at;
@@ -193,14 +177,14 @@ TEST(Send, AnOfferThatWasTapedDoesNotEndIt) {
   const Glove other = with_a_large(2);
   send_model(board.line(), other, {});
   EXPECT_EQ(board.tapes, 0);
-  EXPECT_EQ(board.stored(), model_block(other, 1).parts.front());
+  EXPECT_EQ(board.stored(), model_block(other).bytes);
   board.tapes = 1'000'000;
   expect_send_refused([&] { (void)send_model(board.line(), published(), {}); },
                       "somebody else speaks to the glove again and again");
 }
 
 TEST(Send, AModelArrivesWholeWhateverTheLineLoses) {
-  const auto wanted = model_block(published(), 1).parts.front();
+  const auto wanted = model_block(published()).bytes;
   for (const double loss : {0.0, 0.3, 0.6}) {
     FakeGlove board(published(), loss);
     int last = -1;
@@ -265,7 +249,7 @@ TEST(Send, RefusesByNameWhatTheGloveDoesNotTake) {
   Glove other = published();
   other.sensor[2] = divider(47, 25, 100.0 / 180);
   expect_send_refused([&] { (void)send_model(board.line(), other, {}); },
-                      "middle: the glove's image was made for another calibration");
+                      "middle: the glove has another calibration");
   board.rate_hz = 50;
   expect_send_refused([&] { (void)send_model(board.line(), published(), {}); }, "--rate 50");
   board.deaf = true;

@@ -38,7 +38,7 @@ bool make_raw(int file) {
 }  // namespace
 
 OpenGloves::OpenGloves(const std::filesystem::path& path, const OpenGlovesOptions& options)
-    : path_(path), options_(options), gestures_(fingers_of(options)) {
+    : path_(path), options_(options), fingers_(fingers_of(options)) {
   values_.joystick[0] = values_.joystick[1] = link::kGloveMiddle;
   const int error = open_it();
   // A FIFO without a reader: one comes.
@@ -83,7 +83,7 @@ std::string OpenGloves::line(std::span<const double> angle_deg) {
         static_cast<std::uint16_t>(std::lround(std::clamp(bend, 0.0, 1.0) * link::kGloveTop));
   }
   values_.trigger = link::trigger_pull(values_.flexion[1]);
-  values_.buttons = gestures_.step(values_.flexion);
+  values_.buttons = gestures_.step(values_.flexion, fingers_);
   char text[link::kMaxGloveText];
   return {text, link::encode_gloves(values_, nullptr, 0, text)};
 }

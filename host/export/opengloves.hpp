@@ -50,6 +50,7 @@ class OpenGloves : public Sink {
 
   std::filesystem::path path_;
   OpenGlovesOptions options_;
+  std::uint8_t fingers_;
   link::Gestures gestures_;
   link::GloveValues values_{};
   int file_ = -1;

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "host/identify/folds.hpp"
 #include "host/identify/hold.hpp"

@@ -1123,6 +1123,20 @@ Json rows_json(const std::vector<ScoreRow>& rows) {
   return out;
 }
 
+Json clocks_json(const HandIdentification& r) {
+  Json out = Json::array();
+  for (std::size_t p = 0; p < r.clocks.size(); ++p) {
+    out.push_back({{"sensor", io::to_utf8(r.request.pairs[p].sensor.string())},
+                   {"reference", io::to_utf8(r.request.pairs[p].reference.string())},
+                   {"clock_offset_s", r.clocks[p].offset_s},
+                   {"clock_offset_se_s", r.clocks[p].standard_error_s},
+                   {"drift_ppm", r.clocks[p].drift_ppm},
+                   {"drift_se_ppm", r.clocks[p].drift_se_ppm},
+                   {"confidence", r.clocks[p].confidence}});
+  }
+  return out;
+}
+
 }  // namespace
 
 Json to_json(const HandIdentification& r) {
@@ -1170,18 +1184,8 @@ Json to_json(const HandIdentification& r) {
           {"verdict", joint.left_out_verdict ? score::to_json(*joint.left_out_verdict) : Json(nullptr)},
           {"rows", rows_json(joint.left_out)}};
   }
-  Json pairs = Json::array();
-  for (std::size_t p = 0; p < r.clocks.size(); ++p) {
-    pairs.push_back({{"sensor", io::to_utf8(r.request.pairs[p].sensor.string())},
-                     {"reference", io::to_utf8(r.request.pairs[p].reference.string())},
-                     {"clock_offset_s", r.clocks[p].offset_s},
-                     {"clock_offset_se_s", r.clocks[p].standard_error_s},
-                     {"drift_ppm", r.clocks[p].drift_ppm},
-                     {"drift_se_ppm", r.clocks[p].drift_se_ppm},
-                     {"confidence", r.clocks[p].confidence}});
-  }
   return {{"joints", std::move(joints)},
-          {"pairs", std::move(pairs)},
+          {"pairs", clocks_json(r)},
           {"fit_seconds", r.fit_seconds},
           {"version", FLEXOR_VERSION},
           {"warnings", r.warnings}};

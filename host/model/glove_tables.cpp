@@ -62,12 +62,6 @@ sensor::Poses poses_of(const Input& input) {
 
 }  // namespace
 
-glove::FlexionSettings flexion_of(const Ends& ends) {
-  const std::int16_t straight = q4(ends.open_deg);
-  const double scale = link::kGloveTop * 65536 / (16 * ends.fist_deg - straight);
-  return {straight, static_cast<std::int32_t>(scale < 0 ? std::floor(scale) : std::ceil(scale))};
-}
-
 sensor::GuardSettings guard_of(const Model& model, const Joint& joint) {
   const Saturation& range = limits(model, joint);
   return guard_at_rest(model, std::clamp(joint.rest_deg, range.lower_deg, range.upper_deg));
@@ -99,7 +93,6 @@ GloveTables glove_tables(const Model& model, const Sensors& sensor) {
     if (!wiring.joint[i]) continue;
     const Joint& joint = model.joints[*wiring.joint[i]];
     out.guard[i] = guard_of(model, joint);
-    out.flexion[i] = flexion_of(ends(model, joint));
   }
   return out;
 }

@@ -8,7 +8,6 @@
 
 #include "host/model/model.hpp"
 #include "host/model/wiring.hpp"
-#include "runtime/glove/glove_text.hpp"
 #include "runtime/sensor/calibration.hpp"
 #include "runtime/sensor/guard.hpp"
 #include "runtime/sensor/monitor.hpp"
@@ -25,7 +24,6 @@ struct GloveTables {
   std::array<sensor::GuardSettings, kFingers> guard{};
   std::array<std::uint8_t, kFingers> strips{};  // a bit for each strip that the finger's angle needs
   std::array<sensor::Poses, kFingers> poses{};  // of each strip; equal where the model does not say
-  std::array<glove::FlexionSettings, kFingers> flexion{};  // from the open hand to the fist
 };
 
 // At the model's own sample rate, 0.1 to 1000 Hz. Throws io::InputError where no counts lie within an input's valid range.
@@ -34,6 +32,5 @@ GloveTables glove_tables(const Model& model, const Sensors& sensor);
 // The same of any joint of the model.
 sensor::GuardSettings guard_of(const Model& model, const Joint& joint);
 std::uint8_t strips_of(const Model& model, const Wiring& wiring, std::size_t joint);
-glove::FlexionSettings flexion_of(const Ends& ends);
 
 }  // namespace flexor::model

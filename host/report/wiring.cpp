@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 
 #include "host/io/io.hpp"
 #include "host/report/page.hpp"

@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "host/deploy/deploy.hpp"
-#include "host/deploy/model_block.hpp"
-#include "host/deploy/sources.hpp"
 #include "host/io/json.hpp"
 #include "host/io/process.hpp"
 #include "host/study/boards.hpp"
 #include "host/study/builtin.hpp"
+#include "host/study/exact_json.hpp"
 #include "host/twin/exact_json.hpp"
 
 namespace flexor::study {
@@ -17,6 +15,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+// The bootloader of Nanos before 2018.
+constexpr const char* kOldBootloader =
+    "/usr/share/arduino/hardware/arduino/avr/bootloaders/atmega/ATmegaBOOT_168_atmega328.hex";
 
 template <class T>
 void put(Json& json, const char* name, const std::optional<T>& value) {
@@ -39,37 +41,9 @@ void each_value(Change& change, const Visit& visit) {
   visit("unplugged", change.unplugged);
 }
 
-// An image is named by all that goes into it, and made once.
-class ImageFolder {
- public:
-  explicit ImageFolder(fs::path folder) : folder_(std::move(folder)) { io::make_folder(folder_); }
-
-  // `build` makes it in the folder that it is given.
-  template <class Build>
-  fs::path of(const std::string& content, const Build& build) const {
-    std::string all = content;
-    for (const deploy::Source& source : deploy::sources()) all += source.path + source.text;
-    const std::string digest = io::digest(all);
-    const fs::path folder = folder_ / digest.substr(digest.find(':') + 1);
-    if (fs::exists(folder)) return folder;
-    const fs::path half = folder_ / fmt::format("half-{}", getpid());
-    io::make_folder(half);
-    build(half);
-    std::error_code error;
-    fs::rename(half, folder, error);
-    if (error) fs::remove_all(half);  // somebody else was quicker
-    return folder;
-  }
-
- private:
-  fs::path folder_;
-};
-
 deploy::Glove glove_of(const BenchOptions& o) {
   std::vector<std::string> notes;
   deploy::Glove glove = glove_for(o.parameters, on_hand(o.model, o.parameters, notes));
-  glove.model_as = o.model_as;
-  glove.in_flash = o.model_as == deploy::ModelAs::data && o.in_flash;
   return glove;
 }
 
@@ -163,24 +137,15 @@ bool build_optiboot(const fs::path& hex, const std::string& mcu, const std::stri
 
 Bench::Bench(fs::path program, const BenchOptions& options)
     : glove_(glove_of(options)), link_(options.port_link), worker_(std::move(program)) {
-  in_flash_ = options.model_as == deploy::ModelAs::data && deploy::data_block(glove_).in_flash;
-  deploy::require_toolchain();
-  const deploy::Hand hand = twin_hand(options.parameters, options.model);
-  const ImageFolder images(options.images.empty() ? folder_.path() : options.images);
-  const fs::path glove_folder = images.of(deploy::glove_config(glove_), [&](const fs::path& folder) {
-    (void)deploy::build_glove(glove_, folder);
-  });
-  const fs::path hand_folder = images.of(
-      deploy::hand_config(hand), [&](const fs::path& folder) { (void)deploy::build_hand(hand, folder); });
-  const fs::path boot = images.of("Optiboot 0", [&](const fs::path& folder) {
-    (void)build_optiboot(folder / "boot.hex");
-  }) / "boot.hex";
-  has_bootloader_ = fs::exists(boot);
+  fs::path boot = folder_.path() / "boot.hex";
+  if (io::find_program("avr-gcc").empty()) {
+    boot = kOldBootloader;  // which the package has as it is
+    has_bootloader_ = fs::exists(boot);
+  } else {
+    has_bootloader_ = build_optiboot(boot);
+  }
   const twin::TrialInput input{options.parameters, short_motion(), options.model, options.seed};
-  Json arguments = {{"images",
-                     {{"glove", io::bytes_to_json((glove_folder / "glove.elf").string())},
-                      {"hand", io::bytes_to_json((hand_folder / "hand.elf").string())}}},
-                    {"input", twin::exact_json(input)}};
+  Json arguments = {{"glove", exact_json(glove_)}, {"input", twin::exact_json(input)}};
   if (has_bootloader_) arguments["bootloader"] = io::bytes_to_json(boot.string());
   if (!link_.empty()) arguments["link"] = io::bytes_to_json(fs::absolute(link_).string());
   terminal_ = worker_.run("bench_open", arguments).at("port").get<std::string>();

@@ -8,7 +8,6 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -69,12 +68,8 @@ std::string why_no_bootloader(const std::filesystem::path& optiboot = kOptiboot)
 
 struct BenchOptions {
   twin::Parameters parameters = shipped_parameters();
-  model::Model model;  // five fingers; the glove's first
-  deploy::ModelAs model_as = deploy::ModelAs::data;
-  bool in_flash = true;    // of data: room for identified models of five fingers, through the bootloader
+  model::Model model;      // five fingers; the glove's first
   std::uint64_t seed = 1;  // whoever wears it is that of the experiment's trial 0 with this seed
-  std::filesystem::path images =
-      {};  // a folder in which images are kept from one bench to the next; empty: not kept
   std::filesystem::path port_link =
       {};  // a name for the port that stays; empty: the pseudo-terminal's own, which changes
 };
@@ -82,7 +77,7 @@ struct BenchOptions {
 // Calls may come from any thread; one waits for another.
 class Bench {
  public:
-  // Builds what is not there yet: seconds. Throws io::InputError: no such worker, no avr-gcc, a model that does not fit,
+  // Throws io::InputError: no such worker, a model that does not fit,
   // a port_link that is something else; io::JobError.
   Bench(std::filesystem::path program, const BenchOptions& options);
   ~Bench();
@@ -92,8 +87,6 @@ class Bench {
   const deploy::Key& key() const { return glove_.key; }
   // What the glove was deployed as, for deploy::send_model and pages_with_model.
   const deploy::Glove& glove() const { return glove_; }
-  // Models are sent through the bootloader.
-  bool in_flash() const { return in_flash_; }
   bool has_bootloader() const { return has_bootloader_; }
 
   // So much simulated time and, but for at most 50 ms that it lags behind, as much real time.
@@ -106,7 +99,6 @@ class Bench {
 
  private:
   deploy::Glove glove_;
-  bool in_flash_ = false;
   bool has_bootloader_ = false;
   io::TemporaryFolder folder_;
   std::filesystem::path link_;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "host/deploy/deploy.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/study/exact_json.hpp"
 #include "host/twin/exact_json.hpp"
@@ -43,26 +42,6 @@ deploy::HandMotor motor_of(const twin::Parameters& p) {
           p.disturbance_mNm / stall_mNm};
 }
 
-std::string identity_of(const deploy::Glove& glove, const deploy::Hand& hand) {
-  return deploy::glove_config(glove) + deploy::hand_config(hand);
-}
-
-// A model that reads neither counts nor alpha gets what the twin's divider makes of the counts, at the knots of the
-// board's table.
-deploy::Glove twin_glove(const twin::TrialInput& input) {
-  const twin::Divider divider(input.parameters);
-  const model::Wiring wiring = model::wiring_of(input.compensator);
-  deploy::CalibrationDocument calibration;
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    if (!wiring.input[i]) continue;
-    const model::Input& one = input.compensator.inputs[*wiring.input[i]];
-    if (one.unit == "count" || deploy::reads_alpha(one)) continue;
-    calibration.unit = one.unit;
-    calibration.sensor[i] = deploy::at_knots(divider.reading(one.unit, one.name));
-  }
-  return glove_for(input.parameters, input.compensator, calibration);
-}
-
 // Finite angles of one length: what a trial of this program's own worker has.
 bool is_sane(const twin::Trial& trial) {
   const std::size_t frames = trial.glove_deg[0].size();
@@ -76,6 +55,20 @@ bool is_sane(const twin::Trial& trial) {
 }  // namespace
 
 deploy::Key bench_key() { return deploy::key_from_hex("000102030405060708090a0b0c0d0e0f"); }
+
+deploy::Glove twin_glove(const twin::TrialInput& input) {
+  const twin::Divider divider(input.parameters);
+  const model::Wiring wiring = model::wiring_of(input.compensator);
+  deploy::CalibrationDocument calibration;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    if (!wiring.input[i]) continue;
+    const model::Input& one = input.compensator.inputs[*wiring.input[i]];
+    if (one.unit == "count" || deploy::reads_alpha(one)) continue;
+    calibration.unit = one.unit;
+    calibration.sensor[i] = deploy::at_knots(divider.reading(one.unit, one.name));
+  }
+  return glove_for(input.parameters, input.compensator, calibration);
+}
 
 deploy::Glove glove_that_runs(const twin::Parameters& p, const model::Model& model,
                               const deploy::CalibrationDocument& calibration) {
@@ -172,31 +165,10 @@ Counts gesture_counts(const twin::Parameters& p, const model::Model& model) {
 
 Boards::Boards(std::filesystem::path program) : workers_(std::move(program)) {}
 
-Boards::Images Boards::build(const deploy::Glove& glove, const deploy::Hand& hand) const {
-  const std::filesystem::path folder = folder_.path() / std::to_string(built_++);
-  io::make_folder(folder);
-  return {deploy::build_glove(glove, folder).elf, deploy::build_hand(hand, folder).elf};
-}
-
-void Boards::prepare(const twin::TrialInput& input) {
-  const deploy::Glove glove = twin_glove(input);
-  const deploy::Hand hand = twin_hand(input.parameters, input.compensator);
-  const std::string identity = identity_of(glove, hand);
-  if (!images_.contains(identity)) images_[identity] = build(glove, hand);
-}
-
-Json Boards::images_of(const twin::TrialInput& input) const {
-  const Images& images =
-      images_.at(identity_of(twin_glove(input), twin_hand(input.parameters, input.compensator)));
-  return {{"glove", io::bytes_to_json(images.glove.string())},
-          {"hand", io::bytes_to_json(images.hand.string())}};
-}
-
 std::vector<twin::Trial> Boards::simulate(const twin::TrialInput& input, std::uint64_t first,
                                           int count) const {
-  const Json trials = workers_.run(
-      "simulate",
-      {{"images", images_of(input)}, {"input", twin::exact_json(input)}, {"first", first}, {"count", count}});
+  const Json trials =
+      workers_.run("simulate", {{"input", twin::exact_json(input)}, {"first", first}, {"count", count}});
   std::vector<twin::Trial> out;
   for (const Json& trial : trials) out.push_back(twin::trial_of(trial));
   if (out.size() != static_cast<std::size_t>(count) || !std::ranges::all_of(out, is_sane)) {
@@ -206,27 +178,20 @@ std::vector<twin::Trial> Boards::simulate(const twin::TrialInput& input, std::ui
   return out;
 }
 
-GloveFigures Boards::run_glove(const std::filesystem::path& elf, const deploy::Glove& glove,
-                               const Counts& counts) const {
-  return glove_figures_of(workers_.run(
-      "run_glove",
-      {{"elf", io::bytes_to_json(elf.string())}, {"glove", exact_json(glove)}, {"counts", counts}}));
+GloveFigures Boards::run_glove(const deploy::Glove& glove, const Counts& counts) const {
+  return glove_figures_of(workers_.run("run_glove", {{"glove", exact_json(glove)}, {"counts", counts}}));
 }
 
-HandFigures Boards::run_hand(const std::filesystem::path& elf, const deploy::Glove& glove,
+HandFigures Boards::run_hand(const twin::Parameters& parameters, const deploy::Glove& glove,
                              double seconds) const {
   return hand_figures_of(workers_.run(
       "run_hand",
-      {{"elf", io::bytes_to_json(elf.string())}, {"glove", exact_json(glove)}, {"seconds", seconds}}));
+      {{"parameters", twin::exact_json(parameters)}, {"glove", exact_json(glove)}, {"seconds", seconds}}));
 }
 
 std::vector<Latency> Boards::latency(const twin::Parameters& parameters, const model::Model& model, int edges,
                                      std::uint64_t seed) const {
-  const Images images = build(glove_for(parameters, model), safe_hand(parameters, model));
-  const Json stages = workers_.run("latency", {{"images",
-                                                {{"glove", io::bytes_to_json(images.glove.string())},
-                                                 {"hand", io::bytes_to_json(images.hand.string())}}},
-                                               {"parameters", twin::exact_json(parameters)},
+  const Json stages = workers_.run("latency", {{"parameters", twin::exact_json(parameters)},
                                                {"model", Json::parse(model::to_json(model))},
                                                {"edges", edges},
                                                {"seed", seed}});

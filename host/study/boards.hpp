@@ -3,10 +3,8 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -29,6 +27,10 @@ deploy::Glove glove_for(const twin::Parameters& parameters, const model::Model& 
 // The same for a glove that runs: what corrects its sensors stays in the model, since the board's tables are those of its image.
 deploy::Glove glove_that_runs(const twin::Parameters& parameters, const model::Model& model,
                               const deploy::CalibrationDocument& calibration = {});
+
+// Of a trial: a model that reads neither counts nor alpha gets what the twin's divider makes of the counts, at the knots of the
+// board's table.
+deploy::Glove twin_glove(const twin::TrialInput& input);
 
 // The twin's hand as it is: loop, limits and end stops of the published system.
 deploy::Hand twin_hand(const twin::Parameters& parameters, const model::Model& model);
@@ -83,8 +85,7 @@ inline constexpr std::array<const char*, 6> kLatencyStages = {"wait for the ADC"
                                                               "verify",           "next motor command"};
 using Latency = std::array<double, kLatencyStages.size()>;  // ms
 
-// Boards whose firmware runs in workers, flexor-cosim, one for each thread that asks; images are built here,
-// once for each compensator and hand.
+// Boards whose firmware runs in workers, flexor-cosim, one for each thread that asks.
 class Boards : public Engine {
  public:
   // Throws io::InputError when there is no such program.
@@ -92,32 +93,20 @@ class Boards : public Engine {
 
   std::string name() const override { return "avr"; }
   int batch() const override { return 1; }
-  void prepare(const twin::TrialInput& input) override;
   std::vector<twin::Trial> simulate(const twin::TrialInput& input, std::uint64_t first,
                                     int count) const override;
 
-  // The glove's image on these readings, against the host.
-  GloveFigures run_glove(const std::filesystem::path& elf, const deploy::Glove& glove,
-                         const Counts& counts) const;
-  // The hand's image with frames coming in as fast as the radio carries them.
-  HandFigures run_hand(const std::filesystem::path& elf, const deploy::Glove& glove, double seconds) const;
+  // The glove's board on these readings, against the host.
+  GloveFigures run_glove(const deploy::Glove& glove, const Counts& counts) const;
+  // The board of this glove's hand with frames coming in as fast as the radio carries them.
+  HandFigures run_hand(const twin::Parameters& parameters, const deploy::Glove& glove, double seconds) const;
   // Sensor edges at random times, both boards and the radio in between. An edge whose first frame the radio
   // loses is left out.
   std::vector<Latency> latency(const twin::Parameters& parameters, const model::Model& model, int edges,
                                std::uint64_t seed) const;
 
  private:
-  struct Images {
-    std::filesystem::path glove;
-    std::filesystem::path hand;
-  };
-  Images build(const deploy::Glove& glove, const deploy::Hand& hand) const;
-  nlohmann::ordered_json images_of(const twin::TrialInput& input) const;
-
   mutable io::WorkerPool workers_;
-  io::TemporaryFolder folder_;
-  mutable std::atomic<int> built_ = 0;
-  std::map<std::string, Images> images_;  // by what decides about them
 };
 
 }  // namespace flexor::study

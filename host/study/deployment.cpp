@@ -4,9 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 
-#include "host/deploy/model_block.hpp"
+#include "host/deploy/images.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/model/wiring.hpp"
@@ -78,8 +77,9 @@ std::string pins_of(const deploy::Glove& glove) {
 
 std::vector<std::string> sent_joints(const deploy::Glove& glove) {
   std::vector<std::string> out;
-  for (const deploy::VrJoint& joint : deploy::vr_joints(glove))
-    out.push_back(glove.model.joints[joint.joint].name);
+  for (const deploy::BoardOutput& o : deploy::outputs_of(glove)) {
+    if (o.output.number >= kFingers) out.push_back(glove.model.joints[o.joint].name);
+  }
   return out;
 }
 
@@ -140,11 +140,10 @@ std::vector<std::string> next_for_vr(const Deployment& d) {
 
 std::string send_words(const Deployment& d) {
   const deploy::Glove& g = d.glove;
-  return fmt::format("Another model later, without a compiler: flexor send MODEL --port auto --rate {}{}{}{}",
+  return fmt::format("Another model later: flexor send MODEL --port auto --rate {}{}{}",
                      deploy::sample_rate_hz(g.model),
                      g.baud == 9600 ? "" : fmt::format(" --baud {:g}", g.baud),
-                     g.key ? " --key " + io::shell_word(d.folder + "/pair.key") : "",
-                     deploy::data_block(g).in_flash ? " --bootloader" : "");
+                     g.key ? " --key " + io::shell_word(d.folder + "/pair.key") : "");
 }
 
 std::vector<std::string> next_for_hand(const Deployment& d) {
@@ -155,7 +154,7 @@ std::vector<std::string> next_for_hand(const Deployment& d) {
       "Look: with both boards on, bend one finger after the other: the hand's follow. If one does not, "
       "flexor monitor on the hand's port says what is wrong with it: angle, duty and fault of each."};
   if (deploy::can_zero(d.glove)) out.emplace_back(kZeroWords);
-  if (d.glove.model_as == deploy::ModelAs::data) out.push_back(send_words(d));
+  out.push_back(send_words(d));
   return out;
 }
 
@@ -166,8 +165,9 @@ std::vector<std::string> next_of(const Deployment& d) {
 double time_share(const TimeBudget& t) { return (t.adc_ms + t.compute_ms) / t.period_ms; }
 
 double flash_share(const Deployment& d) {
-  return static_cast<double>(std::max(d.glove_image.flash_bytes, d.hand_image.flash_bytes)) /
-         deploy::kAtmega328p.flash_bytes;
+  const int glove = deploy::glove_image().flash_bytes();
+  const int fuller = has_hand(d) ? std::max(glove, deploy::hand_image().flash_bytes()) : glove;
+  return static_cast<double>(fuller) / deploy::kAtmega328p.flash_bytes;
 }
 
 std::string budget_sentence(const Deployment& d) {
@@ -195,14 +195,14 @@ Lines lines(const Deployment& d) {
   add("compared with the host to the bit",
       fmt::format("{} angles over {} samples, {} mismatches", d.glove_figures.angles, d.glove_figures.samples,
                   d.glove_figures.mismatches));
-  add("glove: flash, bytes", of_chip(d.glove_image.flash_bytes, deploy::kAtmega328p.flash_bytes));
-  add("glove: static RAM, bytes", of_chip(d.glove_image.ram_bytes, deploy::kAtmega328p.ram_bytes));
+  add("glove: flash, bytes", of_chip(deploy::glove_image().flash_bytes(), deploy::kAtmega328p.flash_bytes));
+  add("glove: static RAM, bytes", of_chip(deploy::glove_image().ram_bytes(), deploy::kAtmega328p.ram_bytes));
   add("glove: stack at most, bytes", fmt::format("{}", d.glove_figures.stack_bytes));
   add("glove: awake", fmt::format("{:.1f} % of the time", 100 * d.glove_figures.awake_share));
   if (has_hand(d)) {
     add("hand: tick of five loops, cycles", cycles(d.hand_figures.tick));
-    add("hand: flash, bytes", of_chip(d.hand_image.flash_bytes, deploy::kAtmega328p.flash_bytes));
-    add("hand: static RAM, bytes", of_chip(d.hand_image.ram_bytes, deploy::kAtmega328p.ram_bytes));
+    add("hand: flash, bytes", of_chip(deploy::hand_image().flash_bytes(), deploy::kAtmega328p.flash_bytes));
+    add("hand: static RAM, bytes", of_chip(deploy::hand_image().ram_bytes(), deploy::kAtmega328p.ram_bytes));
     add("hand: stack at most, bytes", fmt::format("{}", d.hand_figures.stack_bytes));
     add("hand: awake, link at its fullest",
         fmt::format("{:.0f} % of the time", 100 * d.hand_figures.awake_share));
@@ -282,9 +282,9 @@ void save_results(const LatencyBudget& b, const std::string& title, const std::f
 
 TimeBudget time_budget(const Deployment& d) {
   constexpr double kConversion_ms = 13 * 128 / kCyclesPerMs;  // of the ADC at 125 kHz
-  const int bytes = d.glove.output == deploy::Output::opengloves ? deploy::line_bytes(d.glove)
-                                                                 : link::frame_bytes(d.glove.key.has_value());
-  const double baud = d.glove.output == deploy::Output::opengloves ? deploy::kUsbBaud : d.glove.baud;
+  const int bytes = d.glove.output != deploy::Output::radio ? deploy::line_bytes(d.glove)
+                                                            : link::frame_bytes(d.glove.key.has_value());
+  const double baud = d.glove.output != deploy::Output::radio ? deploy::kUsbBaud : d.glove.baud;
   TimeBudget t;
   t.period_ms = 1000 * d.glove.model.sample_period_s;
   t.adc_ms = static_cast<double>(deploy::scan_of(d.glove.pins).size()) * kConversion_ms;
@@ -309,8 +309,8 @@ Json to_json(const Deployment& d) {
   const auto statistic = [](const CycleStatistic& c) { return Json{{"mean", c.mean()}, {"worst", c.worst}}; };
   const TimeBudget t = time_budget(d);
   Json json = {{"targets", Json::array({{{"name", deploy::kAtmega328p.name},
-                                         {"flash_bytes", d.glove_image.flash_bytes},
-                                         {"ram_bytes", d.glove_image.ram_bytes},
+                                         {"flash_bytes", deploy::glove_image().flash_bytes()},
+                                         {"ram_bytes", deploy::glove_image().ram_bytes()},
                                          {"stack_bytes", d.glove_figures.stack_bytes},
                                          {"step_cycles", statistic(d.glove_figures.step)},
                                          {"worst_error_deg", d.error.worst_deg()}}})},
@@ -339,8 +339,8 @@ Json to_json(const Deployment& d) {
   json["budget"] = {{"time_share", time_share(t)}, {"flash_share", flash_share(d)}};
   json["hand"] = nullptr;
   if (has_hand(d)) {
-    json["hand"] = {{"flash_bytes", d.hand_image.flash_bytes},
-                    {"ram_bytes", d.hand_image.ram_bytes},
+    json["hand"] = {{"flash_bytes", deploy::hand_image().flash_bytes()},
+                    {"ram_bytes", deploy::hand_image().ram_bytes()},
                     {"stack_bytes", d.hand_figures.stack_bytes},
                     {"tick_cycles", statistic(d.hand_figures.tick)}};
   }

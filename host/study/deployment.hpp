@@ -1,7 +1,7 @@
 // What was measured of deployed firmware: the figures, as tables and as the files that their report is drawn from.
 #pragma once
 
-#include "host/deploy/deploy.hpp"
+#include "host/deploy/config.hpp"
 #include "host/deploy/wiring.hpp"
 #include "host/study/boards.hpp"
 
@@ -27,8 +27,6 @@ void save_results(const LatencyBudget& budget, const std::string& title, const s
 // All that `flexor deploy` says.
 struct Deployment {
   deploy::Glove glove;
-  deploy::Image glove_image;
-  deploy::Image hand_image;  // empty with output opengloves
   GloveFigures glove_figures;
   HandFigures hand_figures;
   deploy::Error error;

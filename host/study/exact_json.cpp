@@ -31,22 +31,21 @@ Json exact_json(const deploy::Glove& g) {
     sensors.push_back({{"counts", sensor.counts}, {"value", sensor.value}});
   return {{"model", Json::parse(model::to_json(g.model))},
           {"sensors", std::move(sensors)},
-          {"is_radio", g.output == deploy::Output::radio},
+          {"output", static_cast<int>(g.output)},
           {"baud", g.baud},
           {"frame_rate_hz", g.frame_rate_hz},
           {"key", g.key ? Json(deploy::to_hex(*g.key)) : Json(nullptr)},
           {"pins", deploy::to_text(g.pins)},
           {"beta", g.encoding == deploy::Encoding::beta},
           {"right_hand", g.right_hand},
-          {"track", g.track},
-          {"assembly", g.assembly}};
+          {"track", g.track}};
 }
 
 deploy::Glove glove_of(const Json& json) {
   deploy::Glove g;
   g.model = model::from_json(json.at("model").dump(), "pipe");
   for (std::size_t i = 0; i < kFingers; ++i) g.sensor[i] = sensor_of(json.at("sensors").at(i));
-  g.output = json.at("is_radio").get<bool>() ? deploy::Output::radio : deploy::Output::opengloves;
+  g.output = static_cast<deploy::Output>(json.at("output").get<int>());
   g.baud = json.at("baud").get<double>();
   g.frame_rate_hz = json.at("frame_rate_hz").get<double>();
   if (!json.at("key").is_null()) g.key = deploy::key_from_hex(json.at("key").get<std::string>());
@@ -54,7 +53,6 @@ deploy::Glove glove_of(const Json& json) {
   g.encoding = json.at("beta").get<bool>() ? deploy::Encoding::beta : deploy::Encoding::alpha;
   g.right_hand = json.at("right_hand").get<bool>();
   g.track = json.at("track").get<bool>();
-  g.assembly = json.at("assembly").get<bool>();
   return g;
 }
 

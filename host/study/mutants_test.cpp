@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "host/deploy/model_block.hpp"
+#include "host/deploy/images.hpp"
 #include "host/identify/estimator.hpp"
 #include "host/io/json.hpp"
 #include "host/model/diagram.hpp"
@@ -158,10 +158,8 @@ void apply(const model::Model& m) {
 void deploy_it(const model::Model& m) {
   const twin::Parameters p = shipped_parameters();
   deploy::Glove glove = glove_for(p, m);
-  (void)deploy::samples_per_frame(glove);
-  (void)deploy::data_block(glove);
-  (void)deploy::glove_config(glove);
-  (void)safe_hand(p, glove.model);
+  (void)deploy::glove_flash(glove);
+  (void)deploy::hand_flash(safe_hand(p, glove.model));
 }
 
 void experiment(model::Model m, const twin::Motion& motion) {

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "host/identify/recalibrate_files.hpp"
 #include "host/io/io.hpp"
 #include "host/model/wiring.hpp"

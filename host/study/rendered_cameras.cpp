@@ -15,10 +15,6 @@ std::string RenderedCameras::name() const {
   return (inner_ != nullptr ? inner_->name() : std::string("twin")) + ", rendered cameras";
 }
 
-void RenderedCameras::prepare(const twin::TrialInput& input) {
-  if (inner_ != nullptr) inner_->prepare(input);
-}
-
 std::vector<twin::Trial> RenderedCameras::simulate(const twin::TrialInput& input, std::uint64_t first,
                                                    int count) const {
   twin::TrialInput exact = input;

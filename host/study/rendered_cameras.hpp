@@ -16,7 +16,6 @@ class RenderedCameras : public Engine {
 
   std::string name() const override;
   int batch() const override { return 1; }
-  void prepare(const twin::TrialInput& input) override;
   // Throws io::JobError when a tracker loses a finger, which it never should in these pictures.
   std::vector<twin::Trial> simulate(const twin::TrialInput& input, std::uint64_t first,
                                     int count) const override;

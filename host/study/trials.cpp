@@ -86,12 +86,6 @@ class Runner {
 
  private:
   void play_all() {
-    if (plan_.engine != nullptr) {
-      for (const Compensator& c : plan_.compensators) {
-        plan_.engine->prepare(first_input(plan_, plan_.motions.front(), c));
-        go_on();
-      }
-    }
     if (!plan_.folder.empty()) open_journal();
     const auto start = std::chrono::steady_clock::now();
     result_.threads = io::threads_of(plan_.threads);
@@ -464,9 +458,7 @@ twin::TrialInput first_input(const Plan& plan, const twin::Motion& motion, const
 
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
   if (plan.stop != nullptr && plan.stop->load()) throw io::Cancelled("stopped");
-  const twin::TrialInput input = first_input(plan, motion, compensator);
-  if (plan.engine != nullptr) plan.engine->prepare(input);
-  return play(plan, input, 0, 1).front();
+  return play(plan, first_input(plan, motion, compensator), 0, 1).front();
 }
 
 Json to_json(const Result& r, const Plan& plan) {

@@ -30,8 +30,6 @@ class Engine {
  public:
   virtual ~Engine() = default;
   virtual std::string name() const = 0;
-  // Before the first trial of each compensator. Throws io::InputError for what it cannot play.
-  virtual void prepare(const twin::TrialInput& input) = 0;
   // As twin::simulate; from any thread.
   virtual std::vector<twin::Trial> simulate(const twin::TrialInput& input, std::uint64_t first,
                                             int count) const = 0;

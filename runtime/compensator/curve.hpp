@@ -154,13 +154,24 @@ struct Curves {
   template <class Machine>
   FLEXOR_SHARED static typename Machine::Outs interpret(typename Machine::In in, uint8_t n, int16_t u,
                                                         int16_t* out) {
-    using Place = typename Machine::Place;
-    typename Machine::In knots = Machine::at(in.u16());
-    const uint8_t count = knots.u8();
-    const core::Words<Place, int16_t> x{knots.at};
+    const uint8_t* const knots = Machine::at(in.u16());
+    if (!Machine::is_far()) {
+      const uint8_t* const behind = evaluate<core::Ram>(knots, in.at, u, out, n);
+      return {behind, out};
+    }
+    const uint16_t values = in.u16();
+    (void)evaluate<typename Machine::Far>(knots, Machine::at(values), u, out, n);
+    return {in.at, out};
+  }
+
+  // To `out`, which goes on; returns what lies behind the values.
+  template <class Place>
+  FLEXOR_INLINE static const uint8_t* evaluate(const uint8_t* knots, const uint8_t* values, int16_t u,
+                                               int16_t*& out, uint8_t n) {
+    const uint8_t count = Place::next_byte(knots);
+    const core::Words<Place, int16_t> x{knots};
     const Segment on = segment_of(x, core::Words<Place, uint16_t>{(x + count).at}, count, u);
-    const uint8_t* const behind = values_in<Place>(in.at, static_cast<uint8_t>(4 * count), on, out, n);
-    return {behind, out};
+    return values_in<Place>(values, static_cast<uint8_t>(4 * count), on, out, n);
   }
 };
 

@@ -1,8 +1,8 @@
 // A compensator as data: an interpreter that runs the blocks of runtime/compensator from a string of bytes, with
 // the bits of the compiled variant (host/deploy/compensator_text.hpp) and of the host's model::Compensator.
 //
-// A graph is one to kMaxParts parts, each a string of bytes that computes some of the fingers from some of the
-// strips. Numbers are little-endian.
+// A graph is a string of bytes that computes the angles of some fingers from some of the sensors. Numbers are
+// little-endian.
 //
 //   version u8, size u16, rate_hz u8, inputs u8, outputs u8, knots u8, sections u8, signals u8
 //   input     strip | refinement << 4, calibration u16, low u16, high u16 (counts of the monitor), valid_min i16,
@@ -25,7 +25,6 @@
 namespace flexor {
 namespace compensator {
 
-constexpr uint8_t kMaxParts = 5;
 constexpr uint8_t kStrips = 5;
 constexpr uint8_t kFingers = 5;
 constexpr uint8_t kOutputs = 15;  // the fingers, and further joints
@@ -45,10 +44,14 @@ constexpr uint8_t kLeaves = 0x80;    // beside the signal that an operation take
 enum class Operation : uint8_t { end, FLEXOR_BLOCKS(FLEXOR_OPERATION) count };
 #undef FLEXOR_OPERATION
 template <class Block>
-constexpr Operation kOperationOf = Operation::end;
-#define FLEXOR_OPERATION_OF(name, Host, ...) \
-  template <>                                \
-  constexpr Operation kOperationOf<__VA_ARGS__> = Operation::name;
+struct OperationOf {
+  static constexpr Operation kValue = Operation::end;
+};
+#define FLEXOR_OPERATION_OF(name, Host, ...)             \
+  template <>                                            \
+  struct OperationOf<__VA_ARGS__> {                      \
+    static constexpr Operation kValue = Operation::name; \
+  };
 FLEXOR_BLOCKS(FLEXOR_OPERATION_OF)
 #undef FLEXOR_OPERATION_OF
 static_assert(static_cast<uint8_t>(Operation::count) <= 16, "an operation has four bits");
@@ -124,6 +127,13 @@ class Arena {
     return true;
   }
   uint8_t* next() const { return next_; }
+  // Bytes right behind what was taken last.
+  uint8_t* append(uint16_t bytes) {
+    if (bytes > static_cast<uint16_t>(end_ - next_)) return nullptr;
+    uint8_t* const appended = next_;
+    next_ += bytes;
+    return appended;
+  }
 
  private:
   uint8_t* next_;
@@ -138,11 +148,19 @@ struct Section {
   bool started;
 };
 
+struct Input {
+  uint8_t first;  // strip | refinement << 4
+  int16_t least;  // valid
+  int16_t most;
+};
+
 struct Part {
   const uint8_t* begin;
+  Input* inputs;
   Section* sections;
   uint8_t input_count;
   uint8_t section_count;
+  bool is_far;  // in flash: curves' tables are read there, all else has been moved into RAM
 };
 
 // On a microcontroller one graph runs at a time, and what is at a fixed place is quickly reached.
@@ -180,12 +198,12 @@ const uint8_t kBits[kOutputs] FLEXOR_IN_FLASH = {1, 2, 4, 8, 16};
 static_assert(kStrips == 5 && kFingers == 5, "a bit for each strip and finger");
 FLEXOR_INLINE uint8_t bit_of(uint8_t n) { return core::Flash::byte(kBits + n); }
 
-// What operations share while a section runs.
-template <class Where>
+// What operations share while a section runs. Tables: where a part in flash has those of its curves.
+template <class Tables>
 class Machine {
  public:
-  using Place = Where;
-  using In = Bytes<Place>;
+  using Far = Tables;
+  using In = Bytes<core::Ram>;
   // What lies behind an operation, and what it gives.
   struct Out {
     const uint8_t* at;
@@ -198,7 +216,8 @@ class Machine {
 
   FLEXOR_INLINE static int16_t signal(uint8_t number) { return m.signals[number]; }
   FLEXOR_INLINE static bool first() { return m.is_first; }  // sample: states start
-  FLEXOR_INLINE static In at(uint16_t offset) { return {m.part + offset}; }
+  FLEXOR_INLINE static const uint8_t* at(uint16_t offset) { return m.part + offset; }
+  FLEXOR_INLINE static bool is_far() { return m.is_far; }
 
   // States lie one behind the other, as the loader has taken them.
   template <class State>
@@ -208,8 +227,9 @@ class Machine {
     return reinterpret_cast<State*>(state);
   }
 
-  static void begin(const uint8_t* part, const int16_t* signals, int16_t* angle) {
-    m.part = part;
+  static void begin(const Part& part, const int16_t* signals, int16_t* angle) {
+    m.part = part.begin;
+    m.is_far = part.is_far;
     m.signals = signals;
     m.angle = angle;
     m.good = 0;
@@ -309,14 +329,15 @@ class Machine {
     const int16_t* signals;
     const uint8_t* part;
     int16_t* angle;
+    bool is_far;
     bool is_first;
     uint8_t good;
   };
   static FLEXOR_PER_THREAD Run m;
 };
 
-template <class Where>
-FLEXOR_PER_THREAD typename Machine<Where>::Run Machine<Where>::m;
+template <class Tables>
+FLEXOR_PER_THREAD typename Machine<Tables>::Run Machine<Tables>::m;
 
 // What leaves a part. The first kFingers are the fingers' angles; others are further joints of a finger's, for programs that
 // show a whole hand.
@@ -369,11 +390,14 @@ class Loader {
     const uint8_t sections = in.u8();
     end_ = begin_ + size_ - kCrcBytes;
     at_ = in.at + 1;
-    part.begin = begin_;
+    part.begin = Place::address(begin_);
+    part.is_far = Place::is_far(begin_);
     part.input_count = inputs_;
     part.section_count = sections;
     signals_ = inputs_;
-    const Loaded fits = check_inputs(made_for.calibration);
+    part.inputs = arena_.template take_all<Input>(inputs_);
+    if (part.inputs == nullptr) return Loaded::no_room;
+    const Loaded fits = check_inputs(made_for.calibration, part.inputs);
     if (fits != Loaded::ok) return fits;
     if (!check_outputs(outputs)) return Loaded::malformed;
     part.sections = arena_.template take_all<Section>(sections);
@@ -386,7 +410,11 @@ class Loader {
       const Loaded one = load_section(part.sections[i]);
       if (one != Loaded::ok) return one;
     }
-    return at_ == end_ && signals_ == signals() ? Loaded::ok : Loaded::malformed;
+    if (at_ != end_ || signals_ != signals()) return Loaded::malformed;
+    for (uint8_t i = 0; i < sections; ++i) {
+      if (!move(part.sections[i], part.is_far)) return Loaded::no_room;
+    }
+    return Loaded::ok;
   }
 
   uint8_t signals() const { return Place::byte(begin_ + kHeaderBytes - 1); }
@@ -410,7 +438,7 @@ class Loader {
     return true;
   }
 
-  Loaded check_inputs(const uint16_t* calibration) {
+  Loaded check_inputs(const uint16_t* calibration, Input* inputs) {
     if (inputs_ > kStrips) return Loaded::malformed;
     for (uint8_t i = 0; i < inputs_; ++i) {
       if (!has(kInputBytes)) return Loaded::malformed;
@@ -418,6 +446,8 @@ class Loader {
       const uint8_t strip = first & 15;
       if (strip >= kStrips || first >> 4 > 8) return Loaded::malformed;
       if (Place::word(at_ + 1) != calibration[strip]) return Loaded::other_calibration;
+      inputs[i] = {first, static_cast<int16_t>(Place::word(at_ + 7)),
+                   static_cast<int16_t>(Place::word(at_ + 9))};
       at_ += kInputBytes;
     }
     return Loaded::ok;
@@ -478,6 +508,43 @@ class Loader {
     return loaded;
   }
 
+  // Operations that lie in flash come into RAM, where they are read sooner; of curves the values stay, and a u16 says where.
+  bool move(Section& section, bool is_far) {
+    if (!is_far) {
+      section.code = Place::address(section.code);
+      return true;
+    }
+    at_ = section.code;
+    signals_ = section.signal;
+    is_moving_ = true;
+    section.code = arena_.next();
+    bool is_last = false;
+    while (!is_last) {
+      const uint8_t* const from = at_;
+      is_last = Place::byte(from) == static_cast<uint8_t>(Operation::end);
+      values_ = nullptr;
+      if (is_last) ++at_;
+      if (!is_last) load_operation();
+      if (values_ == nullptr) {
+        if (!append(from, at_)) return false;
+        continue;
+      }
+      const uint16_t offset = static_cast<uint16_t>(values_ - begin_);
+      if (!append(from, values_)) return false;
+      uint8_t* const to = arena_.append(sizeof(offset));
+      if (to == nullptr) return false;
+      __builtin_memcpy(to, &offset, sizeof(offset));
+      if (!append(behind_values_, at_)) return false;
+    }
+    return true;
+  }
+  FLEXOR_SHARED bool append(const uint8_t* from, const uint8_t* until) {
+    uint8_t* to = arena_.append(static_cast<uint16_t>(until - from));
+    if (to == nullptr) return false;
+    while (from < until) *to++ = Place::byte(from++);
+    return true;
+  }
+
   Loaded load_operation() {
     const uint8_t code = Place::byte(at_++);
     const uint8_t n = static_cast<uint8_t>(code >> 4);
@@ -504,7 +571,7 @@ class Loader {
     require(results <= 255 - signals_);
     if (!is_good_) return Loaded::malformed;
     signals_ = static_cast<uint8_t>(signals_ + results);
-    return arena_.take(bytes) != nullptr ? Loaded::ok : Loaded::no_room;
+    return is_moving_ || arena_.take(bytes) != nullptr ? Loaded::ok : Loaded::no_room;
   }
 
   template <class Block>
@@ -519,7 +586,11 @@ class Loader {
   void u16(uint16_t) { advance(2); }
   void i32(int32_t) { advance(4); }
   void words(const int16_t*, uint8_t n) { advance(static_cast<uint16_t>(2 * n)); }
-  void values(const Value*, uint16_t n) { advance(static_cast<uint16_t>(4 * n)); }
+  void values(const Value*, uint16_t n) {
+    values_ = at_;
+    advance(static_cast<uint16_t>(4 * n));
+    behind_values_ = at_;
+  }
   void weight(const core::Weight&) {
     advance(2);
     within(0, 31);
@@ -555,14 +626,17 @@ class Loader {
   const uint8_t* at_ = nullptr;
   const uint8_t* end_ = nullptr;
   const uint8_t* knots_ = nullptr;
+  const uint8_t* values_ = nullptr;  // of the operation's curves
+  const uint8_t* behind_values_ = nullptr;
   Arena& arena_;
   uint8_t inputs_ = 0;
   uint8_t signals_ = 0;
   uint8_t knot_tables_ = 0;
   bool is_good_ = true;
+  bool is_moving_ = false;
 };
 
-// Place: where the parts lie. kArena: bytes for everything else that all parts need, and for the parts themselves where
+// Place: where the bytes lie. kArena: bytes for everything else that they need, and for themselves where
 // they were reserved here.
 template <class Place, uint16_t kArena>
 class Graph {
@@ -570,91 +644,73 @@ class Graph {
   int16_t alpha[kStrips] = {};   // Q5, in
   int16_t angle[kOutputs] = {};  // Q4 of each finger and further joint, out; kept where a reading is bad
 
-  // Forgets all parts. The angles stay.
+  // Forgets what was loaded. The angles stay.
   void clear() {
     arena_ = Arena(memory_, kArena);
-    parts_ = 0;
-    most_signals_ = 0;
+    bytes_ = nullptr;
   }
 
-  // Room for a part's bytes that lie in RAM; null: there is not as much. Valid until clear().
+  // Room for bytes that lie in RAM; null: there is not as much. Valid until clear().
   uint8_t* reserve(uint16_t size) { return arena_.take(size); }
 
-  // `bytes` outlive the part. Unless it is ok, only clear() helps.
+  // Behind clear(), once; `bytes` outlive the graph. Unless it is ok, only clear() helps.
   Loaded add(const uint8_t* bytes, uint16_t size, const MadeFor& made_for) {
-    if (parts_ == kMaxParts) return Loaded::no_room;
     Loader<Place> loader(bytes, size, arena_);
-    const Loaded loaded = loader.load(made_for, part_[parts_]);
+    const Loaded loaded = loader.load(made_for, part_);
     if (loaded != Loaded::ok) return loaded;
-    if (loader.signals() > most_signals_) {
-      most_signals_ = loader.signals();
-      if (!arena_.keep(reinterpret_cast<uint8_t*>(signals()))) return Loaded::no_room;
+    signals_ = reinterpret_cast<int16_t*>(memory_ + kArena) - loader.signals();
+    if (!arena_.keep(reinterpret_cast<uint8_t*>(signals_))) return Loaded::no_room;
+    bytes_ = bytes;
+    for (uint8_t k = 0; k < outputs(); ++k) {
+      const Output one = output(k);
+      angle[one.number] = one.rest;  // where it stands before the first good reading
     }
-    rest(part_[parts_++], Place::byte(bytes + kOutputCount));
     return Loaded::ok;
   }
 
-  uint8_t parts() const { return parts_; }
-  const uint8_t* part(uint8_t p) const { return part_[p].begin; }
+  uint8_t outputs() const { return bytes_ == nullptr ? 0 : Place::byte(bytes_ + kOutputCount); }
+  FLEXOR_SHARED Output output(uint8_t k) const {
+    return Output::read<Place>(bytes_ + kHeaderBytes + kInputBytes * part_.input_count + kOutputBytes * k);
+  }
 
   // One sample: a bit for each finger whose readings were all valid.
-  uint8_t step() {
-    uint8_t good = 0;
-    for (uint8_t p = 0; p < parts_; ++p) good = static_cast<uint8_t>(good | run(part_[p], read(part_[p])));
-    return good;
-  }
+  uint8_t step() { return bytes_ == nullptr ? 0 : run(read()); }
 
  private:
-  // At the end of the arena, and the same for all parts: no signal is kept from sample to sample.
-  int16_t* signals() { return reinterpret_cast<int16_t*>(memory_ + kArena) - most_signals_; }
-
-  // Where its fingers stand before the first good reading.
-  void rest(const Part& part, uint8_t outputs) {
-    const uint8_t* at = part.begin + kHeaderBytes + kInputBytes * part.input_count;
-    for (; outputs > 0; --outputs, at += kOutputBytes) {
-      const Output one = Output::read<Place>(at);
-      angle[one.number] = one.rest;
-    }
-  }
+  using Run = Machine<core::Flash>;
 
   // The strips whose readings are valid.
-  uint8_t read(const Part& part) {
+  uint8_t read() {
     uint8_t strips = 0;
-    Bytes<Place> in{part.begin + kHeaderBytes};
-    int16_t* signal = signals();
-    for (uint8_t left = part.input_count; left > 0; --left, ++signal) {
-      const uint8_t first = in.u8();
-      const int16_t u = alpha[first & 15];
-      in.at += 6;
-      const int16_t least = in.i16();
-      const int16_t most = in.i16();
-      in.at += 4;
-      if (u < least || u > most) continue;
-      strips = static_cast<uint8_t>(strips | bit_of(first & 15));
-      *signal = core::refine(u, static_cast<uint8_t>(first >> 4));
+    int16_t* signal = signals_;
+    const Input* input = part_.inputs;
+    for (uint8_t left = part_.input_count; left > 0; --left, ++signal, ++input) {
+      const int16_t u = alpha[input->first & 15];
+      if (u < input->least || u > input->most) continue;
+      strips = static_cast<uint8_t>(strips | bit_of(input->first & 15));
+      *signal = core::refine(u, static_cast<uint8_t>(input->first >> 4));
     }
     return strips;
   }
 
   // The sections of which all strips are valid.
-  FLEXOR_SHARED uint8_t run(const Part& part, uint8_t strips) {
+  FLEXOR_SHARED uint8_t run(uint8_t strips) {
     const uint8_t missing = static_cast<uint8_t>(~strips);
-    int16_t* const s = signals();
-    Machine<Place>::begin(part.begin, s, angle);
-    Section* section = part.sections;
-    for (uint8_t i = part.section_count; i > 0; --i, ++section) {
+    Run::begin(part_, signals_, angle);
+    Section* section = part_.sections;
+    for (uint8_t i = part_.section_count; i > 0; --i, ++section) {
       if ((section->strips & missing) != 0) continue;
       const bool is_first = !section->started;
       section->started = true;
-      Machine<Place>::run(section->code, section->own, is_first, s + section->signal);
+      Run::run(section->code, section->own, is_first, signals_ + section->signal);
     }
-    return Machine<Place>::good();
+    return Run::good();
   }
 
   Arena arena_{memory_, kArena};
-  Part part_[kMaxParts] = {};
-  uint8_t parts_ = 0;
-  uint8_t most_signals_ = 0;
+  Part part_ = {};
+  const uint8_t* bytes_ = nullptr;
+  int16_t* signals_ = nullptr;         // at the arena's end: none is kept from sample to sample
   alignas(8) uint8_t memory_[kArena];  // last: a sanitizer sees what would run over it
 };
 

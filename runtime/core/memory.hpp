@@ -15,8 +15,10 @@ namespace core {
 
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are read as they lie");
 
-// byte, word: at an address. next_byte, next_word: and on behind it.
+// byte, word: at an address. next_byte, next_word: and on behind it. is_far: not in RAM.
 struct Ram {
+  static bool is_far(const uint8_t*) { return false; }
+  static const uint8_t* address(const uint8_t* at) { return at; }
   FLEXOR_INLINE static uint8_t byte(const uint8_t* at) { return *at; }
   FLEXOR_INLINE static uint16_t word(const uint8_t* at) {
     uint16_t x;
@@ -33,6 +35,8 @@ struct Ram {
 
 #ifdef __AVR__
 struct Flash {
+  static bool is_far(const uint8_t*) { return true; }
+  static const uint8_t* address(const uint8_t* at) { return at; }
   FLEXOR_INLINE static uint8_t byte(const uint8_t* at) { return pgm_read_byte(at); }
   FLEXOR_INLINE static uint16_t word(const uint8_t* at) { return pgm_read_word(at); }
   FLEXOR_INLINE static uint8_t next_byte(const uint8_t*& at) {
@@ -46,8 +50,31 @@ struct Flash {
     return x;
   }
 };
+
+// Either, as an address says: flash below 0x8000, RAM above. For what is not read again and again.
+struct Anywhere {
+  static const uint8_t* in_ram(const uint8_t* at) { return at + 0x8000; }
+  static bool is_far(const uint8_t* at) { return (reinterpret_cast<uint16_t>(at) & 0x8000) == 0; }
+  static const uint8_t* address(const uint8_t* at) { return is_far(at) ? at : at - 0x8000; }
+  FLEXOR_SHARED static uint8_t byte(const uint8_t* at) {
+    return is_far(at) ? Flash::byte(at) : Ram::byte(address(at));
+  }
+  FLEXOR_SHARED static uint16_t word(const uint8_t* at) {
+    return is_far(at) ? Flash::word(at) : Ram::word(address(at));
+  }
+  FLEXOR_INLINE static uint8_t next_byte(const uint8_t*& at) { return byte(at++); }
+  FLEXOR_INLINE static uint16_t next_word(const uint8_t*& at) {
+    at += 2;
+    return word(at - 2);
+  }
+};
 #else
-struct Flash : Ram {};
+struct Flash : Ram {
+  static bool is_far(const uint8_t*) { return true; }
+};
+struct Anywhere : Flash {
+  static const uint8_t* in_ram(const uint8_t* at) { return at; }
+};
 #endif
 
 // A row of 16-bit numbers, at any address.

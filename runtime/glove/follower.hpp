@@ -26,6 +26,12 @@ class Follower {
     reset();
   }
 
+  // Whether `strips` are what the model was made for.
+  void follow(bool on) {
+    is_on_ = on;
+    reset();
+  }
+
   // Nothing is found yet: the strips have been zeroed.
   void reset() {
     for (sensor::Tracker<Tracking>& tracker : tracker_) tracker.reset(settings_);
@@ -41,7 +47,7 @@ class Follower {
     const TrackedStrip strip = {core::table(strips_[i].middle), core::table(strips_[i].half),
                                 core::table(strips_[i].noise), core::table(strips_[i].max_step),
                                 core::table(strips_[i].per_half)};
-    if (strip.half == 0) return alpha;
+    if (strip.half == 0 || !is_on_) return alpha;
     const int16_t corrected = tracker_[i].corrected(strip, alpha);
     if (tick_ && alive) tracker_[i].observe(settings_, strip, alpha);
     return corrected;
@@ -51,6 +57,7 @@ class Follower {
   const TrackerSettings& settings_;
   const TrackedStrip* strips_;
   uint8_t samples_per_tick_;
+  bool is_on_ = true;
   uint8_t until_ = 0;
   bool tick_ = false;
   sensor::Tracker<Tracking> tracker_[kStrips];

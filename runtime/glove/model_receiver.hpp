@@ -2,7 +2,7 @@
 //
 // A request is answered with an offer: what fits here, and a nonce. Only pieces under the key that is made of it are
 // taken, so that no model that was sent before is taken again: its number is
-// the store's checksum. Each is answered with how far its part has come; a
+// the store's checksum. Each is answered with how far it has come; a
 // piece may come twice. Without a key whoever is near can send a model.
 #pragma once
 
@@ -14,10 +14,10 @@ namespace glove {
 
 static_assert(kChunk == link::Piece::kMost, "a piece is written at once");
 
-// Stages of a part, beside 0, which goes on, and 2 + compensator::Loaded.
+// Stages of a model, beside 0, which goes on, and 2 + compensator::Loaded.
 constexpr uint8_t kRuns = 1;
 constexpr uint8_t kNotWritten = 254;  // what was read back is not what was written
-constexpr uint8_t kNotTaken = 255;    // no such part, or too large
+constexpr uint8_t kNotTaken = 255;    // too large
 
 // What an image takes.
 struct Terms {
@@ -25,10 +25,10 @@ struct Terms {
   const uint16_t* calibration;  // of kFingers strips
 };
 
-template <class Eeprom, uint8_t kParts>
+template <class Eeprom>
 class ModelReceiver {
  public:
-  using Store = ModelStore<Eeprom, kParts>;
+  using Store = ModelStore<Eeprom>;
 
   ModelReceiver(const link::Key* pair, Store& store) : pair_(pair), store_(store) {}
 
@@ -37,7 +37,7 @@ class ModelReceiver {
     session_.start(nonce);
     while (pair_ != nullptr && !session_.ready()) session_.derive(*pair_);
     window_.restart();
-    part_ = kParts;
+    begun_ = false;
     count_ = 0;
     speech_ = link::Answer::offer;
     speaks_ = true;
@@ -48,7 +48,7 @@ class ModelReceiver {
     const link::Piece piece = link::get_piece(packet.body(), packet.body_bytes());
     if (piece.count == 0 || !believed(packet)) return false;
     if (reloads_ || count_ > 0) return true;
-    if (piece.part != part_ && !begin(piece, eeprom)) {
+    if (!begun_ && !begin(piece, eeprom)) {
       say(kNotTaken);
     } else if (stage_ != 0 || piece.offset != store_.received()) {
       say(stage_);
@@ -59,17 +59,17 @@ class ModelReceiver {
     return true;
   }
 
-  // Writes one byte at most. True: what the store has now is to be loaded, and loaded() to be called. A part is tried
+  // Writes one byte at most. True: what the store has now is to be loaded, and loaded() to be called. A model is tried
   // before it counts: power that is lost meanwhile leaves the old one.
   bool work(Eeprom& eeprom) {
     const Stored stored = store_.work(eeprom);
     if (reloads_) return true;
-    if (stage_ != 0 || part_ == kParts) return false;
+    if (stage_ != 0 || !begun_) return false;
     if (stored == Stored::failed) refuse(kNotWritten);
     if (stored == Stored::committed) say(kRuns);
     if (stored != Stored::ready) return stored == Stored::whole;
     if (count_ > 0) {
-      // More than the part has room for: answered with what there is.
+      // More than the slot has room for: answered with what there is.
       if (!store_.write(store_.received(), bytes_, count_)) stage_ = kNotTaken;
       count_ = 0;
       say(stage_);
@@ -79,7 +79,7 @@ class ModelReceiver {
     return false;
   }
 
-  // `reason`: compensator::Loaded. A part that cannot run never counts, and what was there before is to be loaded again.
+  // `reason`: compensator::Loaded. A model that cannot run never counts, and what was there before is to be loaded again.
   void loaded(uint8_t reason) {
     if (reloads_) {
       reloads_ = false;
@@ -92,7 +92,7 @@ class ModelReceiver {
   }
 
   // Not to sleep: there is something to write.
-  bool busy() const { return reloads_ || (part_ != kParts && stage_ == 0); }
+  bool busy() const { return reloads_ || (begun_ && stage_ == 0); }
 
   // What is to be said, to wire; 0: nothing.
   uint8_t speak(const Terms& terms, uint16_t model, uint8_t* wire) {
@@ -101,11 +101,11 @@ class ModelReceiver {
     link::Packet packet;
     uint8_t bytes = 0;
     if (speech_ == link::Answer::offer) {
-      link::Offer offer = {session_.nonce(), kParts, slot_room(kParts), terms.rate_hz, model, {}};
+      link::Offer offer = {session_.nonce(), kSlotRoom, terms.rate_hz, model, {}};
       for (uint8_t i = 0; i < link::kFingers; ++i) offer.calibration[i] = terms.calibration[i];
       bytes = link::put_offer(offer, packet.body());
     } else {
-      bytes = link::put_receipt({part_, store_.received(), stage_}, packet.body());
+      bytes = link::put_receipt({store_.received(), stage_}, packet.body());
     }
     const link::Key* session = pair_ == nullptr ? nullptr : &session_.key();
     const link::Key* key = speech_ == link::Answer::offer ? pair_ : session;
@@ -123,9 +123,9 @@ class ModelReceiver {
   }
 
   bool begin(const link::Piece& piece, Eeprom& eeprom) {
-    part_ = piece.part;
+    begun_ = true;
     size_ = piece.size;
-    stage_ = store_.begin(eeprom, piece.part, piece.size) ? 0 : kNotTaken;
+    stage_ = store_.begin(eeprom, piece.size) ? 0 : kNotTaken;
     return stage_ == 0;
   }
 
@@ -145,8 +145,8 @@ class ModelReceiver {
   link::Session session_;
   link::Window window_;
   uint16_t said_ = 0;
-  uint16_t size_ = 0;  // of the part
-  uint8_t part_ = kParts;
+  uint16_t size_ = 0;  // of the model
+  bool begun_ = false;
   uint8_t stage_ = 0;
   uint8_t count_ = 0;  // bytes that wait to be written
   uint8_t bytes_[kChunk] = {};

@@ -1,13 +1,11 @@
-// A sent model in EEPROM: there is one slot more than the model has parts, a part is written to the slot that no part
-// uses, and counts from its last byte on. Power that is lost at any instant leaves each part as it was or as it was
-// to become; a model in one part changes as a whole, one in five a finger at a time.
+// A sent model in EEPROM: of two slots it is written to the one that does not hold the newest, and counts from its last
+// byte on. Power that is lost at any instant leaves the old model or the new one.
 //
-//   slot   part u8, generation u8, size u16, CRC-16 of image, these and the bytes, bytes
+//   slot   mark u8, generation u8, size u16, CRC-16 of `base`, these and the bytes, bytes
 //
-// `part` is made invalid before anything else of a slot changes, and written last, once the rest has been read back and
-// has been tried: find() gives what is whole from then on, and the next start only once it counts.
-// The CRC starts with the identity of the image: models that were sent to another image, whose own is another, count
-// no more.
+// `mark` is 0 in a slot that counts: it is made invalid before anything else of a slot changes, and written last, once the
+// rest has been read back and has been tried. find() gives what is whole from then on, and the next start only once it counts.
+// base: CRC-16 of the model in flash. What was sent to a glove counts no more once another model has been flashed.
 #pragma once
 
 #include "runtime/core/crc16.hpp"
@@ -20,10 +18,8 @@ constexpr uint16_t kStoreEnd = 1024;  // of the ATmega328P's EEPROM
 constexpr uint8_t kSlotHead = 6;
 constexpr uint8_t kChunk = 24;  // bytes of a write at most
 
-// Bytes of a part that a slot holds.
-constexpr uint16_t slot_room(uint8_t parts) {
-  return static_cast<uint16_t>((kStoreEnd - kStoreBegin) / (parts + 1) - kSlotHead);
-}
+// Bytes of a model that a slot holds.
+constexpr uint16_t kSlotRoom = (kStoreEnd - kStoreBegin) / 2 - kSlotHead;
 
 // What became of the last order.
 enum class Stored : uint8_t {
@@ -35,22 +31,23 @@ enum class Stored : uint8_t {
   failed,     // what was read back is not what was sent
 };
 
-// Of a part's bytes in EEPROM.
+// Of a model's bytes in EEPROM.
 struct Place {
   uint16_t address = 0;
   uint16_t size = 0;
 };
 
 // Eeprom: as in link/counter_store.hpp.
-template <class Eeprom, uint8_t kParts>
+template <class Eeprom>
 class ModelStore {
  public:
-  // image: CRC-16 of the model that is built in.
-  explicit ModelStore(uint16_t image) : image_(image) {}
+  explicit ModelStore(uint16_t base) : base_(base) {}
 
-  // The one that is whole, else the newest valid `part`; size 0: there is none.
-  Place find(Eeprom& eeprom, uint8_t part) const {
-    const uint8_t slot = state_ == Stored::whole && part == part_ ? slot_ : newest(eeprom, part);
+  uint16_t base() const { return base_; }
+
+  // The one that is whole, else the newest that counts; size 0: there is none.
+  Place find(Eeprom& eeprom) const {
+    const uint8_t slot = state_ == Stored::whole ? slot_ : newest(eeprom);
     Place place;
     if (slot == kNone) return place;
     place.address = static_cast<uint16_t>(begin_of(slot) + kSlotHead);
@@ -58,9 +55,9 @@ class ModelStore {
     return place;
   }
 
-  // A checksum of all slots' heads: another one after each part that was written.
+  // A checksum of both slots' heads: another one after each model that was written.
   uint16_t digest(Eeprom& eeprom) const {
-    uint16_t crc = image_;
+    uint16_t crc = base_;
     for (uint8_t slot = 0; slot < kSlots; ++slot) {
       for (uint8_t i = 0; i < kSlotHead; ++i)
         crc = core::crc16_add(crc, eeprom.read(static_cast<uint16_t>(begin_of(slot) + i)));
@@ -70,26 +67,25 @@ class ModelStore {
 
   // Of what is whole: it counts, as soon as it is committed; or never.
   void keep() {
-    chunk_[0] = part_;
-    order(kPart, 1);
+    chunk_[0] = kCounts;
+    order(kMark, 1);
     committing_ = true;
   }
   void drop() { state_ = Stored::idle; }
 
-  // Begins with a part anew, whatever was being written before; false: there is no such part, or it is too large.
-  bool begin(Eeprom& eeprom, uint8_t part, uint16_t size) {
-    if (part >= kParts || size == 0 || size > slot_room(kParts)) return false;
-    slot_ = free_slot(eeprom);
-    const uint8_t old = newest(eeprom, part);
+  // Begins with a model anew, whatever was being written before; false: it is too large.
+  bool begin(Eeprom& eeprom, uint16_t size) {
+    if (size == 0 || size > kSlotRoom) return false;
+    const uint8_t old = newest(eeprom);
     const uint8_t generation =
         old == kNone ? 0 : eeprom.read(static_cast<uint16_t>(begin_of(old) + kGeneration));
-    part_ = part;
+    slot_ = old == 0 ? 1 : 0;
     generation_ = static_cast<uint8_t>(generation + 1);
     size_ = size;
     received_ = 0;
-    crc_ = start(part_, generation_, size_);
-    order(kPart, 1);
-    chunk_[0] = kNoPart;
+    crc_ = start(generation_, size_);
+    order(kMark, 1);
+    chunk_[0] = kNothing;
     return true;
   }
 
@@ -133,18 +129,19 @@ class ModelStore {
         return state_ = Stored::failed;
     }
     if (!committing_) return state_ = Stored::ready;
-    if (offset_ == kPart) return state_ = Stored::committed;
-    return state_ = is_sound(eeprom, slot_, part_) ? Stored::whole : Stored::failed;
+    if (offset_ == kMark) return state_ = Stored::committed;
+    return state_ = is_sound(eeprom, slot_) ? Stored::whole : Stored::failed;
   }
 
  private:
-  static constexpr uint8_t kSlots = kParts + 1;
+  static constexpr uint8_t kSlots = 2;
   static constexpr uint8_t kNone = 0xff;
-  static constexpr uint8_t kNoPart = 0xff;
-  enum Offset : uint8_t { kPart, kGeneration, kSize, kSizeHigh, kCrc };
+  static constexpr uint8_t kCounts = 0;
+  static constexpr uint8_t kNothing = 0xff;  // as erased EEPROM
+  enum Offset : uint8_t { kMark, kGeneration, kSize, kSizeHigh, kCrc };
 
   static uint16_t begin_of(uint8_t slot) {
-    return static_cast<uint16_t>(kStoreBegin + slot * (slot_room(kParts) + kSlotHead));
+    return static_cast<uint16_t>(kStoreBegin + slot * (kSlotRoom + kSlotHead));
   }
   static uint16_t word(Eeprom& eeprom, uint16_t address) {
     return static_cast<uint16_t>(eeprom.read(address) | eeprom.read(static_cast<uint16_t>(address + 1)) << 8);
@@ -158,32 +155,32 @@ class ModelStore {
     state_ = Stored::writing;
   }
 
-  uint16_t start(uint8_t part, uint8_t generation, uint16_t size) const {
-    uint16_t crc = image_;
-    crc = core::crc16_add(crc, static_cast<uint8_t>(~part));  // a slot of zeros is none
+  uint16_t start(uint8_t generation, uint16_t size) const {
+    uint16_t crc = base_;
+    crc = core::crc16_add(crc, kNothing);  // a slot of zeros is none
     crc = core::crc16_add(crc, generation);
     crc = core::crc16_add(crc, static_cast<uint8_t>(size));
     return core::crc16_add(crc, static_cast<uint8_t>(size >> 8));
   }
 
-  // Whether the slot holds this part, but for the byte that says so.
-  bool is_sound(Eeprom& eeprom, uint8_t slot, uint8_t part) const {
+  // Whether the slot holds a model, but for the byte that says so.
+  bool is_sound(Eeprom& eeprom, uint8_t slot) const {
     const uint16_t from = begin_of(slot);
     const uint16_t size = word(eeprom, static_cast<uint16_t>(from + kSize));
-    if (size == 0 || size > slot_room(kParts)) return false;
-    uint16_t crc = start(part, eeprom.read(static_cast<uint16_t>(from + kGeneration)), size);
+    if (size == 0 || size > kSlotRoom) return false;
+    uint16_t crc = start(eeprom.read(static_cast<uint16_t>(from + kGeneration)), size);
     for (uint16_t i = 0; i < size; ++i) {
       crc = core::crc16_add(crc, eeprom.read(static_cast<uint16_t>(from + kSlotHead + i)));
     }
     return crc == word(eeprom, static_cast<uint16_t>(from + kCrc));
   }
 
-  uint8_t newest(Eeprom& eeprom, uint8_t part) const {
+  uint8_t newest(Eeprom& eeprom) const {
     uint8_t found = kNone;
     uint8_t generation = 0;
     for (uint8_t slot = 0; slot < kSlots; ++slot) {
       const uint16_t from = begin_of(slot);
-      if (eeprom.read(from) != part || !is_sound(eeprom, slot, part)) continue;
+      if (eeprom.read(from) != kCounts || !is_sound(eeprom, slot)) continue;
       const uint8_t its = eeprom.read(static_cast<uint16_t>(from + kGeneration));
       if (found != kNone && static_cast<int8_t>(its - generation) < 0) continue;
       found = slot;
@@ -192,19 +189,7 @@ class ModelStore {
     return found;
   }
 
-  // One that is no part's newest: there is one slot more than there are parts.
-  uint8_t free_slot(Eeprom& eeprom) const {
-    uint8_t used = 0;
-    for (uint8_t part = 0; part < kParts; ++part) {
-      const uint8_t slot = newest(eeprom, part);
-      if (slot != kNone) used = static_cast<uint8_t>(used | 1 << slot);
-    }
-    uint8_t slot = 0;
-    while ((used >> slot & 1) != 0) ++slot;
-    return slot;
-  }
-
-  uint16_t image_;
+  uint16_t base_;
   uint16_t size_ = 0;
   uint16_t received_ = 0;
   uint16_t crc_ = 0;
@@ -213,7 +198,6 @@ class ModelStore {
   uint8_t count_ = 0;  // of the chunk
   uint8_t at_ = 0;     // written of it
   uint8_t slot_ = 0;
-  uint8_t part_ = 0;
   uint8_t generation_ = 0;
   bool committing_ = false;
   Stored state_ = Stored::idle;

@@ -38,6 +38,8 @@ class SignalChain {
   // What a zeroed glove adds to the calibration of each strip.
   sensor::Correction* corrections() { return correction_; }
 
+  Strips& strips() { return strips_; }
+
   // They have changed: what was followed on top of the old ones is no more.
   void zeroed() { strips_.reset(); }
 

@@ -15,34 +15,29 @@ constexpr uint16_t kGestureOff = 448;
 
 class Gestures {
  public:
-  // A bit for each finger that the glove has, thumb first. Without its fingers a gesture is never made: pinch
-  // needs both, grab one of the four.
-  explicit constexpr Gestures(uint8_t fingers) : fingers_(fingers) {}
-
-  // Flexion 0 .. kGloveTop of five fingers -> glove_button::kGrab, kPinch, kTrigger.
-  uint8_t step(const uint16_t* flexion) {
+  // Flexion 0 .. kGloveTop of five fingers -> glove_button::kGrab, kPinch, kTrigger. fingers: a bit for each that the glove
+  // has, thumb first. Without its fingers a gesture is never made: pinch needs both, grab one of the four.
+  uint8_t step(const uint16_t* flexion, uint8_t fingers = 0x1f) {
     uint16_t grab = 0;
     uint8_t grabbing = 0;
     for (uint8_t i = 1; i < kGloveFingers; ++i) {
-      if (!has(i)) continue;
+      if ((fingers >> i & 1) == 0) continue;
       grab = static_cast<uint16_t>(grab + flexion[i]);
       ++grabbing;
     }
     if (grabbing > 0) update(glove_button::kGrab, static_cast<uint16_t>(grab / grabbing));
-    if (has(0) && has(1)) update(glove_button::kPinch, static_cast<uint16_t>((flexion[0] + flexion[1]) / 2));
-    if (has(1)) update(glove_button::kTrigger, flexion[1]);
+    if ((fingers & 3) == 3)
+      update(glove_button::kPinch, static_cast<uint16_t>((flexion[0] + flexion[1]) / 2));
+    if ((fingers & 2) != 0) update(glove_button::kTrigger, flexion[1]);
     return made_;
   }
 
  private:
-  bool has(uint8_t finger) const { return (fingers_ & (1 << finger)) != 0; }
-
   void update(uint8_t gesture, uint16_t flexion) {
     if (flexion >= kGestureOn) made_ = static_cast<uint8_t>(made_ | gesture);
     if (flexion < kGestureOff) made_ = static_cast<uint8_t>(made_ & ~gesture);
   }
 
-  uint8_t fingers_;
   uint8_t made_ = 0;
 };
 

@@ -18,13 +18,16 @@ struct NoModels {
 // Whether a slot has the time for readings and angles together, 16 and 25 bytes of ten bits.
 constexpr bool has_room(uint32_t baud, uint8_t slots_per_second) { return 410UL * slots_per_second <= baud; }
 
-// Turns: a GloveTurns. kSlotsPerSecond: so often it calls speak(). kHasRoom: has_room(); without it one slot of ten has readings.
 // Board: uint8_t reset_cause(), uint32_t uptime_s(), void send(Type, const uint8_t* wire, uint8_t bytes).
 // Models: bool take(PacketReader&), whether a frame of coefficients is believed, and void offer(), one is asked for.
-template <class Turns, uint8_t kSlotsPerSecond, bool kHasRoom = true>
 class GloveSpeech {
  public:
-  explicit GloveSpeech(const Key* pair) : end_(pair, kSettled_s * kSlotsPerSecond) {}
+  // slots_per_second: so often speak() is called. has_room: has_room(); without it one slot of ten has readings.
+  GloveSpeech(const Key* pair, const Turns& turns, uint8_t slots_per_second, bool has_room)
+      : end_(pair, static_cast<uint16_t>(kSettled_s * slots_per_second)),
+        turns_(turns),
+        slots_per_second_(slots_per_second),
+        has_room_(has_room) {}
 
   // At its start: the hand's challenge, if it comes at once, is there before the first sample.
   template <class Board>
@@ -48,7 +51,7 @@ class GloveSpeech {
     const bool listens = turns_.listens(!end_.in_touch());
     if (until_state_ > 0) --until_state_;
     // First: after a frame that listens the hand speaks.
-    if (readings_left_ > 0 && (--readings_left_ % 10 == 0 || kHasRoom)) say_readings(frame, counts, board);
+    if (readings_left_ > 0 && (--readings_left_ % 10 == 0 || has_room_)) say_readings(frame, counts, board);
     if (!end_.in_touch()) {
       if (listens) say_state(true, board);
       return;
@@ -63,12 +66,12 @@ class GloveSpeech {
   template <class Models>
   void take(Models& models) {
     const Type type = end_.packet().type();
-    if (type == Type::coefficients && models.take(end_.packet())) turns_.favour(kSlotsPerSecond);
+    if (type == Type::coefficients && models.take(end_.packet())) turns_.favour(slots_per_second_);
     if (type != Type::request || end_.packet().body_bytes() != 1) return;
     const Request request = static_cast<Request>(end_.packet().body()[0]);
     if (request == Request::coefficients) models.offer();
     if (request == Request::state) wants_state_ = true;
-    if (request == Request::readings) readings_left_ = kSlotsPerSecond;
+    if (request == Request::readings) readings_left_ = slots_per_second_;
   }
 
   template <class Board>
@@ -81,7 +84,7 @@ class GloveSpeech {
   template <class Board>
   void say_state(bool listens, Board& board) {
     wants_state_ = false;
-    until_state_ = kSlotsPerSecond;
+    until_state_ = slots_per_second_;
     uint8_t wire[kMaxWire];
     board.send(Type::state, wire, end_.state(board.reset_cause(), board.uptime_s(), wire, listens));
   }
@@ -97,7 +100,9 @@ class GloveSpeech {
   static constexpr uint16_t kSettled_s = 30;
 
   GloveEnd end_;
-  Turns turns_;
+  GloveTurns turns_;
+  uint8_t slots_per_second_;
+  bool has_room_;
   uint8_t readings_left_ = 0;  // slots
   uint8_t until_state_ = 0;    // slots: one a second is answered
   bool wants_state_ = false;

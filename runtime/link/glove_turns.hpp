@@ -1,8 +1,8 @@
 // When a glove speaks: the radio carries one direction at a time.
 //
-// After each kEvery'th frame the glove is silent for kSlots more, and the hand may speak; after each kSeekEvery'th
-// while it is not heard. A frame whose slot comes while somebody else is speaking is left out, too, kHolds of them in
-// succession at most, and kBetween are not before the next: a hand that has lost touch speaks wherever it hears a gap, and no
+// After each `every`th frame the glove is silent for `slots` more, and the hand may speak; after each `seek_every`th
+// while it is not heard. A frame whose slot comes while somebody else is speaking is left out, too, holds() of them
+// in succession at most, and between() are not before the next: a hand that has lost touch speaks wherever it hears a gap, and no
 // rubbish silences this end, nor parts its frames by more than the hand bridges.
 #pragma once
 
@@ -11,13 +11,21 @@
 namespace flexor {
 namespace link {
 
-template <uint8_t kEvery, uint8_t kSeekEvery, uint8_t kSlots>
+struct Turns {
+  uint8_t every;
+  uint8_t seek_every;
+  uint8_t slots;
+};
+
 class GloveTurns {
  public:
+  explicit GloveTurns(const Turns& turns)
+      : turns_(turns), since_listening_(static_cast<uint8_t>(turns.seek_every - 1)) {}
+
   // A byte came.
   void byte() { hears_ = true; }
   // A whole frame of somebody came.
-  void heard() { heard_ = 2 * kEvery; }
+  void heard() { heard_ = static_cast<uint8_t>(2 * turns_.every); }
   // For so many slots the other end gets its turn after each frame.
   void favour(uint8_t slots) { favoured_ = slots; }
 
@@ -29,12 +37,12 @@ class GloveTurns {
       --silent_;
       return false;
     }
-    if (hears && held_ < kHolds) {
+    if (hears && held_ < holds()) {
       ++held_;
       taken_ = 0;
       return false;
     }
-    if (++taken_ >= kBetween) held_ = taken_ = 0;
+    if (++taken_ >= between()) held_ = taken_ = 0;
     return true;
   }
 
@@ -43,26 +51,28 @@ class GloveTurns {
     if (heard_ > 0) --heard_;
     const bool favoured = favoured_ > 0;
     if (favoured) --favoured_;
-    const uint8_t every = heard_ > 0 ? kEvery : kSeekEvery;
+    const uint8_t every = heard_ > 0 ? turns_.every : turns_.seek_every;
     if (++since_listening_ < every && !now && !favoured) return false;
     since_listening_ = 0;
-    silent_ = kSlots;
+    silent_ = turns_.slots;
     return true;
   }
 
  private:
-  static constexpr bool kFast = kSeekEvery > 1;  // a slot is shorter than 70 ms, and than a frame of the hand
-  static constexpr uint8_t kHolds =
-      kFast ? 2 : 1;  // slots: what is left of a frame that was cut off, and a whole one
-  static constexpr uint8_t kBetween = kFast ? 1 : 2;  // slots
+  // A slot is shorter than 70 ms, and than a frame of the hand: two make what is left of a frame that was cut off, and a
+  // whole one.
+  bool is_fast() const { return turns_.seek_every > 1; }
+  uint8_t holds() const { return is_fast() ? 2 : 1; }
+  uint8_t between() const { return is_fast() ? 1 : 2; }
 
-  uint8_t since_listening_ = kSeekEvery - 1;  // frames
-  uint8_t heard_ = 0;                         // frames for which the other end counts as heard
-  uint8_t silent_ = 0;                        // slots
-  uint8_t favoured_ = 0;                      // slots
-  uint8_t held_ = 0;                          // slots left to who spoke
-  uint8_t taken_ = 0;                         // slots since
-  bool hears_ = false;                        // since the last slot
+  Turns turns_;
+  uint8_t since_listening_;  // frames
+  uint8_t heard_ = 0;        // frames for which the other end counts as heard
+  uint8_t silent_ = 0;       // slots
+  uint8_t favoured_ = 0;     // slots
+  uint8_t held_ = 0;         // slots left to who spoke
+  uint8_t taken_ = 0;        // slots since
+  bool hears_ = false;       // since the last slot
 };
 
 }  // namespace link

@@ -118,16 +118,16 @@ def main():
         print("request", what, frame(7, bytes([what])).hex())
     for length in (1, 24):
         pair, nonce, counter = draw.randbytes(16), draw.randbytes(8), draw.randrange(1 << 24)
-        part, size, offset, data = draw.randrange(5), draw.randrange(1 << 16), draw.randrange(1 << 16), draw.randbytes(length)
-        body = struct.pack("<BHH", part, size, offset) + data
-        print("piece", pair.hex(), nonce.hex(), counter, part, size, offset, data.hex(),
+        size, offset, data = draw.randrange(1 << 16), draw.randrange(1 << 16), draw.randbytes(length)
+        body = struct.pack("<HH", size, offset) + data
+        print("piece", pair.hex(), nonce.hex(), counter, size, offset, data.hex(),
               frame(5, body, session(pair, nonce), counter).hex())
     nonce, crcs = draw.randbytes(8), [draw.randrange(1 << 16) for _ in range(5)]
-    parts, room, rate_hz, model = 5, draw.randrange(1 << 16), 10, draw.randrange(1 << 16)
-    body = b"\0" + nonce + struct.pack("<BHBH5H", parts, room, rate_hz, model, *crcs)
-    print("offer", nonce.hex(), parts, room, rate_hz, model, ",".join(map(str, crcs)), frame(5, body).hex())
-    for part, received, stage in ((0, 0, 0), (4, 65535, 1), (2, 300, 254)):
-        print("receipt", part, received, stage, frame(5, b"\1" + struct.pack("<BHB", part, received, stage)).hex())
+    room, rate_hz, model = draw.randrange(1 << 16), 10, draw.randrange(1 << 16)
+    body = b"\0" + nonce + struct.pack("<HBH5H", room, rate_hz, model, *crcs)
+    print("offer", nonce.hex(), room, rate_hz, model, ",".join(map(str, crcs)), frame(5, body).hex())
+    for received, stage in ((0, 0), (65535, 1), (300, 254)):
+        print("receipt", received, stage, frame(5, b"\1" + struct.pack("<HB", received, stage)).hex())
 
 
 if __name__ == "__main__":

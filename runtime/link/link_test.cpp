@@ -210,7 +210,6 @@ void check_golden_piece(std::istringstream& fields) {
   const Key key = session_of(pair, nonce_of(rest_of(fields))).key();
   const auto counter = static_cast<uint32_t>(number_in(fields));
   Piece piece{};
-  piece.part = static_cast<uint8_t>(number_in(fields));
   piece.size = static_cast<uint16_t>(number_in(fields));
   piece.offset = static_cast<uint16_t>(number_in(fields));
   const std::vector<uint8_t> data = bytes_of(rest_of(fields));
@@ -225,7 +224,6 @@ void check_golden_piece(std::istringstream& fields) {
 void check_golden_offer(std::istringstream& fields) {
   Offer offer{};
   offer.nonce = nonce_of(rest_of(fields));
-  offer.parts = static_cast<uint8_t>(number_in(fields));
   offer.room = static_cast<uint16_t>(number_in(fields));
   offer.rate_hz = static_cast<uint8_t>(number_in(fields));
   offer.model = static_cast<uint16_t>(number_in(fields));
@@ -238,7 +236,6 @@ void check_golden_offer(std::istringstream& fields) {
 
 void check_golden_receipt(std::istringstream& fields) {
   Receipt receipt{};
-  receipt.part = static_cast<uint8_t>(number_in(fields));
   receipt.received = static_cast<uint16_t>(number_in(fields));
   receipt.stage = static_cast<uint8_t>(number_in(fields));
   Packet packet;
@@ -461,9 +458,7 @@ class Way {
 template <int kHz>
 class AirAt {
  public:
-  using Glove = GloveSpeech<GloveTurns<1, 1, 0>, kHz>;
-
-  explicit AirAt(const Key* hand_key, const Key* glove_key) : hand(hand_key), glove(glove_key) {
+  explicit AirAt(const Key* hand_key, const Key* glove_key) : hand(hand_key), glove(glove_of(glove_key)) {
     hand.start(1);
   }
 
@@ -476,7 +471,7 @@ class AirAt {
     hand.start(starts);
     noise = with_noise;
   }
-  void restart_glove() { glove = Glove(glove.end().pair()); }
+  void restart_glove() { glove = glove_of(glove.end().pair()); }
 
   void step() {
     hand.tick();
@@ -533,7 +528,9 @@ class AirAt {
   }
 
   HandEnd hand;
-  Glove glove;
+  static GloveSpeech glove_of(const Key* key) { return {key, {1, 1, 0}, kHz, true}; }
+
+  GloveSpeech glove;
   Way to_hand;
   Way to_glove;
   std::vector<std::vector<uint8_t>> recorded;  // the glove's frames, jammed ones too
@@ -1018,13 +1015,13 @@ TEST(OpenGloves, SaysWhichHandItIs) {
   EXPECT_EQ(parsed(right, GloveParse::information).hand, 1);
 }
 
-uint8_t after(Gestures& gestures, std::array<uint16_t, kGloveFingers> flexion) {
-  return gestures.step(flexion.data());
+uint8_t after(Gestures& gestures, std::array<uint16_t, kGloveFingers> flexion, uint8_t fingers = 0x1f) {
+  return gestures.step(flexion.data(), fingers);
 }
 
 TEST(Gestures, AreMadeByTheirFingers) {
   const auto made = [](std::array<uint16_t, kGloveFingers> flexion) {
-    Gestures gestures(0x1f);
+    Gestures gestures;
     return after(gestures, flexion);
   };
   EXPECT_EQ(made({0, 0, 0, 0, 0}), 0);
@@ -1037,7 +1034,7 @@ TEST(Gestures, AreMadeByTheirFingers) {
 }
 
 TEST(Gestures, HoldBetweenTheirTwoThresholds) {
-  Gestures gestures(0x1f);
+  Gestures gestures;
   const auto trigger = [&](uint16_t index) { return after(gestures, {0, index, 0, 0, 0}) != 0; };
   EXPECT_FALSE(trigger(kGestureOn - 1));
   EXPECT_TRUE(trigger(kGestureOn));
@@ -1047,12 +1044,13 @@ TEST(Gestures, HoldBetweenTheirTwoThresholds) {
 }
 
 TEST(Gestures, WithoutTheirFingersAreNeverMade) {
-  Gestures no_thumb(0x1e);
-  EXPECT_EQ(after(no_thumb, {1023, 1023, 1023, 1023, 1023}), glove_button::kGrab | glove_button::kTrigger);
-  Gestures two(0x06);  // index and middle: grab is theirs
-  EXPECT_EQ(after(two, {0, 1023, 1023, 0, 0}), glove_button::kGrab | glove_button::kTrigger);
-  Gestures thumb(0x01);
-  EXPECT_EQ(after(thumb, {1023, 1023, 1023, 1023, 1023}), 0);
+  Gestures no_thumb;
+  EXPECT_EQ(after(no_thumb, {1023, 1023, 1023, 1023, 1023}, 0x1e),
+            glove_button::kGrab | glove_button::kTrigger);
+  Gestures two;  // index and middle: grab is theirs
+  EXPECT_EQ(after(two, {0, 1023, 1023, 0, 0}, 0x06), glove_button::kGrab | glove_button::kTrigger);
+  Gestures thumb;
+  EXPECT_EQ(after(thumb, {1023, 1023, 1023, 1023, 1023}, 0x01), 0);
 }
 
 TEST(Gestures, TheTriggersPullGrowsOverTheUpperHalf) {
@@ -1064,13 +1062,12 @@ TEST(Gestures, TheTriggersPullGrowsOverTheUpperHalf) {
 
 // On the firmware and in the Arduino library alike.
 TEST(GloveTurns, TheHandGetsItsTurnRarelyWhileItIsHeardAndOftenWhileNot) {
-  using Turns = GloveTurns<10, 3, 2>;
-  const auto turns_in = [](Turns& turns, int slots) {
+  const auto turns_in = [](GloveTurns& turns, int slots) {
     int out = 0;
     for (int k = 0; k < slots; ++k) out += turns.take_slot(false) && turns.listens(false) ? 1 : 0;
     return out;
   };
-  Turns turns;
+  GloveTurns turns({10, 3, 2});
   EXPECT_TRUE(turns.take_slot(false));
   EXPECT_TRUE(turns.listens(false)) << "the first thing of all";
   EXPECT_FALSE(turns.take_slot(false));
@@ -1085,7 +1082,7 @@ TEST(GloveTurns, TheHandGetsItsTurnRarelyWhileItIsHeardAndOftenWhileNot) {
 }
 
 TEST(GloveTurns, AFrameThatIsComingIsHeardOutAndRubbishIsNot) {
-  GloveTurns<10, 3, 2> turns;
+  GloveTurns turns({10, 3, 2});
   for (int k = 0; k < 9; ++k) {
     turns.byte();
     EXPECT_EQ(turns.take_slot(true), k % 3 == 2) << "two slots are left out at most";

@@ -210,50 +210,46 @@ constexpr uint8_t telemetry_bytes(uint8_t fingers) {
 
 // A piece of a model on its way to the glove, which is made of parts.
 struct Piece {
-  static constexpr uint8_t kHead = 5;
+  static constexpr uint8_t kHead = 4;
   static constexpr uint8_t kMost = 24;  // bytes of the model: less than a turn on a radio of 9600 baud
 
-  uint8_t part;
-  uint16_t size;  // of the part
+  uint16_t size;  // of the model
   uint16_t offset;
   uint8_t count;
   const uint8_t* bytes;
 };
 
 inline uint8_t put_piece(const Piece& piece, uint8_t* body) {
-  body[0] = piece.part;
-  detail::put16(body + 1, piece.size);
-  detail::put16(body + 3, piece.offset);
+  detail::put16(body, piece.size);
+  detail::put16(body + 2, piece.offset);
   for (uint8_t i = 0; i < piece.count; ++i) body[Piece::kHead + i] = piece.bytes[i];
   return static_cast<uint8_t>(Piece::kHead + piece.count);
 }
 
 // count 0: no piece.
 inline Piece get_piece(const uint8_t* body, uint8_t body_bytes) {
-  if (body_bytes <= Piece::kHead || body_bytes > Piece::kHead + Piece::kMost) return {0, 0, 0, 0, nullptr};
-  return {body[0], detail::get16(body + 1), detail::get16(body + 3),
-          static_cast<uint8_t>(body_bytes - Piece::kHead), body + Piece::kHead};
+  if (body_bytes <= Piece::kHead || body_bytes > Piece::kHead + Piece::kMost) return {0, 0, 0, nullptr};
+  return {detail::get16(body), detail::get16(body + 2), static_cast<uint8_t>(body_bytes - Piece::kHead),
+          body + Piece::kHead};
 }
 
 // What a glove takes, with the nonce that pieces answer.
 struct Offer {
-  static constexpr uint8_t kBytes = 1 + kNonceBytes + 6 + 2 * kFingers;
+  static constexpr uint8_t kBytes = 1 + kNonceBytes + 5 + 2 * kFingers;
 
   Nonce nonce;
-  uint8_t parts;
-  uint16_t room;  // bytes of a part
+  uint16_t room;  // bytes of a model
   uint8_t rate_hz;
-  uint16_t model;                  // CRC-16 of the one that the image was built with
-  uint16_t calibration[kFingers];  // of each strip, as the image has it
+  uint16_t model;                  // CRC-16 of the one in flash
+  uint16_t calibration[kFingers];  // of each sensor, as its settings have it
 };
 
-// How far a part has come.
+// How far a model has come.
 struct Receipt {
-  static constexpr uint8_t kBytes = 5;
+  static constexpr uint8_t kBytes = 4;
 
-  uint8_t part;
   uint16_t received;  // bytes
-  uint8_t stage;      // 0 goes on, 1 the part runs; others: why it cannot
+  uint8_t stage;      // 0 goes on, 1 the model runs; others: why it cannot
 };
 
 // First byte of what a glove says in frames of coefficients.
@@ -263,11 +259,10 @@ inline uint8_t put_offer(const Offer& o, uint8_t* body) {
   body[0] = static_cast<uint8_t>(Answer::offer);
   __builtin_memcpy(body + 1, o.nonce.bytes, kNonceBytes);
   uint8_t* out = body + 1 + kNonceBytes;
-  out[0] = o.parts;
-  detail::put16(out + 1, o.room);
-  out[3] = o.rate_hz;
-  detail::put16(out + 4, o.model);
-  for (uint8_t i = 0; i < kFingers; ++i) detail::put16(out + 6 + 2 * i, o.calibration[i]);
+  detail::put16(out, o.room);
+  out[2] = o.rate_hz;
+  detail::put16(out + 3, o.model);
+  for (uint8_t i = 0; i < kFingers; ++i) detail::put16(out + 5 + 2 * i, o.calibration[i]);
   return Offer::kBytes;
 }
 
@@ -275,23 +270,21 @@ inline Offer get_offer(const uint8_t* body) {
   Offer o = {};
   __builtin_memcpy(o.nonce.bytes, body + 1, kNonceBytes);
   const uint8_t* in = body + 1 + kNonceBytes;
-  o.parts = in[0];
-  o.room = detail::get16(in + 1);
-  o.rate_hz = in[3];
-  o.model = detail::get16(in + 4);
-  for (uint8_t i = 0; i < kFingers; ++i) o.calibration[i] = detail::get16(in + 6 + 2 * i);
+  o.room = detail::get16(in);
+  o.rate_hz = in[2];
+  o.model = detail::get16(in + 3);
+  for (uint8_t i = 0; i < kFingers; ++i) o.calibration[i] = detail::get16(in + 5 + 2 * i);
   return o;
 }
 
 inline uint8_t put_receipt(const Receipt& r, uint8_t* body) {
   body[0] = static_cast<uint8_t>(Answer::receipt);
-  body[1] = r.part;
-  detail::put16(body + 2, r.received);
-  body[4] = r.stage;
+  detail::put16(body + 1, r.received);
+  body[3] = r.stage;
   return Receipt::kBytes;
 }
 
-inline Receipt get_receipt(const uint8_t* body) { return {body[1], detail::get16(body + 2), body[4]}; }
+inline Receipt get_receipt(const uint8_t* body) { return {detail::get16(body + 1), body[3]}; }
 
 // Of a frame of five angles on the wire.
 constexpr uint8_t frame_bytes(bool guarded) { return 1 + wire_bytes(angles_bytes(kFingers), guarded); }

@@ -1,7 +1,6 @@
-// The test of docs/adding-a-block.md, which adding_a_block.sh compiles with the page's kind of block in the list.
+// The test of docs/adding-a-block.md, which adding_a_block_test.sh compiles with the page's kind of block in the list.
 #include <gtest/gtest.h>
 
-#include "host/deploy/host_chain.hpp"
 #include "host/deploy/model_block.hpp"
 #include "runtime/compensator/graph.hpp"
 
@@ -23,13 +22,12 @@ std::vector<double> angles_of(const model::Model& model, const std::vector<doubl
   Glove glove;
   glove.model = model;
   glove.sensor.fill(counts_as_they_are());
-  const ModelBlock block = model_block(glove, 1);
-  const Bytes& part = block.parts.front();
+  const Bytes part = model_block(glove).bytes;
   const auto ids = calibration_ids(glove_tables(glove));
   compensator::Graph<core::Ram, 600> graph;
   EXPECT_EQ(graph.add(part.data(), static_cast<std::uint16_t>(part.size()), {ids.data(), 50}),
             compensator::Loaded::ok);
-  HostCompensator host(model, {});
+  model::HostCompensator host(model);
   std::vector<double> out;
   for (const double reading : readings) {
     host.alpha[1] = graph.alpha[1] = static_cast<std::int16_t>(32 * reading);

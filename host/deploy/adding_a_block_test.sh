@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # docs/adding-a-block.md as it stands: its kind of block, added to a copy of the sources, gives the same angles in a document, on the
-# host and in the interpreter, and compiles for the board. Usage: adding_a_block.sh ROOT LIBRARY_OF_IO
+# host and in the interpreter, and compiles for the board. Usage: adding_a_block_test.sh ROOT LIBRARY_OF_IO
 set -euo pipefail
 root=$(cd "$1" && pwd)
 io=$(realpath "$2")
@@ -24,7 +24,7 @@ flags=(-std=c++20 -O0 -ffunction-sections -DFMT_SHARED -DFLEXOR_VERSION='"page"'
 for file in "$root"/host/model/*.cpp; do
   case $file in *_test.cpp | *_fuzz.cpp) ;; *) echo "#include \"$file\"" ;; esac
 done >model.cpp
-printf '#include "host/deploy/%s"\n' config.cpp model_block.cpp adding_a_block.cpp >deploy.cpp
+printf '#include "host/deploy/%s"\n' config.cpp model_block.cpp adding_a_block_test.cpp >deploy.cpp
 c++ "${flags[@]}" -c model.cpp
 c++ "${flags[@]}" -c deploy.cpp
 c++ -Wl,--gc-sections deploy.o model.o "$io" -o page_test -lfmt -lgtest -lgtest_main -pthread  # of config.cpp what is asked for

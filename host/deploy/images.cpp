@@ -1,0 +1,68 @@
+#include "host/deploy/images.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "host/deploy/key_patch.hpp"
+#include "host/deploy/model_block.hpp"
+#include "runtime/core/flash_map.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+void put(FlashContent& flash, std::size_t at, const Bytes& bytes) {
+  flash.bytes.resize(std::max(flash.bytes.size(), at + bytes.size()), 0xff);
+  std::ranges::copy(bytes, flash.bytes.begin() + static_cast<std::ptrdiff_t>(at));
+}
+
+template <class Struct>
+Bytes bytes_of(const Struct& one) {
+  Bytes out(sizeof(one));
+  std::memcpy(out.data(), &one, sizeof(one));
+  return out;
+}
+
+FlashContent with_settings(const Image& image, const Key& key, const Bytes& settings) {
+  FlashContent out = image.content;
+  put(out, core::kKeyBegin, bytes_of(key_record(key)));
+  put(out, core::kSettingsBegin, copy_of(settings, 0));
+  return out;
+}
+
+}  // namespace
+
+FlashContent glove_flash(const Glove& glove) {
+  FlashContent out = with_settings(glove_image(), glove.key, bytes_of(glove_settings(glove)));
+  const Bytes copy = copy_of(flash_block(glove), 0);
+  for (std::size_t i = 0; i < 2; ++i) put(out, core::kModelBegin + i * core::kModelCopy, copy);
+  return out;
+}
+
+FlashContent hand_flash(const Hand& hand) {
+  return with_settings(hand_image(), hand.key, bytes_of(hand_settings(hand)));
+}
+
+std::vector<std::uint8_t> copy_of(const std::vector<std::uint8_t>& block, std::uint16_t generation) {
+  const std::size_t size = block.size();
+  Bytes out(core::kCopyHead, 0);
+  const auto word = [&](std::size_t at, std::size_t value) {
+    out[at] = static_cast<std::uint8_t>(value & 0xff);
+    out[at + 1] = static_cast<std::uint8_t>(value >> 8);
+  };
+  word(0, generation);
+  word(2, size);
+  out.insert(out.end(), block.begin(), block.end());
+  word(4, core::crc_of_copy(out.data(), static_cast<std::uint16_t>(size)));
+  return out;
+}
+
+const glove::Settings* glove_settings_in(const FlashContent& content) {
+  if (content.bytes.size() < core::kModelBegin) return nullptr;
+  const core::Copy copy = core::read_copy(content.bytes.data() + core::kSettingsBegin, core::kSettingsCopy);
+  const bool fits = copy.size == sizeof(glove::Settings) &&
+                    copy.bytes[0] == static_cast<std::uint8_t>(link::BoardKind::glove) &&
+                    copy.bytes[1] == glove::kSettingsVersion;
+  return fits ? reinterpret_cast<const glove::Settings*>(copy.bytes) : nullptr;
+}
+
+}  // namespace flexor::deploy

@@ -1,0 +1,36 @@
+// The firmware of both boards, built with this program and carried in it; settings, key and model are put behind it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "host/deploy/config.hpp"
+#include "host/deploy/intel_hex.hpp"
+
+namespace flexor::deploy {
+
+struct Image {
+  FlashContent content;
+  std::map<std::string, std::uint16_t> symbols;  // addresses in RAM, for a simulator
+
+  int flash_bytes() const { return static_cast<int>(content.bytes.size()); }  // code and initialised data
+  int ram_bytes() const { return symbols.at("__bss_end") - 0x100; }           // static
+};
+
+const Image& glove_image();
+const Image& hand_image();
+
+// A board's flash: image, key, settings and, of a glove, the model, both copies the same. Throws
+// io::InputError where something does not fit, with the mend.
+FlashContent glove_flash(const Glove& glove);
+FlashContent hand_flash(const Hand& hand);
+
+// A block as a copy of it lies in flash (runtime/core/copies.hpp).
+std::vector<std::uint8_t> copy_of(const std::vector<std::uint8_t>& block, std::uint16_t generation);
+
+// What a board's flash holds of this version; without one null. `content` outlives it.
+const glove::Settings* glove_settings_in(const FlashContent& content);
+
+}  // namespace flexor::deploy

@@ -278,6 +278,48 @@ TEST_F(Pair, AKeyThatIsThereIsNeverReplaced) {
   expect_key(deploy::load_key(file), key_);
 }
 
+TEST_F(Pair, WhatChangedInADeploymentIsSentAndTheBoardSaysWhatItHolds) {
+  deploy::Glove changed = published();
+  changed.key = deploy::new_key();
+  changed.output = deploy::Output::text;
+  write(folder_ / "changed/glove.hex", deploy::glove_flash(changed));
+  UsbBoard glove(board("glove"));
+  const auto ask = [&] {
+    const Finished r = flexor({"ports", "--ask", "--port", glove.port(), "--json"});
+    EXPECT_EQ(r.exit, 0) << r.err;
+    return nlohmann::json::parse(r.out).at("ports").at(0);
+  };
+  const nlohmann::json before = ask();
+  EXPECT_EQ(before.at("board"), "glove");
+  EXPECT_TRUE(before.at("is_our_image"));
+  const auto sent = [&] {
+    const Finished r = flexor({"send", folder_ / "changed", "--port", glove.port(), "--json"});
+    EXPECT_EQ(r.exit, 0) << r.err;
+    return nlohmann::json::parse(r.out).at("sent");
+  };
+  EXPECT_EQ(sent(), nlohmann::json::array({"settings", "key"}));
+  const nlohmann::json after = ask();
+  EXPECT_NE(after.at("settings_crc16"), before.at("settings_crc16"));
+  EXPECT_EQ(after.at("model_crc16"), before.at("model_crc16"));
+  EXPECT_TRUE(sent().empty());
+  std::this_thread::sleep_for(std::chrono::milliseconds(1000));
+  EXPECT_GT(glove.finish(), 3);
+  expect_key(key_of("glove"), *changed.key);
+  EXPECT_EQ(deploy::glove_settings_in(flash("glove"))->head.output, deploy::Output::text);
+}
+
+TEST_F(Pair, AnOldImageIsNamedWithTheCommandThatReplacesIt) {
+  deploy::FlashContent old = deploy::read_image(folder_ / "pair/glove.hex");
+  old.bytes[core::kImageIdBegin + 3] += 1;  // version
+  write(folder_ / "old/glove.hex", old);
+  UsbBoardSetup setup = board("glove");
+  setup.program = folder_ / "old/glove.hex";
+  UsbBoard glove(setup);
+  const Finished r = flexor({"send", folder_ / "pair", "--board", "glove", "--port", glove.port()});
+  expect_says(r, 2, fmt::format("flexor flash {} --board glove", (folder_ / "pair").string()));
+  glove.finish();
+}
+
 // A model that is too large for EEPROM, into the flash of a glove that runs.
 class SendThroughBootloader : public Flash {
  protected:

@@ -202,17 +202,19 @@ inline const link::Key* pair_key() {
   return link::is_plain(key) ? nullptr : &key;
 }
 
+// Behind the vectors, where `flexor ports --ask` looks.
+#define FLEXOR_IMAGE(board)                                                   \
+  extern const core::ImageId image_id;                                        \
+  __attribute__((used, section(".vectors"))) const core::ImageId image_id = { \
+      {'F', 'X'}, static_cast<uint8_t>(link::BoardKind::board), {FLEXOR_IMAGE_VERSION}};
+
 // The settings of this image's version, where they lie in flash. A board without any stays silent, its motors off.
 template <class Settings>
-inline const Settings* find_settings(link::BoardKind board, uint8_t version) {
+inline const Settings* find_settings() {
   for (;;) {
     wdt_reset();
-    const core::Copy copy =
-        core::read_copy(reinterpret_cast<const uint8_t*>(core::kSettingsBegin), core::kSettingsCopy);
-    const bool fits = copy.size == sizeof(Settings) &&
-                      pgm_read_byte(copy.bytes) == static_cast<uint8_t>(board) &&
-                      pgm_read_byte(copy.bytes + 1) == version;
-    if (fits) return reinterpret_cast<const Settings*>(copy.bytes);
+    const auto* const found = core::find_settings<Settings>(nullptr);
+    if (found != nullptr) return found;
   }
 }
 

@@ -12,8 +12,6 @@
 namespace flexor::cli {
 namespace flash_command {
 
-namespace fs = std::filesystem;
-
 struct Options {
   std::string what;
   std::string board;
@@ -22,29 +20,8 @@ struct Options {
   bool json = false;
 };
 
-fs::path image_of(const Options& o) {
-  std::error_code error;
-  const fs::path path = o.what;
-  if (!fs::is_directory(path, error)) {
-    if (!fs::exists(path, error)) throw io::InputError(fmt::format("{}: no such file or folder", o.what));
-    if (!o.board.empty())
-      throw io::InputError(
-          fmt::format("{}: is one image: --board is for the folder of a deployment", o.what));
-    return path;
-  }
-  if (!o.board.empty()) return path / (o.board + ".hex");
-  const bool glove = fs::exists(path / "glove.hex", error);
-  const bool hand = fs::exists(path / "hand.hex", error);
-  if (glove && hand)
-    throw io::InputError(
-        fmt::format("{}: holds images of both boards: say --board glove or --board hand", o.what));
-  if (!glove && !hand)
-    throw io::InputError(fmt::format("{}: holds no image: flexor deploy --out writes them", o.what));
-  return path / (glove ? "glove.hex" : "hand.hex");
-}
-
 void run(const Options& o) {
-  const fs::path hex = image_of(o);
+  const std::filesystem::path hex = deploy::image_of(o.what, o.board);
   const deploy::FlashContent image = deploy::read_image(hex);
   const std::string port = deploy::choose_port(o.port);
   if (o.port == "auto") log(fmt::format("the board is at {}", port));

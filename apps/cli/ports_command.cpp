@@ -2,7 +2,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
-#include "host/deploy/flash.hpp"
+#include "host/deploy/send_pages.hpp"
 #include "host/io/json.hpp"
 #include "host/listen/listener.hpp"
 
@@ -11,6 +11,8 @@ namespace ports_command {
 
 struct Options {
   bool listen = false;
+  bool ask = false;
+  std::string port;
   bool json = false;
 };
 
@@ -18,6 +20,7 @@ struct Heard {
   std::string port;
   std::string says;  // what it is, or why not
   unsigned baud = 0;
+  std::optional<deploy::BoardContents> contents;
 };
 
 Heard hear(const std::string& port) {
@@ -27,22 +30,53 @@ Heard hear(const std::string& port) {
     options.port = port;
     const listen::Listener listener(options,
                                     [&](const std::string& what) { line.show(port + ": " + what + " ..."); });
-    return {port, listen::name_of(listener.format()), listener.baud()};
+    return {port, listen::name_of(listener.format()), listener.baud(), {}};
   } catch (const io::InputError& error) {
     const std::string what = error.what();
-    return {port, what.starts_with(port + ": ") ? what.substr(port.size() + 2) : what, 0};
+    return {port, what.starts_with(port + ": ") ? what.substr(port.size() + 2) : what, 0, {}};
   }
+}
+
+// Through the bootloader: a board says the same whatever it does.
+Heard ask(const std::string& port) {
+  ProgressLine line;
+  try {
+    deploy::Bootloader bootloader(
+        deploy::choose_port(port), deploy::rates(0),
+        [&](const std::string& what, int percent) { line.percent(port + ": " + what, percent); });
+    const std::optional<deploy::BoardContents> contents = deploy::contents_of(bootloader.read());
+    return {port, contents ? deploy::to_text(*contents) : "no image of this Flexor: flexor flash writes one",
+            0, contents};
+  } catch (const std::runtime_error& error) {  // no bootloader, no permission: the next port may be the board
+    const std::string what = error.what();
+    return {port, what.starts_with(port + ": ") ? what.substr(port.size() + 2) : what, 0, {}};
+  }
+}
+
+nlohmann::ordered_json to_json(const deploy::BoardContents& c) {
+  const auto digest = [](const std::optional<std::uint16_t>& crc) {
+    return crc ? nlohmann::ordered_json(fmt::format("{:04x}", *crc)) : nlohmann::ordered_json();
+  };
+  return {{"board", c.board == link::BoardKind::glove ? "glove" : "hand"},
+          {"image_version", c.version},
+          {"is_our_image", c.is_our_image},
+          {"settings_crc16", digest(c.settings)},
+          {"model_crc16", digest(c.model)},
+          {"model_bytes", c.model_bytes}};
 }
 
 void run(const Options& o) {
   std::vector<Heard> ports;
-  for (const std::string& port : deploy::find_ports("/dev"))
-    ports.push_back(o.listen ? hear(port) : Heard{port, "", 0});
+  const std::vector<std::string> names = o.port.empty() ? deploy::find_ports("/dev") : std::vector{o.port};
+  for (const std::string& port : names)
+    ports.push_back(o.listen ? hear(port) : o.ask ? ask(port) : Heard{port, "", 0, {}});
   if (o.json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const Heard& h : ports) {
       nlohmann::ordered_json entry = {{"port", h.port}};
       if (o.listen) entry.update({{"says", h.says}, {"baud", h.baud}});
+      if (o.ask) entry["says"] = h.says;
+      if (h.contents) entry.update(to_json(*h.contents));
       list.push_back(entry);
     }
     return print(io::dump({{"ports", list}, {"version", FLEXOR_VERSION}}));
@@ -60,8 +94,14 @@ void run(const Options& o) {
 void add_ports(CLI::App& app) {
   using namespace ports_command;
   const auto [o, command] = add_command(app, "ports", "Serial ports that may be gloves or hands", run);
-  command->add_flag("--listen", o->listen,
-                    "listen to each, and say what speaks there; most boards restart by that");
+  CLI::Option* listen = command->add_flag(
+      "--listen", o->listen, "listen to each, and say what speaks there; most boards restart by that");
+  command
+      ->add_flag("--ask", o->ask,
+                 "ask each board for its version and the digests of its settings and model; it pauses for "
+                 "some seconds")
+      ->excludes(listen);
+  command->add_option("--port", o->port, "this one alone (default: each that may be a board)");
 }
 
 }  // namespace flexor::cli

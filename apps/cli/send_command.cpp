@@ -1,5 +1,7 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "apps/cli/commands.hpp"
@@ -19,7 +21,8 @@ namespace flexor::cli {
 namespace send_command {
 
 struct Options {
-  std::string model;
+  std::string model;  // or the folder of a deployment
+  std::string board;
   std::string port = "auto";
   unsigned baud = 9600;
   std::string key;
@@ -81,7 +84,45 @@ deploy::Sent send_pages(const deploy::Glove& glove, const std::string& path) {
   return {static_cast<int>(pages.bytes.size() - pages.begin), {}, took.count()};
 }
 
+// Settings, key and model of a deployment, whichever the board does not have.
+void send_folder(const Options& o) {
+  const std::filesystem::path hex = deploy::image_of(o.model, o.board);
+  const deploy::FlashContent wanted = deploy::read_image(hex);
+  const std::string path = deploy::choose_port(o.port);
+  const auto begin = std::chrono::steady_clock::now();
+  std::vector<std::string> sent;
+  std::size_t bytes = 0;
+  {
+    ProgressLine progress;
+    std::string block;
+    deploy::Bootloader bootloader(path, deploy::rates(0), [&](const std::string& what, int percent) {
+      progress.percent(block + what, percent);
+    });
+    for (const deploy::BlockPages& next : deploy::pages_with_blocks(bootloader.read(), wanted, o.model)) {
+      block = next.what + ": ";
+      bootloader.write(next.pages);
+      bytes += next.pages.bytes.size() - next.pages.begin;
+      if (std::ranges::find(sent, next.what) == sent.end()) sent.push_back(next.what);
+    }
+  }
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  if (o.json)
+    return print(io::dump({{"folder", o.model},
+                           {"port", path},
+                           {"sent", sent},
+                           {"bytes", bytes},
+                           {"took_s", took.count()},
+                           {"version", FLEXOR_VERSION}}));
+  print(sent.empty()
+            ? fmt::format("{}: has all of {} already\n", path, io::one_line(hex.string()))
+            : fmt::format("{}: has the {} of {} now: {} bytes, written and read back, {:.1f} s\n", path,
+                          fmt::join(sent, " and "), io::one_line(hex.string()), bytes, took.count()));
+}
+
 void run(const Options& o) {
+  std::error_code error;
+  if (std::filesystem::is_directory(o.model, error)) return send_folder(o);
+
   const deploy::Glove glove = glove_of(o, o.rate_hz);
   const bool bootloader = o.bootloader || !deploy::fits_eeprom(glove);
   const std::string path = deploy::choose_port(o.port);
@@ -106,9 +147,16 @@ void run(const Options& o) {
 
 void add_send(CLI::App& app) {
   using namespace send_command;
-  const auto [o, command] =
-      add_command(app, "send", "A model into a glove that runs, over USB or a radio", run);
-  command->add_option("MODEL", o->model, "model file")->required();
+  const auto [o, command] = add_command(
+      app, "send", "A model into a glove that runs, or what changed in a deployment into its board", run);
+  command
+      ->add_option(
+          "MODEL_OR_FOLDER", o->model,
+          "model file; or the folder of a deployment, whose settings, key and model go to the board over "
+          "USB where they differ")
+      ->required();
+  command->add_option("--board", o->board, "of the folder: glove or hand")
+      ->check(CLI::IsMember({"glove", "hand"}));
   command
       ->add_option("--port", o->port, "serial port of the glove or of a radio; auto: the only one there is")
       ->capture_default_str();

@@ -246,6 +246,8 @@ bool is_busy() {
 
 }  // namespace
 
+FLEXOR_IMAGE(glove)
+
 ISR(TIMER1_COMPA_vect) { counts.begin(); }
 
 ISR(ADC_vect) {
@@ -263,7 +265,7 @@ ISR(USART_RX_vect) {
 
 int main() {
   const uint8_t reset_cause = start_watchdog(WDTO_500MS);
-  const auto* const flash = find_settings<glove::Settings>(link::BoardKind::glove, glove::kSettingsVersion);
+  const auto* const flash = find_settings<glove::Settings>();
   memcpy_P(&settings, flash, sizeof(settings));
   const bool is_radio = settings.output == glove::Output::radio;
   start_uart(settings.uart_divisor, _BV(TXEN0) | _BV(RXEN0) | _BV(RXCIE0));

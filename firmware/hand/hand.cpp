@@ -246,6 +246,8 @@ void speak() {
 
 // Every 64th scan begins with the bandgap, at which the converter has looked since the last: it takes its time
 // to settle.
+FLEXOR_IMAGE(hand)
+
 ISR(TIMER0_COMPA_vect) {
   static uint8_t scans = 0;
   if (scanning) {
@@ -282,8 +284,7 @@ ISR(USART_RX_vect) {
 
 int main() {
   reset_cause = start_watchdog(WDTO_30MS);
-  memcpy_P(&settings, find_settings<hand::Settings>(link::BoardKind::hand, hand::kSettingsVersion),
-           sizeof(settings));
+  memcpy_P(&settings, find_settings<hand::Settings>(), sizeof(settings));
   for (uint8_t i = 0; i < link::kFingers; ++i) of_finger[i] = settings.finger(i);
   hand_link = link::HandEnd(pair_key());
   starts = store.load(eeprom);

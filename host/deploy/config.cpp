@@ -313,8 +313,7 @@ hand::Settings hand_settings(const Hand& hand) {
     return static_cast<std::int32_t>(std::lround(std::min(deg_s * kTick_s, 1000.0) * (1 << 20)));
   };
   hand::Settings c{};
-  c.board = static_cast<std::uint8_t>(link::BoardKind::hand);
-  c.version = hand::kSettingsVersion;
+  c.kind = hand::Settings::kKind;
   c.uart_divisor = static_cast<std::uint16_t>(uart_divisor(hand.baud));
   c.max_step = step(hand.speed_deg_s);
   c.proportional = int16(hand.proportional_per_deg * hand::kFullDuty);
@@ -379,8 +378,7 @@ glove::Settings glove_settings(const Glove& glove) {
   const GloveTables tables = glove_tables(glove);
   glove::Settings out{};
   glove::SettingsHead& c = out.head;
-  c.board = static_cast<std::uint8_t>(link::BoardKind::glove);
-  c.version = glove::kSettingsVersion;
+  c.kind = glove::Settings::kKind;
   c.output = glove.output;
   c.right_hand = glove.right_hand ? 1 : 0;
   set_timing(glove, c);

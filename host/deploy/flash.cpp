@@ -75,6 +75,25 @@ int percent_in(const std::string& err, std::string& what) {
 
 }  // namespace
 
+fs::path image_of(const std::string& what, const std::string& board) {
+  std::error_code error;
+  const fs::path path = what;
+  if (!fs::is_directory(path, error)) {
+    if (!fs::exists(path, error)) throw InputError(fmt::format("{}: no such file or folder", what));
+    if (!board.empty())
+      throw InputError(fmt::format("{}: is one image: --board is for the folder of a deployment", what));
+    return path;
+  }
+  if (!board.empty()) return path / (board + ".hex");
+  const bool glove = fs::exists(path / "glove.hex", error);
+  const bool hand = fs::exists(path / "hand.hex", error);
+  if (glove && hand)
+    throw InputError(fmt::format("{}: holds images of both boards: say --board glove or --board hand", what));
+  if (!glove && !hand)
+    throw InputError(fmt::format("{}: holds no image: flexor deploy --out writes them", what));
+  return path / (glove ? "glove.hex" : "hand.hex");
+}
+
 FlashContent read_image(const fs::path& hex) {
   FlashContent image = read_intel_hex(hex, kOptibootBegin);
   const auto room = static_cast<std::size_t>(kAtmega328p.flash_bytes);

@@ -16,6 +16,10 @@ inline constexpr std::size_t kOptibootBegin = 0x7e00;  // new bootloader, 115200
 inline constexpr int kOldRate_Bd = 57600;
 inline constexpr std::size_t kOldBootloaderBegin = 0x7800;  // of Nanos before 2018, 57600 baud
 
+// The image in the folder of a deployment, of `board`, which is glove, hand or empty: the only one there is; or `what` itself, a
+// file. Throws io::InputError.
+std::filesystem::path image_of(const std::string& what, const std::string& board);
+
 // An image that the bootloader of its chip, mcu_of(), can write: read_intel_hex, and nothing where the bootloader itself
 // lies. Throws io::InputError.
 FlashContent read_image(const std::filesystem::path& hex);

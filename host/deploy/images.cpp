@@ -57,12 +57,8 @@ std::vector<std::uint8_t> copy_of(const std::vector<std::uint8_t>& block, std::u
 }
 
 const glove::Settings* glove_settings_in(const FlashContent& content) {
-  if (content.bytes.size() < core::kModelBegin) return nullptr;
-  const core::Copy copy = core::read_copy(content.bytes.data() + core::kSettingsBegin, core::kSettingsCopy);
-  const bool fits = copy.size == sizeof(glove::Settings) &&
-                    copy.bytes[0] == static_cast<std::uint8_t>(link::BoardKind::glove) &&
-                    copy.bytes[1] == glove::kSettingsVersion;
-  return fits ? reinterpret_cast<const glove::Settings*>(copy.bytes) : nullptr;
+  if (content.bytes.size() < core::kDataEnd) return nullptr;
+  return core::find_settings<glove::Settings>(content.bytes.data());
 }
 
 }  // namespace flexor::deploy

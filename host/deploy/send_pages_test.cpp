@@ -78,6 +78,24 @@ int angle_of(const Glove& glove) {
   return host.angle[2];
 }
 
+// `visit` gets the flash as it is where power is lost, byte by byte; after it `flash` holds the pages.
+template <class Visit>
+void for_each_loss(FlashContent& flash, const FlashContent& pages, const Visit& visit) {
+  const FlashContent before = flash;
+  for (std::size_t end = pages.begin; end <= pages.bytes.size(); end += end % 16 == 0 ? 1 : 15) {
+    SCOPED_TRACE(end - pages.begin);
+    flash = before;
+    // A page is erased as a whole before it is written.
+    const std::size_t page = end / core::kFlashPage * core::kFlashPage;
+    if (page < pages.bytes.size())
+      std::fill_n(flash.bytes.begin() + static_cast<long>(page), core::kFlashPage, 0xff);
+    std::copy(pages.bytes.begin() + static_cast<long>(pages.begin),
+              pages.bytes.begin() + static_cast<long>(end),
+              flash.bytes.begin() + static_cast<long>(pages.begin));
+    visit(flash);
+  }
+}
+
 TEST(SendPages, PowerThatIsLostAnywhereLeavesTheOldModelOrTheNew) {
   const Glove old = glove_of_curves(60);
   const Glove now = glove_of_curves(90);
@@ -88,21 +106,97 @@ TEST(SendPages, PowerThatIsLostAnywhereLeavesTheOldModelOrTheNew) {
   EXPECT_EQ(pages.begin % core::kFlashPage, 0U);
   EXPECT_EQ(pages.bytes.size() % core::kFlashPage, 0U);
   int new_ones = 0;
-  for (std::size_t end = pages.begin; end <= pages.bytes.size(); end += end % 16 == 0 ? 1 : 15) {
-    FlashContent flash = before;
-    // A page is erased as a whole before it is written.
-    const std::size_t page = end / core::kFlashPage * core::kFlashPage;
-    if (page < pages.bytes.size())
-      std::fill_n(flash.bytes.begin() + static_cast<long>(page), core::kFlashPage, 0xff);
-    std::copy(pages.bytes.begin() + static_cast<long>(pages.begin),
-              pages.bytes.begin() + static_cast<long>(end),
-              flash.bytes.begin() + static_cast<long>(pages.begin));
+  for_each_loss(before, pages, [&](const FlashContent& flash) {
     const int angle = angle_of(flash, old);
-    ASSERT_TRUE(angle == angle_of(old) || angle == angle_of(now)) << end - pages.begin << " bytes written";
+    ASSERT_TRUE(angle == angle_of(old) || angle == angle_of(now));
     new_ones += angle == angle_of(now) ? 1 : 0;
-  }
+  });
   EXPECT_GT(new_ones, 0) << "the last of them are only filling";
   EXPECT_LT(new_ones, 40);
+}
+
+template <class Settings>
+Settings settings_in(const FlashContent& flash) {
+  const Settings* found = core::find_settings<Settings>(flash.bytes.data());
+  return found == nullptr ? Settings{} : *found;
+}
+
+template <class Settings>
+bool is_same(const Settings& a, const Settings& b) {
+  return std::memcmp(&a, &b, sizeof(a)) == 0;
+}
+
+// Settings that replace others, wherever power is lost; `check` sees the flash each time.
+template <class Settings, class Check>
+void replace_settings(FlashContent flash, const FlashContent& wanted, const Check& check) {
+  flash.bytes.resize(core::kDataEnd, 0xff);
+  const Settings old = settings_in<Settings>(flash);
+  const Settings now = settings_in<Settings>(wanted);
+  ASSERT_FALSE(is_same(old, now));
+  int new_ones = 0;
+  for (const BlockPages& block : pages_with_blocks(flash, wanted, "OUT")) {
+    for_each_loss(flash, block.pages, [&](const FlashContent& lost) {
+      const Settings there = settings_in<Settings>(lost);
+      ASSERT_TRUE(is_same(there, old) || is_same(there, now));
+      new_ones += is_same(there, now) ? 1 : 0;
+      check(lost);
+      // Whatever was lost, the same command once more ends where it should.
+      FlashContent again = lost;
+      for (const BlockPages& rest : pages_with_blocks(lost, wanted, "OUT"))
+        std::copy(rest.pages.bytes.begin() + static_cast<long>(rest.pages.begin), rest.pages.bytes.end(),
+                  again.bytes.begin() + static_cast<long>(rest.pages.begin));
+      ASSERT_TRUE(is_same(settings_in<Settings>(again), now));
+      ASSERT_TRUE(pages_with_blocks(again, wanted, "OUT").empty());
+    });
+  }
+  EXPECT_GT(new_ones, 10);
+}
+
+TEST(SendPages, PowerThatIsLostAnywhereLeavesTheOldSettingsOrTheNewAndTheModel) {
+  const Glove old = glove_of_curves(60);
+  Glove now = old;
+  now.output = Output::text;
+  const int angle = angle_of(old);
+  for (int model = 0; model < 3; ++model) {  // a board whose first copy runs, then its second, then its first
+    FlashContent flash = glove_flash(old);
+    for (int k = 0; k < model; ++k) {
+      const FlashContent pages = pages_with_model(flash, glove_of_curves(61 + k), "the board");
+      std::copy(pages.bytes.begin() + static_cast<long>(pages.begin), pages.bytes.end(),
+                flash.bytes.begin() + static_cast<long>(pages.begin));
+    }
+    FlashContent wanted = glove_flash(now);
+    const int runs = angle_of(flash, old);
+    replace_settings<glove::Settings>(flash, wanted, [&](const FlashContent& lost) {
+      const int is = angle_of(lost, old);
+      ASSERT_TRUE(is == runs || is == angle);
+    });
+  }
+}
+
+TEST(SendPages, AHandsSettingsLikewise) {
+  Hand hand;
+  hand.lower_deg.fill(28);
+  hand.upper_deg.fill(113);
+  hand.rest_deg.fill(29);
+  Hand now = hand;
+  now.upper_deg.fill(100);
+  replace_settings<hand::Settings>(hand_flash(hand), hand_flash(now), [](const FlashContent&) {});
+}
+
+TEST(SendPages, ABoardSaysWhatItHolds) {
+  const Glove glove = glove_of_curves(60);
+  FlashContent flash = glove_flash(glove);
+  const std::optional<BoardContents> contents = contents_of(flash);
+  ASSERT_TRUE(contents && contents->settings && contents->model);
+  EXPECT_EQ(contents->board, link::BoardKind::glove);
+  EXPECT_EQ(contents->version, contents_of(hand_flash({}))->version);
+  EXPECT_TRUE(contents->is_our_image);
+  EXPECT_NE(contents_of(glove_flash(glove_of_curves(61)))->model, contents->model);
+  flash.bytes[0x1000] ^= 1;
+  EXPECT_FALSE(contents_of(flash)->is_our_image);
+  EXPECT_THROW((void)pages_with_blocks(flash, glove_flash(glove), "OUT"), io::InputError);
+  EXPECT_THROW((void)pages_with_blocks(hand_flash({}), glove_flash(glove), "OUT"), io::InputError);
+  EXPECT_FALSE(contents_of({std::vector<std::uint8_t>(32768, 0xff), 0}));
 }
 
 TEST(SendPages, TheNextOneGoesOverTheOldest) {

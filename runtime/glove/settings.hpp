@@ -10,7 +10,7 @@
 namespace flexor {
 namespace glove {
 
-constexpr uint8_t kSettingsVersion = 1;
+constexpr uint16_t kSettingsKind = 0x0100;  // version, link::BoardKind::glove
 constexpr uint8_t kNoPin = 255;
 constexpr uint8_t kMaxScan = 7;  // five sensors, joystick x and y
 constexpr uint8_t kButtons = 5;  // the last: calibrate
@@ -34,8 +34,7 @@ inline uint16_t poses_id(const Channel* channel) {
 }
 
 struct SettingsHead {
-  uint8_t board;    // link::BoardKind::glove
-  uint8_t version;  // kSettingsVersion
+  uint16_t kind;
   Output output;
   uint8_t rate_hz;
   uint16_t period_ms;
@@ -63,6 +62,7 @@ struct SettingsHead {
 };
 
 struct Settings {
+  static constexpr uint16_t kKind = kSettingsKind;
   SettingsHead head;
   TrackedStrip tracked[link::kFingers];  // half 0: it is not followed
   sensor::Calibration calibration[link::kFingers];

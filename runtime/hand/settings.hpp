@@ -7,7 +7,7 @@
 namespace flexor {
 namespace hand {
 
-constexpr uint8_t kSettingsVersion = 1;
+constexpr uint16_t kSettingsKind = 0x0101;  // version, link::BoardKind::hand
 constexpr uint8_t kFingers = 5;
 
 // Of one finger; the rest is the same for all.
@@ -20,8 +20,8 @@ struct Reach {
 };
 
 struct Settings {
-  uint8_t board;    // link::BoardKind::hand
-  uint8_t version;  // kSettingsVersion
+  static constexpr uint16_t kKind = kSettingsKind;
+  uint16_t kind;
   uint16_t uart_divisor;
   int32_t max_step;  // LoopSettings
   int32_t integral_limit;

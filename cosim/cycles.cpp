@@ -2,8 +2,6 @@
 // library makes of the same models in float, with the same compiler options; and as data in the glove's image.
 #include <fmt/format.h>
 
-#include <unistd.h>
-
 #include <Eigen/Dense>
 
 #include "cosim/compiled.hpp"

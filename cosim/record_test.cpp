@@ -1,7 +1,6 @@
 // `flexor record` and `monitor` on a board that runs its own firmware behind a real bootloader: rate and format are found,
 // and what is recorded is what the strips read.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>

@@ -305,7 +305,6 @@ study::HandFigures measure_hand(const deploy::Hand& settings, double seconds) {
     }
     board.run_until(board.now() + kCyclesPerMs);
   }
-  result.accepted = board.peek<link::LinkStatistics>(firmware.address("hand_link")).received;
   result.stack_bytes = board.stack_bytes();
   result.awake_share = static_cast<double>(board.awake_cycles()) / static_cast<double>(board.now());
   return result;

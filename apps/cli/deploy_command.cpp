@@ -230,7 +230,7 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
   };
   write("glove.hex", deploy::glove_flash(d.glove));
   if (d.glove.output == deploy::Output::radio) write("hand.hex", deploy::hand_flash(hand));
-  deploy::write_arduino_library(d.glove, folder / "arduino/Flexor");
+  deploy::write_arduino_library(d.glove, folder / deploy::kArduinoFolder);
   deploy::write_logger(d.glove.pins, folder / "arduino");
   measure(d, boards, p, counts);
   study::save_results(d, folder);

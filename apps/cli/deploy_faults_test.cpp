@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <future>
-#include <random>
 #include <set>
 
 #include "apps/cli/command_test.hpp"

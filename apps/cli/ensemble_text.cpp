@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "host/io/json.hpp"
 #include "host/study/null_model.hpp"
 
 namespace flexor::cli {

@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <random>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
-#include "host/deploy/flash.hpp"
+#include "host/deploy/images.hpp"
+#include "host/deploy/send_pages.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
@@ -20,9 +22,19 @@ struct Options {
   bool json = false;
 };
 
+// With its model in a generation of its own, so that none that was sent to the board before runs on.
+deploy::FlashContent fresh(const deploy::FlashContent& image, const std::string& name) {
+  const std::optional<deploy::BoardContents> contents = deploy::contents_of(image);
+  if (contents && !contents->settings)
+    throw io::InputError(fmt::format(
+        "{}: holds no settings for its image, whose board would stay silent: flexor deploy writes them",
+        name));
+  return deploy::with_generation(image, static_cast<std::uint16_t>(std::random_device()()));
+}
+
 void run(const Options& o) {
   const std::filesystem::path hex = deploy::image_of(o.what, o.board);
-  const deploy::FlashContent image = deploy::read_image(hex);
+  const deploy::FlashContent image = fresh(deploy::read_image(hex), hex.string());
   const std::string port = deploy::choose_port(o.port);
   if (o.port == "auto") log(fmt::format("the board is at {}", port));
   const auto begin = std::chrono::steady_clock::now();

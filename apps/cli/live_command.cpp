@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include "apps/cli/commands.hpp"
-#include "apps/cli/progress.hpp"
 #include "apps/cli/stop.hpp"
 #include "apps/live/live.hpp"
 #include "apps/live/worn_gloves.hpp"

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <array>
-#include <functional>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"

@@ -8,6 +8,7 @@
 #include "apps/cli/progress.hpp"
 #include "host/deploy/calibration.hpp"
 #include "host/deploy/flash.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/deploy/send.hpp"
@@ -29,17 +30,18 @@ struct Options {
   std::optional<double> rate_hz;
   std::string calibration;
   TwinFiles twin;
-  std::string output = "radio";
   bool bootloader = false;
   bool json = false;
 };
 
-deploy::Glove glove_of(const Options& o, std::optional<double> rate_hz) {
+// A hand gets its own ends, other outputs the model's.
+deploy::Glove glove_of(const Options& o, std::optional<double> rate_hz,
+                       deploy::Output output = deploy::Output::radio) {
   model::Model model = model::load(o.model);
   set_rate(model, rate_hz);
   const twin::Parameters twin = twin_parameters(o.twin);
   std::vector<std::string> notes;
-  if (o.output == "radio") model = study::on_hand(std::move(model), twin, notes);
+  if (output == deploy::Output::radio) model = study::on_hand(std::move(model), twin, notes);
   for (const std::string& note : notes) log(note);
   deploy::Glove glove = study::glove_that_runs(
       twin, model,
@@ -72,13 +74,17 @@ deploy::Sent send_live(const Options& o, const deploy::Glove& glove, const std::
 }
 
 // Through the board's bootloader, with a pause.
-deploy::Sent send_pages(const deploy::Glove& glove, const std::string& path) {
+deploy::Sent send_pages(const Options& o, const std::string& path) {
   const auto begin = std::chrono::steady_clock::now();
   ProgressLine progress;
   deploy::Bootloader bootloader(path, deploy::rates(0), [&](const std::string& what, int percent) {
     progress.step(what + ":", static_cast<std::size_t>(percent), 100);
   });
-  const deploy::FlashContent pages = deploy::pages_with_model(bootloader.read(), glove, "the board");
+  const deploy::FlashContent there = bootloader.read();
+  const std::optional<glove::Settings> settings = deploy::glove_settings_in(there);
+  const deploy::Glove glove =
+      !settings ? glove_of(o, o.rate_hz) : glove_of(o, settings->head.rate_hz, settings->head.output);
+  const deploy::FlashContent pages = deploy::pages_with_model(there, glove, "the board");
   bootloader.write(pages);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   return {static_cast<int>(pages.bytes.size() - pages.begin), {}, took.count()};
@@ -129,7 +135,7 @@ void run(const Options& o) {
   if (o.port == "auto") log(fmt::format("the glove is at {}", path));
   if (bootloader && !o.bootloader)
     log("the model is too large for EEPROM: it goes through the bootloader, over USB, and the glove pauses");
-  const deploy::Sent sent = bootloader ? send_pages(glove, path) : send_live(o, glove, path);
+  const deploy::Sent sent = bootloader ? send_pages(o, path) : send_live(o, glove, path);
   if (o.json) {
     nlohmann::ordered_json json = {{"model", o.model}, {"port", path}, {"bytes", sent.bytes}};
     if (sent.pieces) json["pieces"] = *sent.pieces;
@@ -163,17 +169,11 @@ void add_send(CLI::App& app) {
   command->add_option("--baud", o->baud, "rate of the glove's radio, which is that of its USB, too")
       ->capture_default_str();
   command->add_option("--key", o->key, "file with the pair's key: pair.key of the deployment");
-  command->add_option("--rate", o->rate_hz,
-                      "sample rate of the glove: 10, 20, 50 or 100 Hz (default: the one that the glove says; "
-                      "with --bootloader the "
-                      "model's)");
+  command->add_option(
+      "--rate", o->rate_hz,
+      "sample rate of the glove: 10, 20, 50 or 100 Hz (default: the one that the glove says)");
   command->add_option("--calibration", o->calibration, "as at the deployment");
   add_twin_options(*command, o->twin, "as at the deployment, and likewise --set");
-  command
-      ->add_option("--output", o->output,
-                   "as at the deployment: a hand gets its own ends, VR drivers the model's")
-      ->check(CLI::IsMember({"radio", "opengloves"}))
-      ->capture_default_str();
   command->add_flag(
       "--bootloader", o->bootloader,
       "through the board's bootloader, over USB: into flash, where larger models have room; the glove pauses "

@@ -9,6 +9,7 @@
 #include "apps/cli/progress.hpp"
 #include "apps/cli/stop.hpp"
 #include "host/io/json.hpp"
+#include "host/study/bench.hpp"
 #include "host/study/builtin.hpp"
 #include "host/study/catalogue.hpp"
 #include "host/twin/exact_json.hpp"
@@ -178,9 +179,10 @@ struct FilmOptions {
 
 // One after the other.
 std::vector<twin::Motion> filmed(const FilmOptions& o) {
-  if (o.motion == "calibration") return {study::short_motion()};
-  if (o.motion == "ordinary") return {study::ordinary_motion()};
-  if (o.motion == "protocol") return {study::recommended_motion()};
+  if (!o.motion.empty() && std::isdigit(static_cast<unsigned char>(o.motion[0])) == 0) {
+    if (const std::optional<twin::Motion> motion = study::bench_motion(o.motion)) return {*motion};
+    throw io::InputError("--motion rest: nothing moves, so there is nothing to film");
+  }
   if (!o.motion.empty()) return study::motions(o.motion);
   std::vector<twin::Motion> out = study::motions(o.gestures);
   out.insert(out.begin(), study::short_motion());

@@ -177,9 +177,10 @@ TEST_F(Ports, RowsThatFitNoLongerAreShownAndReportedAtTheStop) {
 
 TEST(Demo, AMissingBootloaderIsNamedByItsPackage) {
   const io::TemporaryFolder folder;
-  EXPECT_TRUE(says(study::why_no_bootloader(folder.path()), "arduino-core-avr"));
-  io::write_file(folder.path() / "optiboot.c", "");
-  EXPECT_EQ(study::why_no_bootloader(folder.path()), "");
+  const std::filesystem::path hex = folder.path() / "boot.hex";
+  EXPECT_TRUE(says(study::why_no_bootloader(hex), "arduino-core-avr"));
+  io::write_file(hex, "");
+  EXPECT_EQ(study::why_no_bootloader(hex), "");
 }
 
 // Plugged in one after the other; neither port was named.

@@ -95,7 +95,7 @@ class FlexorGlove {
     if (head_.output != flexor::glove::Output::opengloves) {
       size = plain_.step(frame_, counts_, text);
     } else if (asked_) {
-      size = flexor::link::encode_glove_information(1, head_.right_hand != 0, text);
+      size = flexor::link::encode_glove_information(1, (head_.vr & flexor::glove::kRightHand) != 0, text);
       asked_ = false;
     } else {
       const flexor::sensor::GuardSettings guard = {0, head_.max_step, head_.hold_samples};
@@ -135,8 +135,9 @@ class FlexorGlove {
   flexor::link::Key key_ = {};
   bool key_is_whole_;
   flexor::glove::ChannelSettings channels_[kFingers] = {};
-  flexor::glove::BlockModel<flexor::core::Flash, 520> compensator_;
-  flexor::glove::SignalChain<flexor::glove::BlockModel<flexor::core::Flash, 520>> chain_;
+  using Model = flexor::glove::BlockModel<flexor::core::Flash, flexor::glove::kLibraryArenaBytes>;
+  Model compensator_;
+  flexor::glove::SignalChain<Model> chain_;
   flexor::link::Frame frame_ = {};
   uint16_t counts_[kFingers] = {};
   flexor::link::GloveSpeech speech_;

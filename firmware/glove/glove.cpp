@@ -195,7 +195,7 @@ class Text {
   static uint8_t information(char* text) {
     asked = false;
     constexpr uint16_t kLines = 1;  // version of the lines
-    return link::encode_glove_information(kLines, settings.right_hand != 0, text);
+    return link::encode_glove_information(kLines, (settings.vr & glove::kRightHand) != 0, text);
   }
 
   glove::PlainText plain_;

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "host/camera/test_pictures.hpp"
 #include "host/camera/video.hpp"
 #include "host/io/io.hpp"

@@ -211,13 +211,28 @@ class Writer {
   std::string rests_;
 };
 
+// Words of C++ and of its headers.
+const std::set<std::string> kReserved = {
+    "alignas",  "alignof",  "and",      "asm",    "auto",     "bool",      "break",     "case",
+    "catch",    "char",     "class",    "compl",  "const",    "constexpr", "continue",  "decltype",
+    "default",  "delete",   "do",       "double", "else",     "enum",      "explicit",  "export",
+    "extern",   "false",    "final",    "float",  "for",      "friend",    "goto",      "if",
+    "inline",   "int",      "long",     "main",   "mutable",  "namespace", "new",       "noexcept",
+    "not",      "nullptr",  "operator", "or",     "override", "private",   "protected", "public",
+    "register", "return",   "short",    "signed", "sizeof",   "static",    "std",       "struct",
+    "switch",   "template", "this",     "throw",  "true",     "try",       "typedef",   "typeid",
+    "typename", "union",    "unsigned", "using",  "virtual",  "void",      "volatile",  "while",
+    "xor",      "concept",  "requires", "flexor"};
+
 // A source and, before it, what it includes, each once.
 void add_source(const std::string& path, std::set<std::string>& known, std::string& out) {
   constexpr std::string_view kInclude = "#include \"";
   if (!known.insert(path).second) return;
   std::istringstream text(std::ranges::find(sources(), path, &Source::path)->text);
+  bool has_begun = false;  // what stands above is of the source's place in this repository
   for (std::string line; std::getline(text, line);) {
-    if (line.starts_with("#include <")) continue;
+    has_begun = has_begun || line.starts_with("#") || line.starts_with("namespace");
+    if (!has_begun || line.starts_with("#include <")) continue;
     if (line.starts_with(kInclude)) {
       add_source(line.substr(kInclude.size(), line.size() - kInclude.size() - 1), known, out);
     } else if (line != "#pragma once") {
@@ -231,10 +246,10 @@ void add_source(const std::string& path, std::set<std::string>& known, std::stri
 std::string header_text(const model::Model& given, const std::string& name) {
   const auto is_letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; };
   const auto is_digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
-  if (name.empty() || !is_letter(name[0]) ||
+  if (name.empty() || !is_letter(name[0]) || kReserved.contains(name) || name.ends_with("_t") ||
       !std::ranges::all_of(name, [&](char c) { return is_letter(c) || is_digit(c); }))
-    throw io::InputError(
-        fmt::format("{}: is no name of a namespace: letters, digits and _, no digit first", name));
+    throw io::InputError(fmt::format(
+        "{}: is no name of a namespace: letters, digits and _, no digit first, no word of C++", name));
   if (const auto left = model::left_out(given); !left.empty())
     throw io::InputError(
         fmt::format("a header has one joint of each finger: fit a model without {}", fmt::join(left, ", ")));

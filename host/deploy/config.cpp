@@ -74,8 +74,8 @@ int sample_rate_hz(const model::Model& model) {
   for (const int known : {10, 20, 50, 100}) {
     if (std::abs(rate - known) < 1e-6 * known) return known;
   }
-  throw InputError(
-      fmt::format("a sample rate of {:g} Hz: the firmware has builds for 10, 20, 50 and 100 Hz", rate));
+  throw InputError(fmt::format(
+      "a sample rate of {:g} Hz: a glove samples at 10, 20, 50 or 100 Hz: --rate takes one of them", rate));
 }
 
 namespace {
@@ -380,7 +380,8 @@ glove::Settings glove_settings(const Glove& glove) {
   glove::SettingsHead& c = out.head;
   c.kind = glove::Settings::kKind;
   c.output = glove.output;
-  c.right_hand = glove.right_hand ? 1 : 0;
+  c.vr = static_cast<std::uint8_t>((glove.right_hand ? glove::kRightHand : 0) |
+                                   (glove.encoding == Encoding::beta ? glove::kFurtherJoints : 0));
   set_timing(glove, c);
   set_pins(glove.pins, c);
   c.rail_samples = tables.monitor[0].rail_samples;

@@ -108,10 +108,10 @@ TEST_F(Deploy, OneImageTakesAnySettings) {
   const FlashContent flash = glove_flash(glove());
   const std::vector<std::uint8_t>& image = glove_image().content.bytes;
   EXPECT_TRUE(std::equal(image.begin(), image.end(), flash.bytes.begin()));
-  const glove::Settings* settings = glove_settings_in(flash);
-  ASSERT_NE(settings, nullptr);
+  const std::optional<glove::Settings> settings = glove_settings_in(flash);
+  ASSERT_TRUE(settings);
   EXPECT_EQ(settings->head.rate_hz, 10);
-  EXPECT_EQ(glove_settings_in(hand_flash(hand())), nullptr) << "a hand's";
+  EXPECT_FALSE(glove_settings_in(hand_flash(hand()))) << "a hand's";
 }
 
 TEST_F(Deploy, HasBuildsForFourRatesAndNoOthers) {

@@ -42,6 +42,17 @@ FlashContent hand_flash(const Hand& hand) {
   return with_settings(hand_image(), hand.key, bytes_of(hand_settings(hand)));
 }
 
+FlashContent with_generation(FlashContent flash, std::uint16_t generation) {
+  if (!glove_settings_in(flash)) return flash;
+  flash = whole(std::move(flash));
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::size_t at = core::kModelBegin + i * core::kModelCopy;
+    const core::Copy copy = core::read_copy(flash.bytes.data() + at, core::kModelCopy);
+    if (copy.size > 0) put(flash, at, copy_of({copy.bytes, copy.bytes + copy.size}, generation));
+  }
+  return flash;
+}
+
 std::vector<std::uint8_t> copy_of(const std::vector<std::uint8_t>& block, std::uint16_t generation) {
   const std::size_t size = block.size();
   Bytes out(core::kCopyHead, 0);
@@ -56,9 +67,15 @@ std::vector<std::uint8_t> copy_of(const std::vector<std::uint8_t>& block, std::u
   return out;
 }
 
-const glove::Settings* glove_settings_in(const FlashContent& content) {
-  if (content.bytes.size() < core::kDataEnd) return nullptr;
-  return core::find_settings<glove::Settings>(content.bytes.data());
+FlashContent whole(FlashContent content) {
+  content.bytes.resize(std::max<std::size_t>(content.bytes.size(), core::kDataEnd), 0xff);
+  return content;
+}
+
+std::optional<glove::Settings> glove_settings_in(const FlashContent& content) {
+  const FlashContent all = whole(content);
+  const glove::Settings* found = core::find_settings<glove::Settings>(all.bytes.data());
+  return found == nullptr ? std::nullopt : std::optional(*found);
 }
 
 }  // namespace flexor::deploy

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,10 +28,17 @@ const Image& hand_image();
 FlashContent glove_flash(const Glove& glove);
 FlashContent hand_flash(const Hand& hand);
 
+// The same with the model in another generation, so that a model that was sent into the board's EEPROM counts no more. What is
+// no glove's flash stays.
+FlashContent with_generation(FlashContent flash, std::uint16_t generation);
+
 // A block as a copy of it lies in flash (runtime/core/copies.hpp).
 std::vector<std::uint8_t> copy_of(const std::vector<std::uint8_t>& block, std::uint16_t generation);
 
-// What a board's flash holds of this version; without one null. `content` outlives it.
-const glove::Settings* glove_settings_in(const FlashContent& content);
+// With all that is written below the bootloader, as it is erased.
+FlashContent whole(FlashContent content);
+
+// What a board's flash holds of this version.
+std::optional<glove::Settings> glove_settings_in(const FlashContent& content);
 
 }  // namespace flexor::deploy

@@ -30,7 +30,7 @@ struct OutPart {
 };
 constexpr std::array<OutPart, 11> kParts = {{{"glove.hex", false},
                                              {"hand.hex", false},
-                                             {"arduino/Flexor", true},
+                                             {kArduinoFolder, true},
                                              {"arduino/flexor_logger", true},
                                              {"wiring.md", false},
                                              {"wiring_glove.svg", false},
@@ -163,8 +163,6 @@ void OutFolder::replace(const fs::path& staged) const {
   if (is_there(staged / kKeyFile)) move(staged / kKeyFile, folder_ / kKeyFile);
   for (const OutPart& part : kParts) {
     if (!is_there(staged / part.name)) continue;
-    // Linkers make images executable, which they are not here.
-    if (!part.is_folder) fs::permissions(staged / part.name, fs::perms::owner_read | fs::perms::owner_write);
     move(staged / part.name, folder_ / part.name);
   }
 }

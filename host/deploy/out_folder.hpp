@@ -14,6 +14,7 @@
 namespace flexor::deploy {
 
 inline constexpr const char* kKeyFile = "pair.key";
+inline constexpr const char* kArduinoFolder = "arduino/Flexor";
 
 class OutFolder {
  public:
@@ -26,7 +27,7 @@ class OutFolder {
   OutFolder(const OutFolder&) = delete;
   OutFolder& operator=(const OutFolder&) = delete;
 
-  // To be filled: images, their configurations, arduino/, reports, and kKeyFile when the key changes.
+  // To be filled: images, arduino/, reports, and kKeyFile when the key changes.
   const std::filesystem::path& staging() const { return staging_->path(); }
 
   // Copies the deployment that is there into staging(), but for the key. Throws io::InputError, io::JobError.

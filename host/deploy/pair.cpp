@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "host/deploy/arduino_library.hpp"
 #include "host/deploy/key_patch.hpp"
 #include "host/deploy/out_folder.hpp"
 #include "host/deploy/pair_key.hpp"
@@ -74,6 +75,7 @@ fs::path pair_folder(const fs::path& folder, const link::Key& key) {
     std::copy(page.bytes.begin() + begin, page.bytes.end(), content.bytes.begin() + begin);
     io::write_file(out.staging() / board, to_intel_hex(content), io::Access::owner);
   }
+  if (fs::exists(folder / kArduinoFolder, error)) put_key(key_record(key), out.staging() / kArduinoFolder);
   write_key(out.staging() / kKeyFile, key);
   const fs::path kept = keep_old_key(folder / kKeyFile, key);
   out.publish();

@@ -27,6 +27,9 @@ class PairFolder : public testing::Test {
     for (const char* image : {"glove.hex", "hand.hex"})
       io::write_file(path(image), to_intel_hex(page_with_key(numbered(1))));
     write_key(path(kKeyFile), numbered(1));
+    io::make_folder(path("arduino/Flexor/src"));
+    io::write_file(path("arduino/Flexor/src/glove_data.h"),
+                   "alignas(2) const uint8_t kFlexorKey[] PROGMEM = {1};\n");
   }
   fs::path path(const std::string& name) const { return folder_.path() / name; }
   std::string key_of(const std::string& name) const { return to_hex(load_key(path(name))); }
@@ -37,6 +40,7 @@ class PairFolder : public testing::Test {
 TEST_F(PairFolder, NoKeyIsEverLost) {
   EXPECT_EQ(pair_folder(folder_.path(), numbered(2)), path("pair.key.old"));
   EXPECT_EQ(key_of("pair.key"), to_hex(numbered(2)));
+  EXPECT_NE(io::read_file(path("arduino/Flexor/src/glove_data.h")).find("48,49,2,0,"), std::string::npos);
   EXPECT_EQ(key_of("pair.key.old"), to_hex(numbered(1)));
   EXPECT_EQ(fs::status(path("pair.key.old")).permissions(), fs::perms::owner_read | fs::perms::owner_write);
   EXPECT_EQ(pair_folder(folder_.path(), numbered(3)), path("pair.key.old-2"));

@@ -82,11 +82,6 @@ std::optional<std::uint16_t> settings_digest(const FlashContent& content, link::
 
 const char* name_of(link::BoardKind board) { return board == link::BoardKind::glove ? "glove" : "hand"; }
 
-FlashContent whole(FlashContent content) {
-  content.bytes.resize(std::max<std::size_t>(content.bytes.size(), core::kDataEnd), 0xff);
-  return content;
-}
-
 std::string digest_text(const std::optional<std::uint16_t>& digest) {
   return digest ? fmt::format("{:04x}", *digest) : "none";
 }
@@ -125,8 +120,8 @@ std::string to_text(const BoardContents& c) {
 
 FlashContent pages_with_model(const FlashContent& content, const Glove& glove, const std::string& name) {
   const FlashContent all = whole(content);
-  const glove::Settings* settings = glove_settings_in(all);
-  if (settings == nullptr) {
+  const std::optional<glove::Settings> settings = glove_settings_in(all);
+  if (!settings) {
     throw InputError(
         fmt::format("{}: holds no settings of this Flexor: its image is an older one, or a hand's: flexor "
                     "deploy, then flexor flash",
@@ -136,6 +131,7 @@ FlashContent pages_with_model(const FlashContent& content, const Glove& glove, c
   check_made_for(glove, settings->head.rate_hz, settings->head.calibration_id, name);
   Glove board = glove;  // what leaves it is the board's business
   board.output = settings->head.output;
+  board.encoding = (settings->head.vr & glove::kFurtherJoints) != 0 ? Encoding::beta : Encoding::alpha;
   return model_pages(all, flash_block(board));
 }
 
@@ -165,10 +161,8 @@ std::vector<BlockPages> pages_with_blocks(FlashContent content, FlashContent wan
   if (!std::ranges::equal(key(content), key(wanted)))
     out.push_back({"key", page_with_key(key_in(wanted, name))});
   if (!now->model) return out;
-  const Bytes model = bytes_of(models_in(wanted)[0]);
-  const Copies copy = models_in(content);
-  const std::uint8_t runs = core::newest_of(copy.data());
-  if (runs == 2 || bytes_of(copy.at(runs)) != model) out.push_back({"model", model_pages(content, model)});
+  // Whether it is there or not: one that was sent into EEPROM may run, and counts no more then.
+  out.push_back({"model", model_pages(content, bytes_of(models_in(wanted)[0]))});
   return out;
 }
 

@@ -35,7 +35,7 @@ struct BlockPages {
 };
 
 // What brings the settings, key and model of a deployment's image `wanted` into a board that holds `content`, in this
-// order; empty: it has them. Power that is lost at any instant leaves the old settings or the new, and the old model or the new; a key
+// order; settings and key where they differ, a model always, since another may have been sent into EEPROM. Power that is lost at any instant leaves the old settings or the new, and the old model or the new; a key
 // is one page. Throws io::InputError, one line: the images are not the same, or not of the same board.
 std::vector<BlockPages> pages_with_blocks(FlashContent content, FlashContent wanted, const std::string& name);
 

@@ -139,7 +139,6 @@ class ChainFitter {
   void fill(const Chain& chain, const Summary& summary, JointFit& out) const {
     out.structure = text_of(chain);
     out.text = text_of(chain);
-    out.fitted_samples = summary.used_samples;
     out.fitted_rmse_deg = summary.rmse_deg;
     out.effective = summary.free_parameters + (wanted_.lag && !wanted_.lag_s ? 1 : 0);
     out.condition = summary.condition;

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
 namespace flexor::identify {

@@ -603,7 +603,6 @@ class Fitter {
     s.knots = predictor_.knots();
     s.refusals = refusals_;
     s.free_parameters = static_cast<int>(free_.size());
-    s.used_samples = static_cast<int>(problem_.rows().size());
     s.best_start = best_start_;
     s.iterations = iterations_;
     s.rmse_deg = root_mean_square(problem_.residual(best_.theta));

@@ -64,7 +64,6 @@ struct Summary {
   Eigen::MatrixXd covariance;         // of these; zero where refused
   std::vector<std::string> refusals;  // "saturation upper limit of index: no predicted angle above 93.1 deg"
   int free_parameters = 0;
-  int used_samples = 0;
   std::size_t best_start = 0;
   int iterations = 0;             // from there
   double rmse_deg = 0;            // over the used samples

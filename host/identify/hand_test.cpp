@@ -49,7 +49,6 @@ TEST_F(Hand, SeveralRecordingsAreOneFitWithAClockEach) {
   ASSERT_EQ(r.clocks.size(), 2U);
   for (const Clock& clock : r.clocks) EXPECT_NEAR(clock.offset_s, kOffset_s, 0.1);
   EXPECT_LT(r.joints[0].holdout.rmse_deg, 2.5);
-  EXPECT_GT(r.joints[0].fitted_samples, 2 * 25 * 20) << "both first halves are fitted";
 }
 
 // Another angle of one take shows wholly where it is left out: nothing of it was fitted.

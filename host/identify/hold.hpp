@@ -1,7 +1,6 @@
 // How far an angle goes while its readings stay as they are: what a finger would do that holds a pose.
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 

@@ -75,7 +75,6 @@ JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& 
   out.sensors = joint.sensors;
   out.model = joint_model(inputs, fit, joint);
   out.hold_drift_deg = *fit.hold_drift_deg;
-  out.fitted_samples = fit.samples;
   out.fitted_rmse_deg = fit.fitted_rmse_deg;
   out.cross_validated_deg = fit.cross_validated_deg;
   out.fold_loss = fit.plain_loss;

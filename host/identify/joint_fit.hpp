@@ -40,7 +40,6 @@ struct JointFit {
   double hold_drift_deg = 0;         // see hold.hpp
   std::vector<Parameter> parameters;
   Eigen::MatrixXd covariance;  // of these
-  int fitted_samples = 0;
   double fitted_rmse_deg = 0;
   double cross_validated_deg = 0;  // root mean square
   std::vector<double> fold_loss;   // of the same estimates: mean of each fold (robust.hpp)

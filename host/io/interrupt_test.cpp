@@ -8,7 +8,6 @@
 #include <csignal>
 #include <ctime>
 #include <fstream>
-#include <optional>
 #include <random>
 #include <thread>
 

@@ -131,24 +131,6 @@ int Process::wait_at_most(int ms) {
 
 void Process::kill() { (void)::kill(-child_.pid(), SIGKILL); }
 
-bool in_a_silent_process(const std::function<bool()>& work) {
-  const Child child([&](const sigset_t& mask) {
-    const pid_t pid = fork();
-    if (pid > 0) return pid;
-    if (pid < 0) throw JobError(fmt::format("fork: {}", std::strerror(errno)));
-    setpgid(0, 0);
-    for (const int s : {SIGINT, SIGTERM, SIGHUP}) std::signal(s, SIG_DFL);
-    pthread_sigmask(SIG_SETMASK, &mask, nullptr);
-    const int silence = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    dup2(silence, STDERR_FILENO);
-    _exit(work() ? 0 : 1);
-  });
-  int status = 0;
-  while (waitpid(child.pid(), &status, 0) < 0 && errno == EINTR) {
-  }
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
 std::filesystem::path find_program(const std::string& name, const char* path) {
   if (name.find('/') != std::string::npos) return access(name.c_str(), X_OK) == 0 ? name : "";
   std::istringstream folders(path != nullptr ? path : "");

@@ -72,10 +72,6 @@ struct Watch {
 ProcessResult run_process(const std::vector<std::string>& argv, const std::filesystem::path& temporaries = {},
                           const Watch& watch = {});
 
-// True when `work` says so: it runs in a process of its own, which writes nothing to standard error. For libraries that do,
-// whatever they are told. Throws JobError.
-bool in_a_silent_process(const std::function<bool()>& work);
-
 // Empty if PATH has no such program.
 std::filesystem::path find_program(const std::string& name, const char* path = std::getenv("PATH"));
 

@@ -2,8 +2,6 @@
 // microcontroller, one block after the other.
 #pragma once
 
-#include <array>
-#include <cmath>
 #include <span>
 #include <type_traits>
 #include <variant>

@@ -1,7 +1,6 @@
 #include "host/model/dead_zone.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace flexor::model {
 

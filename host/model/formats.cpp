@@ -4,8 +4,6 @@
 #include <cmath>
 #include <optional>
 
-#include "host/io/io.hpp"
-
 namespace flexor::model {
 namespace {
 

@@ -1,7 +1,6 @@
 // Any bytes as a model: either an InputError, or a document that round-trips and, in every arithmetic that
 // can hold it, answers every reading with a finite angle within its limits.
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

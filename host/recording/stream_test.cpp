@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-#include <sstream>
-
 #include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
 

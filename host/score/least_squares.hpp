@@ -1,7 +1,6 @@
 // What anybody would draw through readings and angles first: the least that an estimate stands beside.
 #pragma once
 
-#include <utility>
 #include <vector>
 
 namespace flexor::score {

@@ -1,9 +1,7 @@
 #include "host/study/bench.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include "host/io/json.hpp"
 #include "host/io/process.hpp"
 #include "host/study/boards.hpp"
 #include "host/study/builtin.hpp"
@@ -17,8 +15,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 // The bootloader of Nanos before 2018.
-constexpr const char* kOldBootloader =
-    "/usr/share/arduino/hardware/arduino/avr/bootloaders/atmega/ATmegaBOOT_168_atmega328.hex";
 
 template <class T>
 void put(Json& json, const char* name, const std::optional<T>& value) {
@@ -108,45 +104,18 @@ BenchView bench_view_of(const Json& json) {
   return out;
 }
 
-std::string why_no_bootloader(const fs::path& optiboot) {
-  if (fs::exists(optiboot / "optiboot.c")) return "";
+std::string why_no_bootloader(const fs::path& hex) {
+  if (fs::exists(hex)) return "";
   return "the simulated glove has no bootloader, through which models and firmware are written, since "
-         "Debian's package "
-         "arduino-core-avr is not installed: install it, and start this command again";
-}
-
-bool build_optiboot(const fs::path& hex, const std::string& mcu, const std::string& begin,
-                    const std::string& version) {
-  const fs::path source = kOptiboot;
-  if (!why_no_bootloader(source).empty()) return false;
-  const std::string elf = hex.string() + ".elf";
-  const auto run = [](const std::vector<std::string>& argv) {
-    const io::ProcessResult result = io::run_process(argv);
-    if (result.status != 0)
-      throw io::JobError(fmt::format("{} failed on Optiboot: {}", argv.front(), io::one_line(result.err)));
-  };
-  // Without the LED's three flashes, which this compiler does not get into the 512 bytes that are there.
-  run({"avr-gcc", "-Os", "-fno-inline-small-functions", "-fno-split-wide-types", "-mshort-calls",
-       "-mmcu=" + mcu, "-w", "-DF_CPU=16000000L", "-DLED_START_FLASHES=0", "-DBAUD_RATE=115200",
-       "-Wl,--section-start=.text=" + begin, "-Wl,--section-start=.version=" + version, "-Wl,--relax",
-       "-nostartfiles", "-I", source.string(), (source / "optiboot.c").string(), "-o", elf});
-  run({"avr-objcopy", "-j", ".text", "-j", ".version", "--set-section-flags", ".version=alloc,load", "-O",
-       "ihex", elf, hex.string()});
-  return true;
+         "Debian's package arduino-core-avr is not installed: install it, and start this command again";
 }
 
 Bench::Bench(fs::path program, const BenchOptions& options)
     : glove_(glove_of(options)), link_(options.port_link), worker_(std::move(program)) {
-  fs::path boot = folder_.path() / "boot.hex";
-  if (io::find_program("avr-gcc").empty()) {
-    boot = kOldBootloader;  // which the package has as it is
-    has_bootloader_ = fs::exists(boot);
-  } else {
-    has_bootloader_ = build_optiboot(boot);
-  }
+  has_bootloader_ = fs::exists(kBootloader);
   const twin::TrialInput input{options.parameters, short_motion(), options.model, options.seed};
   Json arguments = {{"glove", exact_json(glove_)}, {"input", twin::exact_json(input)}};
-  if (has_bootloader_) arguments["bootloader"] = io::bytes_to_json(boot.string());
+  if (has_bootloader_) arguments["bootloader"] = io::bytes_to_json(kBootloader);
   if (!link_.empty()) arguments["link"] = io::bytes_to_json(fs::absolute(link_).string());
   terminal_ = worker_.run("bench_open", arguments).at("port").get<std::string>();
 }

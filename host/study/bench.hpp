@@ -56,15 +56,11 @@ BenchChange bench_change_of(const nlohmann::ordered_json& json);
 nlohmann::ordered_json exact_json(const BenchView& view);
 BenchView bench_view_of(const nlohmann::ordered_json& json);
 
-// Optiboot for a chip, where it lies and where its version, at 115200 baud as an Intel hex, built from the package's
-// source: the packaged one is too long for where it lies. False: the source is not there.
-bool build_optiboot(const std::filesystem::path& hex, const std::string& mcu = "atmega328p",
-                    const std::string& begin = "0x7e00", const std::string& version = "0x7ffe");
-
-// Debian's source of Optiboot.
-inline constexpr const char* kOptiboot = "/usr/share/arduino/hardware/arduino/avr/bootloaders/optiboot";
+// The old Nanos', 57600 baud, of Debian's package.
+inline constexpr const char* kBootloader =
+    "/usr/share/arduino/hardware/arduino/avr/bootloaders/atmega/ATmegaBOOT_168_atmega328.hex";
 // Why a simulated glove has no bootloader, with the mend; "": it has.
-std::string why_no_bootloader(const std::filesystem::path& optiboot = kOptiboot);
+std::string why_no_bootloader(const std::filesystem::path& hex = kBootloader);
 
 struct BenchOptions {
   twin::Parameters parameters = shipped_parameters();

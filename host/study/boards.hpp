@@ -73,8 +73,7 @@ struct GloveFigures {
 };
 
 struct HandFigures {
-  CycleStatistic tick;         // five position loops, motors included
-  std::uint64_t accepted = 0;  // frames
+  CycleStatistic tick;  // five position loops, motors included
   int stack_bytes = 0;
   double awake_share = 0;
 };

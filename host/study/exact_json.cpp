@@ -76,15 +76,12 @@ GloveFigures glove_figures_of(const Json& json) {
 }
 
 Json exact_json(const HandFigures& f) {
-  return {{"tick", exact_json(f.tick)},
-          {"accepted", f.accepted},
-          {"stack_bytes", f.stack_bytes},
-          {"awake_share", f.awake_share}};
+  return {{"tick", exact_json(f.tick)}, {"stack_bytes", f.stack_bytes}, {"awake_share", f.awake_share}};
 }
 
 HandFigures hand_figures_of(const Json& json) {
-  return {cycles_of(json.at("tick")), json.at("accepted").get<std::uint64_t>(),
-          json.at("stack_bytes").get<int>(), json.at("awake_share").get<double>()};
+  return {cycles_of(json.at("tick")), json.at("stack_bytes").get<int>(),
+          json.at("awake_share").get<double>()};
 }
 
 }  // namespace flexor::study

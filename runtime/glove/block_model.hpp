@@ -6,6 +6,11 @@
 namespace flexor {
 namespace glove {
 
+// RAM for a model's states: of an ATmega328P, which a model is checked against. Elsewhere pointers are longer, states are aligned,
+// and the Arduino library has more.
+constexpr uint16_t kArenaBytes = 552;
+constexpr uint16_t kLibraryArenaBytes = sizeof(void*) / 2 * kArenaBytes;
+
 // Place: where the block lies. kArena: bytes for its states.
 template <class Place, uint16_t kArena>
 class BlockModel : public compensator::Graph<Place, kArena> {

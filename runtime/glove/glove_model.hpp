@@ -10,9 +10,6 @@
 namespace flexor {
 namespace glove {
 
-// RAM of an ATmega328P for it.
-constexpr uint16_t kArenaBytes = 552;
-
 template <class Eeprom, uint16_t kArena>
 class GloveModel : public BlockModel<core::Anywhere, kArena> {
   using Base = BlockModel<core::Anywhere, kArena>;

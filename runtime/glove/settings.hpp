@@ -16,6 +16,10 @@ constexpr uint8_t kMaxScan = 7;  // five sensors, joystick x and y
 constexpr uint8_t kButtons = 5;  // the last: calibrate
 constexpr uint8_t kCalibrateButton = kButtons - 1;
 
+// Of text for VR drivers.
+constexpr uint8_t kRightHand = 1;
+constexpr uint8_t kFurtherJoints = 2;  // deploy::Encoding::beta
+
 // What leaves by the UART: frames for the hand's radio, lines for VR drivers, lines of angles or of counts.
 enum class Output : uint8_t { radio, opengloves, text, log };
 
@@ -44,8 +48,8 @@ struct SettingsHead {
   uint8_t listen_every;  // link::Turns
   uint8_t seek_every;
   uint8_t listen_slots;
-  uint8_t has_room;  // link::has_room()
-  uint8_t right_hand;
+  uint8_t has_room;     // link::has_room()
+  uint8_t vr;           // kRightHand, kFurtherJoints
   uint8_t analog_pins;  // a bit for each of A0 .. A5 that nobody reads as a digital pin
   uint8_t scan_count;
   uint8_t scan[kMaxScan];    // analog pins: thumb to pinky, then the joystick's

@@ -9,6 +9,7 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "apps/cli/stop.hpp"
+#include "host/deploy/model_block.hpp"
 #include "host/identify/from_poses.hpp"
 #include "host/identify/hand.hpp"
 #include "host/identify/hand_results.hpp"
@@ -255,6 +256,7 @@ void add_takes(Options& o) {
     r.map = o.map.empty() ? map_by_name(r) : identify::parse_map(o.map);
   }
   r.ends = pose_angles(o.pose_angles);
+  r.room = deploy::share_of_room;
   r.reference_error_deg = reference_errors(o.reference_error);
   if (o.leave_out == "take") r.leave_out = identify::LeaveOut::take;
   if (o.leave_out == "person") r.leave_out = identify::LeaveOut::person;

@@ -10,9 +10,11 @@
 #include <stdexcept>
 
 #include "host/io/io.hpp"
+#include "host/model/correction.hpp"
 #include "host/model/formats.hpp"
 #include "runtime/core/flash_map.hpp"
-#include "runtime/glove/glove_model.hpp"
+#include "runtime/glove/block_model.hpp"
+#include "runtime/glove/model_store.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -63,6 +65,7 @@ class ByteWriter {
 // Of compensator::Section and Input on the microcontroller, where a pointer is two bytes.
 constexpr int kSectionRam = 7;
 constexpr int kInputRam = 5;
+constexpr int kRoom = core::kModelCopy - core::kCopyHead;
 
 // A model as the bytes of one part.
 class PartWriter {
@@ -386,9 +389,27 @@ bool fits_eeprom(const Glove& glove) {
          static_cast<int>(block.bytes.size()) + block.state_bytes <= glove::kArenaBytes;
 }
 
+double share_of_room(const model::Model& model) {
+  Glove glove;
+  glove.model = model::folded(model).model;
+  try {
+    const model::Wiring wiring = model::wiring_of(glove.model);
+    for (std::size_t i = 0; i < glove.model.inputs.size(); ++i) {
+      const model::Input& input = glove.model.inputs[i];
+      glove.sensor.at(wiring.strip[i]) = at_knots([&](double n) {
+        return input.valid_min + (input.valid_max - input.valid_min) * n / sensor::kAdcTop;
+      });
+    }
+    const ModelBlock block = model_block(glove);
+    return std::max(static_cast<double>(block.bytes.size()) / kRoom,
+                    static_cast<double>(block.state_bytes + block.moved_bytes) / glove::kArenaBytes);
+  } catch (const InputError&) {  // another rate, other fingers: deploy says which
+    return 0;
+  }
+}
+
 Bytes flash_block(const Glove& glove) {
   ModelBlock block = model_block(glove);
-  constexpr int kRoom = core::kModelCopy - core::kCopyHead;
   const int ram = block.state_bytes + block.moved_bytes;
   if (ram > glove::kArenaBytes || static_cast<int>(block.bytes.size()) > kRoom) {
     throw InputError(

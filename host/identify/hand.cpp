@@ -650,30 +650,47 @@ void fit_joints(const HandRequest& request, const std::vector<std::string>& stru
   const model::Model inputs = r.model;
   const std::size_t joints = request.map.size();
   JointProgress progress(joints, step);
-  const auto fit = [&](std::size_t j) {
+  const auto fit = [&](std::size_t j, double most) {
     FittedJoint out;
     const JointMap& map = request.map[j];
     out.joint.name = map.joint;
     try {
       const std::vector<Session> sessions = sessions_of(samples, j);
-      static_cast<JointFit&>(out.joint) =
-          fit_joint(sessions, inputs, map, structures[j],
-                    request.initial ? std::optional(chain_of(*request.initial, map.joint)) : std::nullopt,
-                    [&](std::size_t done, std::size_t of, const std::string& what) {
-                      return progress(j, done, of, what);
-                    });
+      static_cast<JointFit&>(out.joint) = fit_joint(
+          sessions, inputs, map, structures[j],
+          request.initial ? std::optional(chain_of(*request.initial, map.joint)) : std::nullopt,
+          [&](std::size_t done, std::size_t of, const std::string& what) {
+            return progress(j, done, of, what);
+          },
+          request.room, most);
       out.joint.donnings = donnings_of(sessions, out.joint.model);
     } catch (...) {
       out.failure = std::current_exception();
     }
     return out;
   };
-  io::run_in_order<FittedJoint>(0, joints, io::threads_of(request.threads), fit,
-                                [&](std::size_t, FittedJoint& fitted) {
-                                  if (fitted.failure) std::rethrow_exception(fitted.failure);
-                                  append(fitted.joint.model, r.model);
-                                  r.joints.push_back(std::move(fitted.joint));
-                                });
+  io::run_in_order<FittedJoint>(
+      0, joints, io::threads_of(request.threads), [&](std::size_t j) { return fit(j, HUGE_VAL); },
+      [&](std::size_t, FittedJoint& fitted) {
+        if (fitted.failure) std::rethrow_exception(fitted.failure);
+        append(fitted.joint.model, r.model);
+        r.joints.push_back(std::move(fitted.joint));
+      });
+  if (!request.room) return;
+  // Joints that do not fit a board together: the largest is fitted again with less, until they do or no smaller one is there.
+  const auto share = [&](std::size_t j) {
+    return structures[j] == "auto" ? request.room(r.joints[j].model) : 0;
+  };
+  while (request.room(r.model) > 1) {
+    std::size_t largest = 0;
+    for (std::size_t j = 1; j < joints; ++j) largest = share(j) > share(largest) ? j : largest;
+    const double before = share(largest);
+    FittedJoint smaller = fit(largest, before);
+    if (smaller.failure || !(request.room(smaller.joint.model) < before)) return;
+    r.joints[largest] = std::move(smaller.joint);
+    r.model = inputs;
+    for (const JointResult& joint : r.joints) append(joint.model, r.model);
+  }
 }
 
 // How each sensor's readings spread, over the samples of the first joint that it tells of.

@@ -64,6 +64,7 @@ struct HandRequest {
   std::string output_unit;
   recording::TimeOptions time;
   LeaveOut leave_out = LeaveOut::none;
+  Room room;        // that all joints of an `auto` structure have together
   int threads = 0;  // on which joints are fitted; 0: as many as the machine has
 };
 

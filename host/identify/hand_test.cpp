@@ -230,6 +230,23 @@ TEST_F(Hand, ReadingsThatNoBoardTakesAreFittedForAPC) {
   EXPECT_THROW(model::check_fixed(wide.model), io::InputError);
 }
 
+TEST_F(Hand, JointsThatDoNotFitABoardTogetherGetSmaller) {
+  HandRequest r = request({write("p", {60, 3})}, kBoth);
+  const auto knots = [](const model::Model& m) {
+    double out = 0;
+    for (const model::Block& block : m.blocks)
+      if (const auto* curve = std::get_if<model::Curve>(&block.kind))
+        out += static_cast<double>(curve->x.size());
+    return out;
+  };
+  const HandIdentification large = identify_hand(r, {});
+  r.room = [&](const model::Model& m) { return knots(m) / (0.8 * knots(large.model)); };
+  const HandIdentification small = identify_hand(r, {});
+  EXPECT_LE(knots(small.model), 0.8 * knots(large.model));
+  for (std::size_t j = 0; j < 2; ++j)
+    EXPECT_LT(small.joints[j].holdout.rmse_deg, 1.3 * large.joints[j].holdout.rmse_deg) << j;
+}
+
 // The board has the gain in its table of counts, so its integers are no coarser.
 TEST_F(Hand, VoltsAreFittedAndHeldAsFinelyAsCounts) {
   const PairFiles files = write("volts", {60, 1});

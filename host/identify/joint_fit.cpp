@@ -128,7 +128,8 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
 }
 
 JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessions,
-                 const model::Model& inputs, const JointMap& joint, const Step& step) {
+                 const model::Model& inputs, const JointMap& joint, const Step& step, const Room& room,
+                 double most) {
   std::optional<Additive> best;
   std::vector<std::string> refusals;
   std::size_t at = 0;  // of the rows
@@ -141,6 +142,8 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
     const model::Model model = joint_model(inputs, fit, joint);
     const bool creeps = identify::creeps(fit.branches);
     refusals.push_back(refusal_of(model, creeps ? 0 : *fit.hold_drift_deg));
+    if (room && refusals.back().empty() && !(room(model) < most))
+      refusals.back() = "with it the joints together take more than a board's room";
     const bool worn = refusals.back().empty();
     if (worn) refusals.back() = imprecision_of(model);
     const bool precise = refusals.back().empty();
@@ -309,7 +312,7 @@ void append(const model::Model& one, model::Model& model) {
 
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
                    const std::string& structure, const std::optional<model::Channel>& initial,
-                   const Step& step) {
+                   const Step& step, const Room& room, double most) {
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   if (const auto* chain = std::get_if<Chain>(&wanted))
     return fit_one_chain(*chain, sessions, inputs, joint, initial, step);
@@ -327,7 +330,7 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
         fmt::format("{}: {} of {} sensors has more than the {} curves and motions that a model holds",
                     joint.joint, structure, joint.sensors.size(), model::kMaxTerms));
   }
-  JointFit out = fit_sum(candidates, sessions, inputs, joint, step);
+  JointFit out = fit_sum(candidates, sessions, inputs, joint, step, room, most);
   if (structure != "auto") return out;
   if (joint.sensors.size() == 1) {
     let_chains_compete(sessions, inputs, joint, step, out);
@@ -336,7 +339,7 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
   std::vector<Session> own = sessions;
   for (Session& session : own) session.input = session.input.leftCols(1).eval();
   const JointMap alone{joint.joint, {joint.sensors.front()}, joint.reference};
-  return better(std::move(out), fit_joint(own, inputs, alone, structure, {}, step));
+  return better(std::move(out), fit_joint(own, inputs, alone, structure, {}, step, room, most));
 }
 
 }  // namespace flexor::identify

@@ -8,6 +8,8 @@
 // sensors the own one alone is tried as well, and taken where it is as good. Of readings that no board takes the integers are not asked for.
 #pragma once
 
+#include <cmath>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -51,12 +53,15 @@ struct JointFit {
   std::size_t untried = 0;  // structures of the search that was stopped
 };
 
+// The share of a board's room that a model takes; empty: it runs on a PC.
+using Room = std::function<double(const model::Model&)>;
+
 // `inputs` is a model without blocks and joints; the sessions' columns are the joint's sensors; `structure` is the text of
 // structure_text.hpp. Where `step` stops the search of a sum, the best so far is taken, of one structure at least. Throws io::InputError and io::JobError.
-// `initial`: a start for the parameters of a chain that is asked for.
+// `initial`: a start for the parameters of a chain that is asked for. Candidates of a search that take `most` of the room or more are passed over.
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
                    const std::string& structure, const std::optional<model::Channel>& initial,
-                   const Step& step);
+                   const Step& step, const Room& room = {}, double most = HUGE_VAL);
 
 // What brings readings in volts, kilohms or ohms to about what a converter counts, for in steps of that size a board
 // computes: a power of two, which rounds nothing. Counts stay as they are.

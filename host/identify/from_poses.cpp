@@ -6,10 +6,12 @@
 #include <cmath>
 #include <functional>
 
+#include "host/identify/joint_fit.hpp"
 #include "host/identify/poses.hpp"
 #include "host/identify/robust.hpp"
 #include "host/identify/window.hpp"
 #include "host/io/io.hpp"
+#include "host/model/correction.hpp"
 #include "host/recording/line_format.hpp"
 #include "host/recording/unit.hpp"
 
@@ -157,17 +159,24 @@ void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
   input.valid_min = counts ? 1 : std::min(open, fist) - kBeyondPoses * span;
   input.valid_max =
       counts ? full_scale(sensor.sorted.back()) - 1 : std::max(open, fist) + kBeyondPoses * span;
-  input.poses = model::Poses{open, fist};
   input.readings = spread_of(sensor.sorted, kSpreadShares);
+  const double gain = gain_to_counts(input);
+  if (!counts) {  // a converter's rails stay where they are
+    input.valid_min *= gain;
+    input.valid_max *= gain;
+  }
+  input.poses = model::Poses{gain * open, gain * fist};
+  for (double& reading : input.readings->reading) reading *= gain;
   m.inputs.push_back(input);
-  model::Curve line{{open, fist}, {at.open_deg, at.fist_deg}};
-  if (fist < open) line = model::Curve{{fist, open}, {at.fist_deg, at.open_deg}};
+  model::Curve line{{gain * open, gain * fist}, {at.open_deg, at.fist_deg}};
+  if (fist < open) line = model::Curve{{gain * fist, gain * open}, {at.fist_deg, at.open_deg}};
   m.blocks.push_back({{joint}, joint + " line", line});
   const auto [least_deg, most_deg] = std::minmax(at.open_deg, at.fist_deg);
   m.blocks.push_back(
       {{joint + " line"}, joint + " angle", model::Saturation{least_deg - kRoom_deg, most_deg + kRoom_deg}});
   m.joints.push_back({joint, joint + " angle", at.open_deg,
                       model::Accuracy{{least_deg, most_deg}, {kPosesError_deg, kPosesError_deg}}, at});
+  if (gain != 1) m = model::corrected(std::move(m), m.inputs.size() - 1, {gain, 0});
 }
 
 struct Holds {

@@ -7,6 +7,8 @@
 
 #include "host/io/io.hpp"
 #include "host/model/compensator.hpp"
+#include "host/model/correction.hpp"
+#include "host/model/fixed_error.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -54,6 +56,21 @@ TEST(FromPoses, IsTheLineThroughBothPoses) {
   EXPECT_TRUE(r.warnings[0].starts_with("thumb_count fall from the first pose"));
   EXPECT_TRUE(model_from_poses(log_of({0, 1, 0, 1}, 1), {.first = FirstPose::open}).warnings.empty());
   expect_angles(r, 400, 625, 45, 30, 0.6);
+}
+
+TEST(FromPoses, VoltsAndTwelveBitsAreHeldAsFinelyAsCounts) {
+  for (const auto& [unit, scale] : {std::pair{"V", 5.0 / 1023}, {"mV", 5000.0 / 1023}, {"count", 4.0}}) {
+    recording::Recording log = log_of({0, 1, 0, 1}, 1);
+    for (std::size_t c = 0; c < 2; ++c) {
+      log.columns[c].unit = unit;
+      for (double& u : log.columns[c].value) u *= scale;
+    }
+    const FromPoses r = model_from_poses(log, {});
+    expect_angles(r, 400 * scale, 625 * scale, 45, 30, 0.6);
+    EXPECT_NEAR(r.model.inputs[0].poses->fist, 500 * scale, scale) << unit;
+    const model::Model board = model::folded(r.model).model;
+    EXPECT_LT(model::worst_fixed_error_deg(board), model::kFixedError_deg) << unit;
+  }
 }
 
 TEST(FromPoses, AStripThatOnlyTremblesIsNamedAndTheOthersAreFitted) {

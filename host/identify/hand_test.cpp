@@ -220,7 +220,7 @@ TEST_F(Hand, ASpikeIsLeftOutAndSaid) {
 TEST_F(Hand, ReadingsThatNoBoardTakesAreFittedForAPC) {
   const PairFiles files = write("wide", {60, 1});
   change(files.sensor, [](recording::Recording& log) {
-    for (double& u : log.columns[0].value) u *= 4;
+    for (double& u : log.columns[0].value) u *= 40;
   });
   HandRequest r = request({files});
   r.input_unit = "count";

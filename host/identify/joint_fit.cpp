@@ -34,7 +34,8 @@ constexpr double kNearly = 0.5;               // what a short search finds is le
 constexpr double kMostFixedError_deg = 0.06;  // deploy refuses 1/16
 constexpr double kMostOfOne_deg = 0.055;      // of one sensor: deploy searches all joints with other readings
 constexpr double kFewCounts = 64;             // readings below: a board's steps are too coarse for them
-constexpr double kMostCounts = 1023;
+constexpr double kMostCounts = 32767. / 32;   // that a board holds
+constexpr double kTwelveBits = 4095;          // of larger counts a model is one for a PC
 
 // Why this candidate cannot be worn; empty: it can.
 std::string refusal_of(const model::Model& model, double drift_deg) {
@@ -270,7 +271,10 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
 
 double gain_to_counts(const model::Input& input) {
   const double most = std::max(std::abs(input.valid_min), std::abs(input.valid_max));
-  if (input.unit == "count" || !(most > 0) || (most >= kFewCounts && most <= kMostCounts)) return 1;
+  const bool counts = input.unit == "count";
+  if (!(most > 0) || (most >= (counts ? 0 : kFewCounts) && most <= kMostCounts) ||
+      (counts && most > kTwelveBits))
+    return 1;
   return std::exp2(std::floor(std::log2(kMostCounts / most)));
 }
 

@@ -63,8 +63,8 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
                    const std::string& structure, const std::optional<model::Channel>& initial,
                    const Step& step, const Room& room = {}, double most = HUGE_VAL);
 
-// What brings readings in volts, kilohms or ohms to about what a converter counts, for in steps of that size a board
-// computes: a power of two, which rounds nothing. Counts stay as they are.
+// What brings readings in volts, kilohms, ohms or counts of more than ten bits to about what a board's converter counts, for in
+// steps of that size it computes: a power of two, which rounds nothing.
 double gain_to_counts(const model::Input& input);
 
 // `inputs` with the joint's own alone.

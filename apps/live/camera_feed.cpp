@@ -49,6 +49,11 @@ void CameraFeed::take(double t_s, std::string jpeg) { add({t_s, std::move(jpeg),
 
 void CameraFeed::draw(double t_s, const twin::PerFinger& mcp_deg) { add({t_s, "", mcp_deg}); }
 
+bool CameraFeed::is_busy() {
+  const std::lock_guard lock(mutex_);
+  return !waiting_.empty();
+}
+
 void CameraFeed::add(Work work) {
   {
     const std::lock_guard lock(mutex_);

@@ -43,6 +43,7 @@ class CameraFeed {
   // Never waits; where four pictures wait already the oldest goes.
   void take(double t_s, std::string jpeg);
   void draw(double t_s, const twin::PerFinger& mcp_deg);
+  bool is_busy();  // a picture waits
 
  private:
   struct Work {

@@ -220,6 +220,12 @@ Session Sessions::create(const std::string& person, const std::string& side, con
   return s;
 }
 
+void Sessions::remove(const Session& session) const {
+  std::error_code error;
+  fs::remove_all(folder(session), error);
+  write_index();
+}
+
 void Sessions::accept(Session& session, const std::string& model) const {
   session.model = model;
   session.accepted_unix_s = unix_s(std::chrono::system_clock::now());

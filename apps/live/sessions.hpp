@@ -55,6 +55,7 @@ class Sessions {
   // a name that no folder can have.
   Session create(const std::string& person, const std::string& side, const std::string& glove,
                  const std::string& what);
+  void remove(const Session& session) const;  // with all that lies in it
   // Saves it with this model, accepted now, and no calibration that is open.
   void accept(Session& session, const std::string& model) const;
   // Its session.json and the index. Throws io::InputError, io::JobError.

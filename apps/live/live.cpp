@@ -49,10 +49,7 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
 }
 
 void Live::welcome(Client client) {
-  server_->send(client, text_of({{"event", "hello"},
-                                 {"schema", 1},
-                                 {"version", FLEXOR_VERSION},
-                                 {"demo", options_.worn != nullptr}}));
+  server_->send(client, text_of({{"event", "hello"}, {"schema", 1}, {"version", FLEXOR_VERSION}}));
   server_->send(client, text_of(state()));
   for (const Json& marker : recording_ ? recording_->markers() : std::vector<Json>())
     server_->send(client, text_of(marker));

@@ -224,7 +224,7 @@ void Live::anew_start(io::JsonReader&) {
     throw io::InputError("put on anew waits for an answer: take its calibration, or keep the old one");
   const Session session = sessions_.create(model_session_.person, side_of_model(), glove_id(), "anew");
   anew_.emplace(Anew{SessionRecording(session, sessions_.folder(session))});
-  play("bends");
+  play("bends", kTwinPace);
 }
 
 void Live::finish_anew() {

@@ -227,6 +227,7 @@ Live::Json Live::hand_state() const {
   for (std::size_t f = 0; hand_port_ && f < twin::kFingers; ++f) faults.push_back(hand_port_->fault(f));
   if (!hand_port_) faults = options_.worn->now().fault;
   return {{"names", {"thumb", "index", "middle", "ring", "pinky"}},
+          {"open_deg", twin::Parameters().hand_lower_deg},
           {"status", hand_port_ ? hand_port_->status(now_s()) : "simulated"},
           {"port", hand_port_ ? Json(hand_port_->path()) : Json(nullptr)},
           {"faults", std::move(faults)},

@@ -160,6 +160,7 @@ async function tabsByKeyboard(view) {
 
 async function wear(view) {
   await view.changes('raw-index', await view.at('raw-index').textContent());
+  view.check('no quality before there is a model', (await view.at('quality-index').textContent()) === 'not known');
   view.check('says what to do next', ((await view.at('next').textContent()) ?? '').length > 10);
   await view.press('record');
   await view.says('record', 'Stop');
@@ -175,6 +176,7 @@ async function wear(view) {
 
 async function begin(view, reference) {
   await view.click('tab-calibrate');
+  view.check('a right hand until somebody says otherwise', await view.at('calibrate-side-right').isChecked());
   await view.press('calibrate-start');
   await view.says('calibrate-start-error', 'Write a name');
   await view.at('calibrate-person').focus();
@@ -214,6 +216,7 @@ async function poses(view) {
   await view.says('calibrate-say', 'Finish');
   await view.inspect('calibrate_send');
   await view.click('calibrate-next');
+  await view.at('next').waitFor(); // the calibrated hand, no empty form
 }
 
 async function reference(view, kind) {
@@ -231,10 +234,19 @@ async function reference(view, kind) {
     await step(view.page, 'reference');
   } else {
     await view.says('calibrate-say', kind === 'marks' ? 'sees every mark' : 'Show the whole hand');
+    if (kind === 'marks') await view.says('camera-facts', /[1-9]\d* pictures, \d of \d+ marks seen/);
+    view.check('Next waits for what the camera is to see', !(await view.at('calibrate-next').isEnabled()));
     await view.inspect(`calibrate_reference_${kind}`);
   }
   await view.click('calibrate-cancel');
   await view.at('calibrate-start').waitFor();
+  await view.click('tab-look');
+  await view.at('session').waitFor();
+  const left = kind === 'drawn' ? 2 : 1; // its motion was recorded
+  await view.until((n) => document.querySelectorAll('[data-testid=session]').length === n, left);
+  view.check('a calibration that is cancelled before its motion leaves nothing', true);
+  const height = await view.page.locator('.scopes').evaluate((element) => element.clientHeight);
+  view.check(`scopes ${height} px high, at most 1200`, height <= 1200);
 }
 
 // With the model of two poses.
@@ -278,8 +290,12 @@ async function look(view) {
   const slipped = await score(view, 'worn 8 degrees off');
   view.check(`a score is of what the sliders show: ${worn}, then ${slipped}`, slipped > 1.1 * worn);
   await view.at('twin-slip_deg').fill('0');
+  await view.at('experiment-trials').fill('5000');
   await view.click('experiment-run', 'strip-cancel');
   await view.says('job', '✕ Experiment');
+  await view.at('experiment-trials').fill('1');
+  await view.click('experiment-run');
+  await view.says('experiment-result', /raw\d+published-w\d+published-hw\d+/);
   view.check('no board is offered where there is none', !(await view.at('flash').isVisible()));
   const link = await view.page.locator('.files a').first().getAttribute('href');
   view.check('files lie under files/', link?.startsWith('files/') === true);

@@ -111,8 +111,8 @@ function baselinesOf({ error_deg, line_deg, published_deg }: FingerResult): numb
 
 const kVerdicts: Record<Verdict, string> = {
   better: 'better than the best baseline',
-  'as good': 'as good as a simpler one',
-  worse: 'worse than a simpler one',
+  'as good': 'as good as the best baseline',
+  worse: 'worse than the best baseline',
   astray: 'does not follow the finger: repeat',
   expected: 'to be expected',
 };

@@ -26,6 +26,7 @@ struct Options {
   std::string opengloves;
   std::string mcap;
   bool demo = false;
+  bool boards = false;
   bool json = false;
 };
 
@@ -89,14 +90,13 @@ live::LiveOptions live_options(const Options& o) {
   out.rate_hz = o.rate_hz;
   out.lead_s = o.lead_s;
   out.server.port = o.http_port;
-  const std::string from = o.demo ? "boards" : o.from;
-  if (from == "boards") {
+  if (o.boards) {
     out.worn = live::worn_boards();
-    out.note = out.worn->why_not_written();
-  } else if (from == "twin") {
+    if (const std::string why = out.worn->why_not_written(); !why.empty()) log(why);
+  } else if (o.demo || o.from == "twin") {
     out.worn = live::worn_twin();
   } else {
-    out.recording = from;
+    out.recording = o.from;
   }
   add_outs(o, out);
   return out;
@@ -104,7 +104,6 @@ live::LiveOptions live_options(const Options& o) {
 
 void run(const Options& o) {
   live::LiveOptions options = live_options(o);
-  if (!options.note.empty()) log(options.note);
   live::Live live(std::move(options));
   StopOnSignal stop;
   if (o.json) {
@@ -157,14 +156,15 @@ void add_live(CLI::App& app) {
           "much ahead (flexor identify --lead)")
       ->check(CLI::Range(0.0, 2.0));
   command
-      ->add_flag(
-          "--demo", o->demo,
-          "without any hardware: both boards are simulated, the twin wears the glove, a drawn hand is filmed")
+      ->add_flag("--demo", o->demo,
+                 "without any hardware: the twin wears glove and bionic hand, and a drawn hand is filmed")
       ->excludes(hand);
   command
-      ->add_option("--from", o->from,
-                   "instead of a port: a recording (CSV), played again; boards: as --demo; twin: the twin's "
-                   "glove alone, without boards")
+      ->add_flag("--boards", o->boards,
+                 "as --demo, with both boards in the simulator, running their firmware in real time")
+      ->excludes(hand);
+  command
+      ->add_option("--from", o->from, "instead of a port: a recording (CSV), played again; twin: as --demo")
       ->excludes(hand);
   command->add_option("--opengloves", o->opengloves,
                       "serial port or FIFO of an OpenGloves driver, which gets the fingers' bends as text");

@@ -39,26 +39,20 @@ constexpr double kMarkerlessOther_deg = 13;
 
 struct Instruction {
   double until_s;
-  const char* text;
+  const char* kind;  // as SOCKET.md has it
 };
 
-constexpr std::array<Instruction, 8> kMotion = {{
-    {5, "Hold your hand open and still."},
-    {15, "Close and open it quickly, three times; then hold it open."},
-    {30, "Close it slowly to a fist, hold it, and open it slowly."},
-    {40, "Close it half, hold it, then close it, hold it."},
-    {55, "Bend one finger after the other, thumb first, each from end to end."},
-    {70, "Open and close as you always do, the fingers a little after one another."},
-    {80, "Stop at three places on the way, a second each."},
-    {kLong_s, "Move as you like."},
-}};
+constexpr std::array<Instruction, 8> kMotion = {{{5, "open"},
+                                                 {15, "quick"},
+                                                 {30, "fist_slowly"},
+                                                 {40, "half"},
+                                                 {55, "one_by_one"},
+                                                 {70, "as_always"},
+                                                 {80, "three_stops"},
+                                                 {kLong_s, "as_you_like"}}};
 
-constexpr std::array<Instruction, 4> kPoses = {{
-    {4, "Hold your hand open and still."},
-    {8, "Make a fist and hold it."},
-    {12, "Open it again and hold it."},
-    {kPoses_s, "Make a fist once more and hold it."},
-}};
+constexpr std::array<Instruction, 4> kPoses = {
+    {{4, "open"}, {8, "fist"}, {12, "open_again"}, {kPoses_s, "fist_again"}}};
 
 // What is to be done now and after it; empty: all was.
 std::span<const Instruction> instructions(Reference reference, double t_s) {
@@ -73,11 +67,10 @@ Json number_or_null(const Json& object, const char* key) {
   return it != object.end() && it->is_number() ? *it : Json(nullptr);
 }
 
-// No number: the finger stood still where it was held out.
-std::string verdict_on(const Json& fit_percent, const std::string& words) {
-  return !fit_percent.is_number() || fit_percent.get<double>() < kFollows_percent
-             ? "does not follow the finger: was it the same hand, seen all the time? Repeat"
-             : words;
+// Beside the best of the baselines. No number: the finger stood still where it was held out.
+Json verdict_on(const Json& fit_percent, const Json& verdict) {
+  if (!fit_percent.is_number() || fit_percent.get<double>() < kFollows_percent) return "astray";
+  return verdict.value("word", Json(nullptr));
 }
 
 // What a job writes over is our own: a link leads elsewhere, and a FIFO waits for a reader.
@@ -180,6 +173,7 @@ void Calibration::add(const listen::Sample& sample, const std::vector<std::strin
     coverage_.emplace(names);
     begun_s_ = sample.host_s;
   }
+  if (lasts_s_ > 0 && sample.host_s - begun_s_ > lasts_s_) return;
   if (columns != columns_)
     throw io::JobError("another glove was plugged in: what the one before said is kept");
   worn_s_ += std::min(sample.host_s - begun_s_ - seconds_, kPause_s);
@@ -195,7 +189,9 @@ bool Calibration::is_needed(const std::string& angle) const {
 
 // Rows in which what is needed was seen: a fit takes no others.
 void Calibration::add(const SeenAngles& seen, const std::vector<std::string>& names) {
-  if (step_ != Step::motion) return;
+  if (step_ != Step::motion || !log_ || seen.t_s < begun_s_) return;
+  is_over_ = lasts_s_ > 0 && seen.t_s - begun_s_ > lasts_s_;
+  if (is_over_) return;
   if (!camera_) camera_ = std::make_unique<listen::Log>(file("camera.csv"), names);
   angles_ = names;
   if (seen.t_s <= newest_angle_s_ || seen.angle_deg.size() != names.size()) return;
@@ -210,6 +206,8 @@ void Calibration::add(const SeenAngles& seen, const std::vector<std::string>& na
 
 void Calibration::saw(int marks_found, int marks) {
   ++pictures_;
+  marks_found_ = marks_found;
+  marks_ = marks;
   const double share = marks > 0 ? static_cast<double>(marks_found) / marks : 0;
   recent_share_ += (share - recent_share_) / std::min<double>(20, static_cast<double>(pictures_));
 }
@@ -229,6 +227,8 @@ void Calibration::begin_motion() {
   angle_came_s_ = 0;
   seconds_ = 0;
   worn_s_ = 0;
+  lasts_s_ = 0;
+  is_over_ = false;
   failure_.clear();
   const auto is_there = [this](const char* name) {
     return std::filesystem::exists(std::filesystem::symlink_status(file(name)));
@@ -267,6 +267,7 @@ void Calibration::next(bool glove_is_there) {
       return;
     case Step::reference:
       if (!glove_is_there) throw io::InputError("the glove has gone: plug it in again");
+      if (recent_share_ < kSeen) throw io::InputError("the camera does not see the hand yet");
       return begin_motion();
     case Step::motion:
       return end_motion();
@@ -353,7 +354,6 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
   warnings_ = std::move(warnings);
   fingers_ = Json::array();
   joints_.clear();
-  lines_.clear();
   for (const auto& [name, joint] : result.at("joints").items()) {
     joints_.push_back(name);
     Json finger = {{"name", name}};
@@ -362,22 +362,18 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
                      {"line_deg", nullptr},
                      {"published_deg", nullptr},
                      {"fit_percent", nullptr},
-                     {"verdict", "from two poses: not measured, to be expected"}});
+                     {"verdict", "expected"}});
     } else {
       const Json& holdout = joint.at("holdout");
       const Json& baselines = joint.at("baselines");
       const auto baseline = [&](const char* which) {
         return baselines.contains(which) ? number_or_null(baselines.at(which), "rmse_deg") : Json(nullptr);
       };
-      const bool has_lead = !baseline("line_lead").is_null();
-      const Json line = has_lead ? baseline("line_lead") : baseline("line");
-      lines_.push_back(line.is_null() ? "" : has_lead ? "line_lead_deg" : "straight_line_deg");
       finger.update({{"error_deg", holdout.at("rmse_deg")},
-                     {"line_deg", line},
+                     {"line_deg", baseline("line")},
                      {"published_deg", baseline("published_form")},
                      {"fit_percent", holdout.at("fit_percent")},
-                     {"verdict", verdict_on(holdout.at("fit_percent"),
-                                            joint.at("verdict").at("words").get<std::string>())}});
+                     {"verdict", verdict_on(holdout.at("fit_percent"), joint.at("verdict"))}});
     }
     const Json reference_deg = is_markerless() ? Json(markerless_error_deg(name)) : Json(nullptr);
     finger["reference_error_deg"] = reference_deg;
@@ -387,24 +383,12 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
   step_ = Step::result;
 }
 
-std::string Calibration::who_does_not_follow() const {
-  std::string out;
-  for (const Json& finger : fingers_) {
-    const Json& fit = finger.at("fit_percent");
-    if (!fit.is_number() || fit.get<double>() >= kFollows_percent) continue;
-    out += (out.empty() ? "" : ", ") + finger.at("name").get<std::string>();
-  }
-  return out;
-}
-
 void Calibration::failed(const std::string& why) { failure_ = why; }
 
 // The held-out part, thinned.
 Json Calibration::plot_of(std::size_t joint) const {
   const std::string name = fmt::format("{}/samples-{}.csv", file("report").filename().string(), joint + 1);
-  const std::string& line = lines_.at(joint);
-  std::vector<std::string> columns = {"measured_deg", "estimated_deg", "held_out"};
-  if (!line.empty()) columns.push_back(line);
+  const std::vector<std::string> columns = {"measured_deg", "estimated_deg", "held_out", "straight_line_deg"};
   std::istringstream samples(io::FileBeneath(folder_, name, kMostLogBytes).all());
   recording::CsvReader reader(samples, name, {columns, {}, false});
   const recording::Recording r = recording::read(reader);
@@ -423,7 +407,7 @@ Json Calibration::plot_of(std::size_t joint) const {
     out["t_s"].push_back(r.t_s[rows[k]]);
     out["reference_deg"].push_back(r.column("measured_deg").value[rows[k]]);
     out["model_deg"].push_back(r.column("estimated_deg").value[rows[k]]);
-    out["line_deg"].push_back(line.empty() ? Json(nullptr) : Json(r.column(line).value[rows[k]]));
+    out["line_deg"].push_back(r.column("straight_line_deg").value[rows[k]]);
   }
   return out;
 }
@@ -442,63 +426,34 @@ bool Calibration::has_rested() const {
          std::ranges::any_of(coverage_->covered(), [](const Covered& c) { return c.holds > kTwoOfThree; });
 }
 
-std::string Calibration::what_is_missing() const {
-  if (!coverage_) return "";
-  for (const Covered& c : coverage_->covered()) {
-    if (!c.is_enough()) return fmt::format("{}: {}.", c.name, c.missing);
-  }
-  return "";
+const char* Calibration::motion_asks() const {
+  if (!log_) return "wait";
+  if (lasts_s_ > 0) return is_over_ ? "enough" : "watch";
+  const auto now = instructions(setup_.reference, seconds_);
+  if (setup_.reference == Reference::poses)
+    return !now.empty() ? now.front().kind : has_rested() ? "enough" : "rest";
+  if (pictures_ > 20 && recent_share_ < kSeen) return "hidden";
+  if (seconds_ - angle_came_s_ > kUnseen_s) return "no_angles";
+  if (!now.empty()) return now.front().kind;
+  const bool lacks =
+      coverage_ && std::ranges::any_of(coverage_->covered(), [](const Covered& c) { return !c.is_enough(); });
+  return lacks ? "missing" : "enough";
 }
 
-std::string Calibration::what_to_do() const {
+const char* Calibration::asks() const {
   switch (step_) {
     case Step::glove:
-      return "Put the glove on. Go on when its fingers move on the screen.";
+      return "put_on";
     case Step::reference:
-      if (pictures_ == 0) return "Let the camera see your hand.";
-      if (is_markerless())
-        return recent_share_ < kSeen ? "Show the whole hand to the camera, from the side."
-                                     : "The camera sees a hand. Keep its side to the camera, and go on.";
-      return recent_share_ < kSeen ? "Turn the hand so that the camera sees every mark."
-                                   : "The camera sees the marks. Go on.";
-    case Step::motion: {
-      if (!log_) return "Waiting for the glove's readings.";
-      const auto now = instructions(setup_.reference, seconds_);
-      if (setup_.reference == Reference::poses) {
-        if (!now.empty()) return now.front().text;
-        return has_rested()
-                   ? "Enough. Go on."
-                   : "No rest was seen: hold the open hand, then a fist, each still for three seconds.";
-      }
-      if (pictures_ > 20 && recent_share_ < kSeen)
-        return is_markerless() ? "The camera finds no hand: turn its side towards it."
-                               : "The camera does not see the marks: turn your hand towards it.";
-      if (seconds_ - angle_came_s_ > kUnseen_s)
-        return is_markerless() ? "The camera sees no angles: turn the hand's side towards it."
-                               : "The camera does not see every mark: turn your hand towards it.";
-      if (!now.empty()) return now.front().text;
-      const std::string missing = what_is_missing();
-      return missing.empty() ? "Enough. Go on, or keep moving." : missing;
-    }
+      return pictures_ == 0 ? "show_hand" : recent_share_ < kSeen ? "turn" : "seen";
+    case Step::motion:
+      return motion_asks();
     case Step::identify:
-      return failure_.empty() ? "The model is being identified." : "Nothing was identified: " + failure_;
+      return failure_.empty() ? "identifies" : "failed";
     case Step::result:
-      if (const std::string astray = who_does_not_follow(); !astray.empty())
-        return fmt::format(
-            "The model does not follow {}: repeat the motion, with the hand in the camera's view all the "
-            "time.",
-            astray);
-      if (is_markerless())
-        return "This is the difference from the camera's angles on the part that the fit never saw. They err "
-               "themselves, as said beside it. Accept the model, or repeat the motion.";
-      if (setup_.reference == Reference::poses)
-        return "A straight line through both poses. Nothing was measured: the error is what is to be "
-               "expected. Accept it, "
-               "or repeat.";
-      return "This is the error on the part that the fit never saw. Accept the model, or repeat the motion.";
+      return "result";
     case Step::send:
-      return is_sent_ ? "The model is in the glove. Finish."
-                      : "The model is worn here now. Send it to the glove, or finish.";
+      return is_sent_ ? "sent" : "accepted";
   }
   return "";
 }
@@ -527,7 +482,8 @@ Json Calibration::state() const {
   }
   const bool none = setup_.reference == Reference::poses;
   const char* camera = none ? "none" : setup_.reference == Reference::drawn ? "server" : "page";
-  const auto now = instructions(setup_.reference, step_ == Step::motion ? seconds_ : INFINITY);
+  const bool is_guided = step_ == Step::motion && lasts_s_ == 0;
+  const auto now = instructions(setup_.reference, is_guided ? seconds_ : INFINITY);
   return {{"step", name_of(step_)},
           {"reference", name_of(setup_.reference)},
           {"camera", camera},
@@ -535,14 +491,18 @@ Json Calibration::state() const {
           {"person", setup_.person},
           {"side", setup_.side},
           {"session", session_.name},
-          {"say", what_to_do()},
+          {"asks", asks()},
           {"seconds", seconds_},
-          {"of_seconds", none ? kPoses_s : kLong_s},
+          {"of_seconds", none           ? kPoses_s
+                         : lasts_s_ > 0 ? lasts_s_
+                                        : kLong_s},
           {"left_s", now.empty() ? Json(nullptr) : Json(now.front().until_s - seconds_)},
-          {"then", now.size() < 2 ? Json(nullptr) : Json(now[1].text)},
+          {"then", now.size() < 2 ? Json(nullptr) : Json(now[1].kind)},
           {"covered", std::move(covered)},
           {"pictures", pictures_},
           {"angles", angle_rows_},
+          {"marks_found", marks_found_},
+          {"marks", marks_},
           {"tracked", recent_share_},
           {"failed", failure_.empty() ? Json(nullptr) : Json(failure_)},
           {"result", result_state()}};

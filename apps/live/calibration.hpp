@@ -68,6 +68,7 @@ class Calibration {
   void repeat();
   void end_short();  // a motion that cannot be written: back to the step before it
 
+  void end_after(double seconds) { lasts_s_ = seconds; }  // of motion: what comes later is left out
   void set_rate(double rate_hz) { setup_.rate_hz = rate_hz; }
   // `flexor` with these identifies. `lead_s` of what follows the glove.
   std::vector<std::string> identify_arguments(double lead_s, const std::string& pose_angles = "") const;
@@ -80,7 +81,7 @@ class Calibration {
   void plot(const std::string& finger);  // throws io::InputError
   std::filesystem::path model() const { return file("model.json"); }
 
-  std::string what_to_do() const;
+  const char* asks() const;  // what to do now: a kind, as SOCKET.md has it
   nlohmann::ordered_json state() const;
 
  private:
@@ -90,8 +91,7 @@ class Calibration {
   void end_motion();
   bool is_needed(const std::string& angle) const;
   bool has_rested() const;
-  std::string what_is_missing() const;
-  std::string who_does_not_follow() const;  // of the result; "": all do
+  const char* motion_asks() const;
   nlohmann::ordered_json result_state() const;
   std::string map() const;
   bool is_markerless() const { return setup_.reference == Reference::markerless; }
@@ -109,11 +109,15 @@ class Calibration {
   std::vector<std::string> columns_;  // of log.csv
   std::vector<std::string> angles_;   // of camera.csv
   std::optional<Coverage> coverage_;
-  double begun_s_ = -1;  // host's
+  double begun_s_ = -1;   // host's
+  double lasts_s_ = 0;    // 0: as long as the person likes
+  bool is_over_ = false;  // that, in the camera's angles, which come later
   double seconds_ = 0;
   double worn_s_ = 0;  // likewise, without the glove's pauses
   double glove_hz_ = 0;
   std::uint64_t pictures_ = 0;
+  int marks_found_ = 0;      // in the newest picture
+  int marks_ = 0;            // that there are
   double recent_share_ = 0;  // of marks that were found, lately
   double newest_angle_s_ = -1e9;
   std::uint64_t angle_rows_ = 0;
@@ -123,8 +127,6 @@ class Calibration {
   nlohmann::ordered_json plot_;
   std::vector<std::string> warnings_;
   std::vector<std::string> joints_;
-  std::vector<std::string>
-      lines_;  // of each the column of the report's samples that is the line's; empty: none
 };
 
 // Throws io::InputError listing the known.

@@ -34,20 +34,16 @@ CameraFeed::CameraFeed(CameraSetup setup, std::function<void(PictureSeen)> seen,
       seen_(std::move(seen)),
       failed_(std::move(failed)),
       ended_(std::move(ended)),
-      thread_([this] { run(); }) {}
-
-CameraFeed::~CameraFeed() {
-  {
-    const std::lock_guard lock(mutex_);
-    ends_ = true;
-  }
-  changed_.notify_one();
-  thread_.join();
-}
+      thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 void CameraFeed::take(double t_s, std::string jpeg) { add({t_s, std::move(jpeg), {}}); }
 
 void CameraFeed::draw(double t_s, const twin::PerFinger& mcp_deg) { add({t_s, "", mcp_deg}); }
+
+bool CameraFeed::is_busy() {
+  const std::lock_guard lock(mutex_);
+  return !waiting_.empty();
+}
 
 void CameraFeed::add(Work work) {
   {
@@ -58,20 +54,19 @@ void CameraFeed::add(Work work) {
   changed_.notify_one();
 }
 
-std::optional<CameraFeed::Work> CameraFeed::next() {
+std::optional<CameraFeed::Work> CameraFeed::next(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return ends_ || !waiting_.empty(); });
-  if (ends_) return {};
+  if (!changed_.wait(lock, stop, [this] { return !waiting_.empty(); }) || stop.stop_requested()) return {};
   Work work = std::move(waiting_.front());
   waiting_.pop_front();
   return work;
 }
 
-void CameraFeed::run() try {
+void CameraFeed::run(const std::stop_token& stop) try {
   Camera camera;
   camera.open(setup_.joints, {}, setup_.drawn);
   for (std::uint64_t frame = 0;; ++frame) {
-    std::optional<Work> work = next();
+    std::optional<Work> work = next(stop);
     if (!work) return;
     try {
       if (work->mcp_deg) work->jpeg = camera.draw(*work->mcp_deg, frame);

@@ -36,13 +36,13 @@ class CameraFeed {
   // has gone and nothing is seen any more.
   CameraFeed(CameraSetup setup, std::function<void(PictureSeen)> seen,
              std::function<void(std::string)> failed, std::function<void(std::string)> ended);
-  ~CameraFeed();
   CameraFeed(const CameraFeed&) = delete;
   CameraFeed& operator=(const CameraFeed&) = delete;
 
   // Never waits; where four pictures wait already the oldest goes.
   void take(double t_s, std::string jpeg);
   void draw(double t_s, const twin::PerFinger& mcp_deg);
+  bool is_busy();  // a picture waits
 
  private:
   struct Work {
@@ -51,18 +51,17 @@ class CameraFeed {
     std::optional<twin::PerFinger> mcp_deg;
   };
   void add(Work work);
-  std::optional<Work> next();  // none: it ends
-  void run();
+  std::optional<Work> next(const std::stop_token& stop);  // none: it ends
+  void run(const std::stop_token& stop);
 
   CameraSetup setup_;
   std::function<void(PictureSeen)> seen_;
   std::function<void(std::string)> failed_;
   std::function<void(std::string)> ended_;
   std::mutex mutex_;
-  std::condition_variable changed_;
+  std::condition_variable_any changed_;
   std::deque<Work> waiting_;
-  bool ends_ = false;
-  std::thread thread_;
+  std::jthread thread_;  // last, so that it ends first
 };
 
 }  // namespace flexor::live

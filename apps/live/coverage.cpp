@@ -70,13 +70,13 @@ double holds_in(const std::vector<double>& x) {
   return static_cast<double>(places.size());
 }
 
-std::string what_is_missing(const Covered& c) {
-  if (c.range == 0) return "open and close it";
-  if (c.range < 1) return "open and close it from end to end";
-  if (c.slow < 1) return "bend it slowly";
-  if (c.holds < 1) return "hold it still, also half bent";
-  if (c.quick < 1) return "bend it quickly";
-  return "";
+const char* what_is_missing(const Covered& c) {
+  return c.range == 0  ? "move"
+         : c.range < 1 ? "range"
+         : c.slow < 1  ? "slow"
+         : c.holds < 1 ? "holds"
+         : c.quick < 1 ? "fast"
+                       : "";
 }
 
 Covered covered_by(const std::string& name, const std::vector<float>& readings) {
@@ -117,8 +117,15 @@ void Coverage::add(double t_s, const std::vector<double>& reading) {
 const std::vector<Covered>& Coverage::covered() const {
   if (!covered_.empty() && steps_ - covered_at_ < kHold) return covered_;
   covered_at_ = steps_;
-  covered_.clear();
-  for (std::size_t i = 0; i < names_.size(); ++i) covered_.push_back(covered_by(names_[i], kept_[i]));
+  covered_.resize(names_.size());
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    Covered now = covered_by(names_[i], kept_[i]);
+    // What was shown stays shown, also where a wider bend makes a smaller share of it.
+    for (const auto share : {&Covered::range, &Covered::slow, &Covered::quick, &Covered::holds})
+      now.*share = std::max(now.*share, covered_[i].*share);
+    now.missing = what_is_missing(now);
+    covered_[i] = now;
+  }
   return covered_;
 }
 

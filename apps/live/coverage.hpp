@@ -15,7 +15,7 @@ struct Covered {
   double slow = 0;      // seconds between 0.04 and 0.5 spans a second, of six
   double quick = 0;     // seconds above one span a second, of one
   double holds = 0;     // places at which it rested for a second, of three
-  std::string missing;  // what to do, in words; empty: nothing
+  std::string missing;  // move, range, slow, holds, fast; empty: nothing
   bool is_enough() const { return missing.empty(); }
 };
 

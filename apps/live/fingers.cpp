@@ -16,6 +16,7 @@ namespace {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSilent_s = 1;
 constexpr double kUncertain_deg = 5;
+constexpr double kVeryUncertain_deg = 10;
 constexpr double kBeyond = 0.1;  // of the span, beyond what the model was made from
 
 double median(const std::array<double, 3>& v) {
@@ -153,15 +154,13 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
   const bool stands = column.unit == "count" && column.most - column.least <= kMoves_counts;
   if (out.remark.empty() && stands && is_at_an_end(out.raw))
     out.remark = "stands at the end of what a board can read: is a wire loose?";
-  out.quality = out.remark.empty() ? "good" : "poor";
-  if (!model_ && stands && out.remark.empty()) {
-    out.quality = "fair";
-    out.remark = "has not moved yet";
-  }
+  out.quality = !out.remark.empty() ? "poor" : model_ || column.unit == "deg" ? "good" : "none";
+  if (!model_ && stands && out.remark.empty()) out.remark = "has not moved yet";
   if (!finger.joint) return out;
   const model::Joint& joint = model_->joints[*finger.joint];
   if (joint.accuracy && std::isfinite(out.angle_deg)) out.sd_deg = joint.accuracy->at(out.angle_deg);
-  if (out.sd_deg > kUncertain_deg && out.remark.empty()) out.quality = "fair";
+  if (out.sd_deg > kUncertain_deg && out.remark.empty())
+    out.quality = out.sd_deg > kVeryUncertain_deg ? "poor" : "fair";
   const auto& spread = model_->inputs[*finger.input].readings;
   if (spread && column.count >= 3) {
     const double span = spread->span();

@@ -52,9 +52,9 @@ TEST(Fingers, AStripThatHasNotMovedAndOneWhoseWireIsLooseAreSaid) {
   Fingers fingers({"index_count", "middle_count", "ring_count"});
   for (int k = 0; k < 20; ++k) fingers.add({0.01 * k, 0.01 * k, {500.0 + 10 * k, 500.0 + k % 2, 1023}, {}});
   const std::vector<FingerView> view = fingers.view(0.2);
-  EXPECT_STREQ(view[0].quality, "good");
+  EXPECT_STREQ(view[0].quality, "none");
   EXPECT_EQ(view[0].remark, "");
-  EXPECT_STREQ(view[1].quality, "fair");
+  EXPECT_STREQ(view[1].quality, "none");
   EXPECT_EQ(view[1].remark, "has not moved yet");
   EXPECT_STREQ(view[2].quality, "poor");
   EXPECT_TRUE(holds(view[2].remark, "wire loose")) << view[2].remark;

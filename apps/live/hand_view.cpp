@@ -45,16 +45,7 @@ std::vector<HandInput> hand_inputs(const model::Model& model) {
 HandView::HandView(const model::Model& model, std::function<void(const WholeHand&)> ready,
                    std::function<void(const std::exception&)> failed)
     : inputs_(hand_inputs(model)), ready_(std::move(ready)), failed_(std::move(failed)) {
-  if (!inputs_.empty()) thread_ = std::thread([this] { run(); });
-}
-
-HandView::~HandView() {
-  {
-    const std::lock_guard lock(mutex_);
-    ends_ = true;
-  }
-  changed_.notify_one();
-  if (thread_.joinable()) thread_.join();
+  if (!inputs_.empty()) thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
 
 void HandView::add(double host_s, const std::vector<double>& joints_deg) {
@@ -63,7 +54,7 @@ void HandView::add(double host_s, const std::vector<double>& joints_deg) {
   changed_.notify_one();
 }
 
-void HandView::run() try {
+void HandView::run(const std::stop_token& stop) try {
   static const posture::Posture known = posture::parse(study::builtin("posture.json"), "posture.json");
   std::vector<posture::Input> inputs;
   for (const HandInput& input : inputs_) inputs.push_back(input.input);
@@ -72,8 +63,7 @@ void HandView::run() try {
     Newest newest;
     {
       std::unique_lock lock(mutex_);
-      changed_.wait(lock, [this] { return ends_ || newest_; });
-      if (ends_) return;
+      if (!changed_.wait(lock, stop, [this] { return newest_.has_value(); }) || stop.stop_requested()) return;
       newest = *std::exchange(newest_, {});
     }
     Eigen::VectorXd readings(std::ssize(inputs_));
@@ -93,7 +83,7 @@ void HandView::run() try {
     ready_({newest.host_s, estimate.angle_deg, estimate.se_deg});
     due = std::max(due, std::chrono::steady_clock::now() - kPeriod);
     std::unique_lock lock(mutex_);
-    if (changed_.wait_until(lock, due + kPeriod, [this] { return ends_; })) return;
+    changed_.wait_until(lock, stop, due + kPeriod, [] { return false; });
   }
 } catch (const std::exception& error) {
   failed_(error);

@@ -36,7 +36,6 @@ class HandView {
   // `ready` and, where no hand can be made of it, `failed` are called on its thread. A model of which no joint is known gives nothing.
   HandView(const model::Model& model, std::function<void(const WholeHand&)> ready,
            std::function<void(const std::exception&)> failed);
-  ~HandView();
   HandView(const HandView&) = delete;
   HandView& operator=(const HandView&) = delete;
 
@@ -47,16 +46,15 @@ class HandView {
     double host_s = 0;
     std::vector<double> joints_deg;
   };
-  void run();
+  void run(const std::stop_token& stop);
 
   std::vector<HandInput> inputs_;
   std::function<void(const WholeHand&)> ready_;
   std::function<void(const std::exception&)> failed_;
   std::mutex mutex_;
-  std::condition_variable changed_;
+  std::condition_variable_any changed_;
   std::optional<Newest> newest_;
-  bool ends_ = false;
-  std::thread thread_;
+  std::jthread thread_;  // last, so that it ends first
 };
 
 }  // namespace flexor::live

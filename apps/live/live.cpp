@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
@@ -34,14 +35,13 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
   if (!options_.key.empty()) key_ = deploy::load_key(options_.key);
   if (!options_.model.empty()) wear_model({}, options_.model);
   if (options_.worn) {
-    attach(options_.worn->source(), options_.worn->port(), options_.worn->has_boards() ? "boards" : "twin");
+    attach_worn();
   } else if (!options_.recording.empty()) {
     play_again(options_.recording, io::to_utf8(options_.recording.filename().string()));
   } else {
     connect_named();
   }
   model_is_chosen_ = !options_.model.empty();
-  if (!options_.note.empty()) ended("demo", false, options_.note);
   resume_calibration();
   server_->every(kTick_s, [this] { guard("glove", [this] { tick(); }); });
   server_->every(kLook_s, [this] { guard("port", [this] { look_for_port(); }); });
@@ -49,10 +49,7 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
 }
 
 void Live::welcome(Client client) {
-  server_->send(client, text_of({{"event", "hello"},
-                                 {"schema", 1},
-                                 {"version", FLEXOR_VERSION},
-                                 {"demo", options_.worn != nullptr}}));
+  server_->send(client, text_of({{"event", "hello"}, {"schema", 1}, {"version", FLEXOR_VERSION}}));
   server_->send(client, text_of(state()));
   for (const Json& marker : recording_ ? recording_->markers() : std::vector<Json>())
     server_->send(client, text_of(marker));
@@ -79,12 +76,13 @@ void Live::post(const char* what, std::function<void()> work) {
   server_->post([this, what, work = std::move(work)] { guard(what, work); });
 }
 
-double Live::now_s() const {
+double Live::now_s() const { return options_.worn ? options_.worn->now_s() : wall_s(); }
+
+double Live::wall_s() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
 }
 
-void Live::attach(std::shared_ptr<listen::Source> source, const std::string& port,
-                  const std::string& status) {
+void Live::attach(std::shared_ptr<listen::Source> source, const std::string& port, DeviceEvent event) {
   if (source->columns().size() > kMostColumns)
     throw io::InputError(
         fmt::format("{} columns: the page shows {} at most", source->columns().size(), kMostColumns));
@@ -92,11 +90,13 @@ void Live::attach(std::shared_ptr<listen::Source> source, const std::string& por
   source_ = std::move(source);
   source_begin_s_ = now_s() - source_->now_s();
   port_ = port;
-  status_ = status;
+  device(event);
   says_ = source_->says();
   link_ = {};
   watch();
 }
+
+void Live::attach_worn() { attach(options_.worn->source(), options_.worn->port(), DeviceEvent::wears); }
 
 void Live::detach() {
   if (watched_ >= 0) server_->unwatch(watched_);
@@ -106,9 +106,8 @@ void Live::detach() {
   hand_.reset();
   columns_.clear();
   rows_.reset();
-  status_ = "none";
+  device(DeviceEvent::drops);
   says_ = "no glove";
-  is_misunderstood_ = false;
   replay_.reset();
   replayed_.clear();
 }
@@ -123,7 +122,7 @@ void Live::watch() {
 }
 
 void Live::listen() {
-  if (!source_ || held_) return;
+  if (!source_ || held_ || waits_for_camera()) return;
   std::vector<listen::Sample> samples;
   listen::Event event = listen::Event::quiet;
   const std::uint64_t torn = source_->tally().torn;
@@ -139,14 +138,15 @@ void Live::listen() {
   if (recording_) recording_->leave_out(source_->tally().torn - torn);
   if (event == listen::Event::gone) {
     says_ = "the glove has gone: plug it in again, everything goes on";
-    if (status_ == "glove") status_ = "gone";
+    device(DeviceEvent::goes);
   }
   if (event == listen::Event::back) {
     says_ = source_->says();
-    if (status_ == "gone") status_ = "glove";
+    device(DeviceEvent::returns);
   }
   watch();
   take(samples);
+  if (options_.worn && event == listen::Event::samples) listen();
 }
 
 // What the model needs is known once the first sample is there. A recording that is played again keeps the model that is worn.
@@ -228,8 +228,14 @@ void Live::write(const listen::Sample& sample) {
   } catch (const std::exception& error) {
     end_recording(error);
   }
+  if (options_.worn) {
+    if (!options_.worn->begun_s()) return;
+    draw_worn();
+  }
   try {
-    if (calibration_) calibration_->add(sample, columns_);
+    listen::Sample taken = sample;
+    if (draws()) taken.host_s = since_begun_s(sample.host_s);
+    if (calibration_) calibration_->add(taken, columns_);
   } catch (const std::exception& error) {
     say_failed("calibration", error.what());
     calibration_->end_short();
@@ -271,30 +277,44 @@ void Live::tick() {
   }
 }
 
-// The twin's hands, thirty times a second, and their pictures for a calibration.
+// The bionic hand of a twin, thirty times a second.
 void Live::look_at_worn() {
   const double now = now_s();
   if (now - worn_sent_s_ < kDrawEvery_s / 2) return;
   worn_sent_s_ = now;
   const WornNow worn = options_.worn->now();
-  if (options_.worn->has_boards()) {
-    Rows rows(Kind::hand, twin::kFingers);
-    rows.add(
-        now, [&](std::size_t i) { return worn.duty_percent[i]; },
-        [&](std::size_t i) { return worn.joint_deg[i]; });
-    server_->send_all(rows.bytes());
-  }
-  const bool draws = calibration_ && calibration_->setup().reference == Reference::drawn && camera_;
-  if (!draws || !calibration_->wants_pictures() || now - drawn_s_ < kDrawEvery_s) return;
+  Rows rows(Kind::hand, twin::kFingers);
+  rows.add(
+      now, [](std::size_t) { return NAN; }, [&](std::size_t i) { return worn.joint_deg[i]; });
+  server_->send_all(rows.bytes());
+}
+
+bool Live::draws() const { return calibration_ && calibration_->setup().reference == Reference::drawn; }
+
+// On the motion's own clock, to the microsecond: the same in each calibration.
+double Live::since_begun_s(double host_s) const {
+  return std::round((host_s - *options_.worn->begun_s()) * 1e6) / 1e6;
+}
+
+// Pictures of the twin's hand for a calibration, at times that do not depend on how quick the machine is.
+void Live::draw_worn() {
+  const double now = since_begun_s(now_s());
+  if (!draws() || !camera_ || !calibration_->wants_pictures()) return;
+  if (now >= drawn_s_ && now - drawn_s_ < kDrawEvery_s) return;
   drawn_s_ = now;
-  camera_->draw(now, worn.finger_deg);
+  camera_->draw(now, options_.worn->now().finger_deg);
+}
+
+// Without boards the twin stands meanwhile.
+bool Live::waits_for_camera() const {
+  return options_.worn && !options_.worn->has_boards() && camera_ && camera_->is_busy();
 }
 
 std::string Live::glove_id() const {
   const bool is_named = port_.find("/by-id/") != std::string::npos;
-  std::string out = is_named ? std::filesystem::path(port_).filename().string()
-                    : status_ == "boards" || status_ == "twin" ? status_
-                                                               : "glove";
+  std::string out = is_named                       ? std::filesystem::path(port_).filename().string()
+                    : device_ == DeviceState::worn ? worn_name()
+                                                   : "glove";
   for (const std::string& column : columns_) out += " " + column;
   return out;
 }

@@ -18,6 +18,7 @@
 #include "apps/live/anew.hpp"
 #include "apps/live/calibration.hpp"
 #include "apps/live/camera_feed.hpp"
+#include "apps/live/device_state.hpp"
 #include "apps/live/fingers.hpp"
 #include "apps/live/hand_port.hpp"
 #include "apps/live/hand_view.hpp"
@@ -50,7 +51,6 @@ struct LiveOptions {
   double rate_hz = 0;  // of models; 0: what suits the glove
   double lead_s = 0;   // of models that are identified: by which what follows the glove comes after it
   std::unique_ptr<WornGlove> worn;
-  std::string note;                 // what a page shows first; empty: nothing
   std::filesystem::path recording;  // played again at first, instead of a port
   // What hears the angles of a model's joints, opened when it is worn.
   std::vector<Outs::Open> outs;
@@ -98,9 +98,11 @@ class Live {
   void write_hand(const std::vector<listen::Sample>& samples);
 
   // live.cpp: device and samples
-  double now_s() const;
+  double wall_s() const;
+  double now_s() const;  // of what is worn; where it is no glove of the twin's, the wall's
   double camera_time_s(double page_s);
-  void attach(std::shared_ptr<listen::Source> source, const std::string& port, const std::string& status);
+  void attach(std::shared_ptr<listen::Source> source, const std::string& port, DeviceEvent event);
+  void device(DeviceEvent event) { device_ = after(device_, event); }
   void detach();
   void watch();
   void listen();
@@ -122,7 +124,13 @@ class Live {
   void write(const listen::Sample& sample);
   void send_rows();
   void tick();
+  void attach_worn();
+  const char* worn_name() const { return options_.worn->has_boards() ? "boards" : "twin"; }
   void look_at_worn();
+  bool draws() const;
+  void draw_worn();
+  double since_begun_s(double host_s) const;
+  bool waits_for_camera() const;
   std::string glove_id() const;
   double link_rate_hz() const;
   double model_rate_hz(double glove_hz) const;
@@ -175,7 +183,7 @@ class Live {
   void finish_anew();
 
   void wear_model(const Session& session, const std::filesystem::path& path);
-  void play(const std::string& motion);
+  void play(const std::string& motion, double pace = 1);
   void stop_recording();
   void end_recording(const std::exception& why);
   std::filesystem::path file_of(const std::string& relative, std::uint64_t most_bytes) const;
@@ -203,9 +211,9 @@ class Live {
   Json sessions_state() const;
   Json hand_state() const;
   std::string misfit() const;
-  std::string what_next() const;
-  std::string what_next_anew() const;
-  std::string what_next_without_model() const;
+  Json what_next() const;
+  Json what_next_anew() const;
+  Json what_next_without_model() const;
   void add_worn(Json& state) const;
 
   LiveOptions options_;
@@ -222,10 +230,8 @@ class Live {
   std::vector<std::string> named_;  // by the options
   std::string hand_path_;           // likewise
   double named_tried_s_ = -1e9;
-  bool has_left_ = false;  // a person did: nobody is looked for
-  std::string status_ = "none";
+  DeviceState device_ = DeviceState::none;
   std::string says_;
-  bool is_misunderstood_ = false;  // the port that was listened to last
   std::vector<std::string> tried_ports_;
   std::vector<std::string> columns_;
   std::optional<Fingers> fingers_;
@@ -255,8 +261,10 @@ class Live {
   std::optional<Json> last_;
   WornChange worn_change_;
   Json scores_ = Json::array();
+  Json experiment_ = nullptr;
   std::shared_ptr<listen::ReplaySource> replay_;
   std::string replayed_;
+  std::string port_before_;  // the replay; of the glove
   std::vector<std::string> markerless_names_;
   Outs outs_{std::move(options_.outs),
              [this](const std::exception& error) { say_failed("out", error.what()); }};

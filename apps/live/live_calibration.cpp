@@ -12,6 +12,8 @@ namespace flexor::live {
 namespace {
 
 constexpr double kPreviewEvery_s = 0.2;
+constexpr double kTwinMoves_s = 62;   // two of rest, and half the motion
+constexpr double kTwinPace = 3;       // who watches a demo has seen it soon
 constexpr double kCameraLives_s = 3;  // one that ended sooner is not opened again by itself
 
 }  // namespace
@@ -62,7 +64,8 @@ void Live::calibrate_start(io::JsonReader& parts) {
   markerless_names_.clear();
   camera_offset_s_.reset();
   keep_calibration();
-  if (fingers_ && status_ != "gone") calibrate_next(parts);  // a glove that is heard needs no step of its own
+  if (fingers_ && device_ != DeviceState::gone)
+    calibrate_next(parts);  // a glove that is heard needs no step of its own
   listed_s_ = -1e9;
 }
 
@@ -93,7 +96,7 @@ void Live::resume_calibration() {
 void Live::open_camera() {
   const CalibrationSetup& setup = calibration_->setup();
   if (setup.joints.empty()) return;
-  camera_opened_s_ = now_s();
+  camera_opened_s_ = wall_s();
   camera_ = std::make_unique<CameraFeed>(
       CameraSetup{setup.joints, options_.worn != nullptr},
       [this](PictureSeen seen) { post("camera", [this, seen = std::move(seen)] { see(seen); }); },
@@ -107,7 +110,7 @@ void Live::open_camera() {
           camera_.reset();
           if (!calibration_ || !calibration_->wants_pictures()) return;
           calibration_->saw_no_camera();
-          if (now_s() - camera_opened_s_ > kCameraLives_s) open_camera();
+          if (wall_s() - camera_opened_s_ > kCameraLives_s) open_camera();
         });
       });
 }
@@ -135,8 +138,15 @@ void Live::entered_step() {
     play("ordinary");
   }
   if (step == Step::motion) {
+    const CalibrationSetup& setup = calibration_->setup();
+    if (setup.reference == Reference::drawn) {  // what it saw so far is another each time
+      camera_.reset();
+      drawn_s_ = INFINITY;
+    }
     if (!camera_) open_camera();
-    play(calibration_->setup().reference == Reference::poses ? "held" : "protocol");
+    const bool poses = setup.reference == Reference::poses;
+    play(poses ? "held" : "protocol", setup.reference == Reference::drawn ? kTwinPace : 1);
+    if (options_.worn && !poses) calibration_->end_after(kTwinMoves_s);
   }
   if (step == Step::identify) {
     camera_.reset();
@@ -151,7 +161,7 @@ void Live::calibrate_next(io::JsonReader&) {
   if (calibration().step() == Step::send) return calibration_.reset();
   if (calibration_->step() == Step::motion) require_no_job();
   if (calibration_->step() == Step::glove) require_readings();
-  calibration_->next(fingers_.has_value() && status_ != "gone");
+  calibration_->next(fingers_.has_value() && device_ != DeviceState::gone);
   entered_step();
 }
 
@@ -167,7 +177,7 @@ void Live::calibrate_repeat(io::JsonReader&) {
   entered_step();
 }
 
-// What was recorded stays in its session.
+// What was recorded stays in its session; without anything it goes.
 void Live::calibrate_cancel(io::JsonReader&) {
   Session session = calibration().session();
   if (jobs_.is_running("identify")) jobs_.cancel();
@@ -176,6 +186,8 @@ void Live::calibrate_cancel(io::JsonReader&) {
   play("ordinary");
   listed_s_ = -1e9;
   session.calibration = nullptr;
+  if (session.seconds == 0 && !std::filesystem::exists(sessions_.folder(session) / "log.csv"))
+    return sessions_.remove(session);
   sessions_.save(session);
 }
 
@@ -212,7 +224,7 @@ void Live::anew_start(io::JsonReader&) {
     throw io::InputError("put on anew waits for an answer: take its calibration, or keep the old one");
   const Session session = sessions_.create(model_session_.person, side_of_model(), glove_id(), "anew");
   anew_.emplace(Anew{SessionRecording(session, sessions_.folder(session))});
-  play("bends");
+  play("bends", kTwinPace);
 }
 
 void Live::finish_anew() {

@@ -17,6 +17,21 @@ std::string in_words(const std::vector<std::string>& warnings) {
   return fmt::format("done, with {} warnings", warnings.size());
 }
 
+// Of each compensator the mean errors of the six gestures together.
+nlohmann::ordered_json totals_of(const nlohmann::ordered_json& cells) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const auto& cell : cells) {
+    const auto& mean = cell.at("total_error_deg_s").at("mean");
+    if (cell.at("gesture") == 1)
+      out.push_back({{"compensator", cell.at("compensator")}, {"total_deg_s", 0.0}});
+    for (auto& total : out) {
+      if (total.at("compensator") == cell.at("compensator") && mean.is_number())
+        total["total_deg_s"] = total["total_deg_s"].get<double>() + mean.get<double>();
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 void Live::require_no_job() const {
@@ -84,7 +99,11 @@ void Live::start_without_glove(const std::string& name, std::vector<std::string>
 
 void Live::send(io::JsonReader&) {
   require_model();
-  if (options_.worn && !options_.worn->has_boards()) require_written();
+  if (options_.worn && !options_.worn->has_boards()) {
+    options_.worn->load(*model_);
+    if (calibration_) calibration_->sent();
+    return ended("send", true, "the twin's glove runs it");
+  }
   if (port_.empty()) throw io::InputError("no glove is connected: plug it in, and choose its port");
   if (source_ && !source_->takes_models())
     throw io::InputError("this glove's program takes no models: flexor deploy makes one that does");
@@ -141,7 +160,7 @@ void Live::score_run(io::JsonReader& parts) {
   const auto gestures = std::make_shared<std::vector<double>>();
   jobs_.run(
       "score", "six gestures",
-      [this, gestures](const Jobs::Goes& goes) { *gestures = options_.worn->score(goes); },
+      [score = options_.worn->score(), gestures](const Jobs::Goes& goes) { *gestures = score(goes); },
       [this, label, gestures](const std::string& trouble) {
         if (trouble.empty())
           scores_.push_back({{"label", label},
@@ -163,7 +182,9 @@ void Live::experiment_run(io::JsonReader& parts) {
   start("experiment",
         {"experiment", "--trials", std::to_string(trials), "--compensators", compensators, "--out",
          (sessions_.folder(session) / "experiment").string()},
-        [](const CommandResult&) {});
+        [this](const CommandResult& result) {
+          if (result.ok) experiment_ = totals_of(result.json.at("cells"));
+        });
 }
 
 }  // namespace flexor::live

@@ -31,8 +31,8 @@ void Live::connect_named() {
 // Where nothing was said, something may be later.
 void Live::look_at_named() {
   constexpr double kEvery_s = 5;
-  if (now_s() - named_tried_s_ < kEvery_s) return;
-  named_tried_s_ = now_s();
+  if (wall_s() - named_tried_s_ < kEvery_s) return;
+  named_tried_s_ = wall_s();
   std::vector<std::string> silent;
   for (const std::string& path : free_ports(named_)) {
     const bool has_place = path == hand_path_ ? !hand_port_ : !source_;
@@ -42,7 +42,6 @@ void Live::look_at_named() {
 }
 
 void Live::connect(const std::string& port) {
-  has_left_ = false;
   if (port.empty()) throw io::InputError("no port is chosen: plug the glove in, and choose its port");
   const std::vector<std::string> free = free_ports(deploy::find_ports(options_.devices));
   const bool any = port == "auto" && !free.empty() && free.size() <= kMostTried;
@@ -53,7 +52,9 @@ void Live::connect(const std::string& port) {
 // come. A board that is being written comes and goes: nobody takes its port meanwhile.
 void Live::look_for_port() {
   const bool is_whole = source_ && hand_port_;
-  if (options_.worn || replay_ || jobs_.is_running() || is_whole || search_.is_running() || has_left_) return;
+  if (options_.worn || replay_ || jobs_.is_running() || is_whole || search_.is_running() ||
+      device_ == DeviceState::left)
+    return;
   look_at_named();
   if (options_.port != "auto" || search_.is_running()) return;
   const std::vector<std::string> ports = deploy::find_ports(options_.devices);
@@ -82,15 +83,14 @@ void Live::listen_to(std::vector<std::string> paths, bool is_chosen) {
   options.key = key_;
   search_.end();
   for (const std::string& path : paths) {
-    const bool is_over = is_chosen && (replay_ || status_ == "gone");
+    const bool is_over = is_chosen && (replay_ || device_ == DeviceState::gone);
     if (source_ && (is_over || is_same_port(path, port_))) detach();
     if (hand_port_ && is_same_port(path, hand_port_->path())) hand_port_.reset();
   }
   if (!source_) {
-    status_ = "listening";
+    device(DeviceEvent::listens);
     port_ = paths.front();
     says_ = port_ + ": listening";
-    is_misunderstood_ = false;
   }
   search_.begin(
       std::move(paths), std::move(options),
@@ -106,7 +106,7 @@ void Live::found_port(const FoundPort& found, bool is_chosen) {
     if (source_ && is_chosen) say_failed("port", found.trouble);
     if (source_) return;
     says_ = found.trouble;
-    is_misunderstood_ = true;
+    device(DeviceEvent::misunderstands);
     return;
   }
   const bool is_hand = found.listener->format() == listen::Format::hand;
@@ -115,17 +115,17 @@ void Live::found_port(const FoundPort& found, bool is_chosen) {
     return;
   }
   if (!is_hand) {
-    if (is_chosen || !source_) attach(found.listener, found.path, "glove");
+    if (is_chosen || !source_) attach(found.listener, found.path, DeviceEvent::speaks);
   } else if (is_chosen || !hand_port_) {
     hand_port_.emplace(found.listener, found.path, now_s() - found.listener->now_s());
   }
 }
 
 void Live::searched() {
-  if (status_ != "listening") return;
-  status_ = "none";
+  if (source_ || device_ == DeviceState::left) return;
+  device(DeviceEvent::ends);
   port_.clear();
-  if (!is_misunderstood_) says_ = "no glove";
+  if (device_ == DeviceState::none) says_ = "no glove";
 }
 
 void Live::hear_hand() {

@@ -34,10 +34,10 @@ Live::Json Live::device_state() const {
   const bool has = source_ != nullptr;
   std::string format = has ? source_->says() : "";
   if (has && source_->is_compensated()) format += ": angles, compensated on the glove";
-  return {{"status", status_},
-          {"name", status_ == "boards" ? "both boards, simulated"
-                   : status_ == "twin" ? "the twin's glove"
-                                       : "glove"},
+  return {{"status", device_ == DeviceState::worn ? worn_name() : name_of(device_)},
+          {"name", device_ != DeviceState::worn  ? "glove"
+                   : options_.worn->has_boards() ? "both boards, simulated"
+                                                 : "the twin's glove"},
           {"port", port_},
           {"format", format},
           {"says", misfit().empty() ? says_ : misfit()}};
@@ -45,7 +45,7 @@ Live::Json Live::device_state() const {
 
 // Why nothing of what comes is taken; "": it is.
 std::string Live::misfit() const {
-  const auto found = source_ && status_ != "gone" ? source_->tally().misfit : std::nullopt;
+  const auto found = source_ && device_ != DeviceState::gone ? source_->tally().misfit : std::nullopt;
   if (!found) return "";
   return fmt::format(
       "Nothing is shown or recorded: {}. Mend the glove's program, or stop and choose the port again.",
@@ -93,8 +93,8 @@ Live::Json Live::link_state() const {
 
 // Listing reads the disk: not at every state.
 Live::Json Live::sessions_state() const {
-  if (now_s() - listed_s_ < kListEvery_s) return listed_;
-  listed_s_ = now_s();
+  if (wall_s() - listed_s_ < kListEvery_s) return listed_;
+  listed_s_ = wall_s();
   Json sessions = Json::array();
   Json models = Json::array();
   if (!options_.model.empty()) {
@@ -125,61 +125,50 @@ Live::Json Live::sessions_state() const {
   return listed_;
 }
 
-std::string Live::what_next_anew() const {
-  if (!anew_->is_over)
-    return "Open your hand, make a fist, open it: again and again, all fingers from end to end.";
-  if (!anew_->result) return "The glove is fitted to how it lies now.";
+Live::Json Live::what_next_anew() const {
+  if (!anew_->is_over) return {{"kind", "bend"}};
+  if (!anew_->result) return {{"kind", "fits"}};
   const AnewResult& result = *anew_->result;
-  const std::string misfits = result.misfits.empty() ? "" : " Does not fit: " + result.misfits;
-  if (!result.applied) return "Nothing is changed, the old calibration stays: " + result.wanted + misfits;
-  if (!result.is_off)
-    return "The glove lies about as it did: the new calibration changes less than it is sure of." + misfits;
-  return "Take the new calibration, or keep the old one." + misfits;
+  const char* kind = !result.applied ? "keep" : !result.is_off ? "as_it_was" : "take";
+  return {{"kind", kind}, {"why", result.applied ? "" : result.wanted}, {"misfits", result.misfits}};
 }
 
-std::string Live::what_next_without_model() const {
+Live::Json Live::what_next_without_model() const {
   const std::vector<FingerView> fingers = fingers_->view(now_s());
   const auto moves = [](const FingerView& f) {
     return f.most - f.least > kMoves_counts || f.unit != "count";
   };
-  if (std::ranges::none_of(fingers, moves)) return "Move your fingers: no reading has changed yet.";
+  if (std::ranges::none_of(fingers, moves)) return {{"kind", "move"}};
   const auto has_name = [](const FingerView& f) {
     return std::ranges::any_of(model::finger_names(),
                                [&](const std::string& name) { return f.name.starts_with(name); });
   };
-  if (std::ranges::none_of(fingers, has_name))
-    return "No column is called like a finger, so no hand can be drawn: let the glove's program print a "
-           "first line, as "
-           "thumb,index,middle,ring,pinky.";
-  return "The glove moves. Calibrate it: three minutes with a camera, or one without.";
+  return {{"kind", std::ranges::none_of(fingers, has_name) ? "name" : "calibrate"}};
 }
 
-std::string Live::what_next() const {
-  if (jobs_.is_running()) return fmt::format("{} runs.", jobs_.name());
-  if (status_ == "gone") return "The glove has gone: plug it in again.";
-  if (const std::string why = misfit(); !why.empty()) return why;
-  if (calibration_ && !calibration_->is_sent()) return calibration_->what_to_do();
+// What to do: a kind, and what there is to say of it.
+Live::Json Live::what_next() const {
+  using enum DeviceState;
+  if (jobs_.is_running()) return {{"kind", "job"}};
+  if (device_ == gone) return {{"kind", "gone"}};
+  if (!misfit().empty()) return {{"kind", "misfit"}, {"why", misfit()}};
+  if (calibration_ && !calibration_->is_sent()) return {{"kind", "calibration"}};
   if (anew_) return what_next_anew();
-  if (status_ == "listening") return "Listening to the port.";
-  if (replay_) return "A recording is played again: Look has its time line.";
-  if (!source_ && is_misunderstood_) return "No glove is heard: " + says_;
-  if (!source_) return "Plug in the glove, and choose its port.";
-  if (!fingers_) return "Waiting for the glove's first reading.";
-  if (source_->is_compensated())
-    return "The glove sends its own angles, compensated on the glove, and no readings of its strips: what "
-           "you see and "
-           "record is what it sends. A calibration needs readings: flash the firmware of flexor deploy for "
-           "them.";
+  if (device_ == listening || device_ == doubtful) return {{"kind", "listening"}};
+  if (replay_) return {{"kind", "replay"}};
+  if (device_ == misunderstood) return {{"kind", "misunderstood"}, {"why", says_}};
+  if (!source_) return {{"kind", "plug_in"}};
+  if (!fingers_) return {{"kind", "wait"}};
+  if (source_->is_compensated()) return {{"kind", "compensated"}};
   if (!model_) return what_next_without_model();
-  if (!misfit_.empty()) return "The model that was chosen is not worn: " + misfit_;
-  for (const FingerView& f : fingers_->view(now_s())) {
-    if (std::string(f.quality) == "poor" || std::string(f.quality) == "none")
-      return fmt::format("Look at {}: {}.", f.name, f.remark.empty() ? "no good reading" : f.remark);
+  if (!misfit_.empty()) return {{"kind", "model_misfit"}, {"why", misfit_}};
+  const std::vector<FingerView> fingers = fingers_->view(now_s());
+  for (const FingerView& f : fingers) {
+    if (std::string(f.quality) == "poor" && !f.remark.empty())
+      return {{"kind", "look_at"}, {"finger", f.name}, {"why", f.remark}};
   }
-  for (const FingerView& f : fingers_->view(now_s())) {
-    if (!f.remark.empty()) return "The glove lies otherwise than it did: put on anew, ten seconds.";
-  }
-  return "Wear it. Put it on anew whenever it has been off.";
+  const bool slipped = std::ranges::any_of(fingers, [](const FingerView& f) { return !f.remark.empty(); });
+  return {{"kind", slipped ? "slipped" : "wear"}};
 }
 
 Live::Json Live::state() const {
@@ -233,11 +222,12 @@ Live::Json Live::state() const {
 
 // Of the simulated boards, or at a port.
 Live::Json Live::hand_state() const {
-  if (!hand_port_ && !(options_.worn && options_.worn->has_boards())) return nullptr;
+  if (!hand_port_ && !options_.worn) return nullptr;
   Json faults = Json::array();
   for (std::size_t f = 0; hand_port_ && f < twin::kFingers; ++f) faults.push_back(hand_port_->fault(f));
   if (!hand_port_) faults = options_.worn->now().fault;
   return {{"names", {"thumb", "index", "middle", "ring", "pinky"}},
+          {"open_deg", twin::Parameters().hand_lower_deg},
           {"status", hand_port_ ? hand_port_->status(now_s()) : "simulated"},
           {"port", hand_port_ ? Json(hand_port_->path()) : Json(nullptr)},
           {"faults", std::move(faults)},
@@ -261,6 +251,7 @@ void Live::add_worn(Json& out) const {
     out["posture"] = {{"names", std::move(names)}};
   }
   out["scores"] = scores_;
+  out["experiment"] = experiment_;
   out["joint_files"] = joint_files();
   out["replay"] = nullptr;
   if (replay_) {

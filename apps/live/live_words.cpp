@@ -92,16 +92,12 @@ void Live::hear(std::span<const std::uint8_t> bytes) {
 void Live::device_connect(io::JsonReader& parts) {
   const std::string port = parts.text("port");
   require_no_job();
-  require_no_calibration();
+  if (!calibration_ || calibration_->step() != Step::glove) require_no_calibration();
   require_no_recording();
-  if (options_.worn) {
-    if (port != options_.worn->port() && port != "auto")
-      throw io::InputError("the twin wears the glove: start flexor live without --demo for a real one");
-    detach();
-    return attach(options_.worn->source(), options_.worn->port(),
-                  options_.worn->has_boards() ? "boards" : "twin");
-  }
-  connect(port);
+  if (!options_.worn) return connect(port);
+  if (port != options_.worn->port() && port != "auto")
+    throw io::InputError("the twin wears the glove: start flexor live without --demo for a real one");
+  attach_worn();
 }
 
 void Live::device_leave(io::JsonReader&) {
@@ -109,8 +105,14 @@ void Live::device_leave(io::JsonReader&) {
   require_no_calibration();
   require_no_recording();
   search_.end();
-  has_left_ = true;
+  if (replay_) {  // back to who was there
+    detach();
+    if (options_.worn) return attach_worn();
+    if (!port_before_.empty()) listen_to({port_before_}, false);
+    return;
+  }
   detach();
+  device(DeviceEvent::leaves);
   port_.clear();
   hand_port_.reset();
 }
@@ -223,8 +225,8 @@ void Live::tracking_set(io::JsonReader& parts) {
   if (model_) wear();
 }
 
-void Live::play(const std::string& motion) {
-  if (options_.worn) options_.worn->play(motion);
+void Live::play(const std::string& motion, double pace) {
+  if (options_.worn) options_.worn->play(motion, pace);
 }
 
 void Live::twin_set(io::JsonReader& parts) {
@@ -252,8 +254,9 @@ void Live::replay_open(io::JsonReader& parts) {
 
 void Live::play_again(const std::filesystem::path& file, const std::string& name) {
   search_.end();
+  if (!replay_) port_before_ = port_;
   std::shared_ptr<listen::ReplaySource> source = std::make_shared<listen::ReplaySource>(file);
-  attach(source, "", "replay");
+  attach(source, "", DeviceEvent::plays);
   replay_ = source;
   replayed_ = name;
 }

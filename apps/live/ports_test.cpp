@@ -35,7 +35,7 @@ TEST_F(Ports, AGloveThatSendsAnglesAloneMovesAndSaysWhatItLacks) {
   const double first_deg = state["fingers"][0]["angle_deg"];
   state_when([&](const Json& s) { return s["fingers"][0]["angle_deg"] != first_deg; });
   EXPECT_TRUE(says(state["device"]["format"], "compensated on the glove")) << state["device"];
-  EXPECT_TRUE(says(state["next"], "A calibration needs readings")) << state["next"];
+  EXPECT_EQ(state["next"]["kind"], "compensated");
   EXPECT_TRUE(state["link"]["lost"].is_number()) << "its angles have a counter";
   expect_refused({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "poses"}},
                  "no readings");
@@ -167,7 +167,9 @@ TEST_F(Ports, RowsThatFitNoLongerAreShownAndReportedAtTheStop) {
   five_fingers();
   done({{"do", "record.start"}});
   is_short = true;
-  const Json told = state_when([](const Json& s) { return says(s["next"], "3 values, and 5 are expected"); });
+  const Json told = state_when([](const Json& s) {
+    return s["next"]["kind"] == "misfit" && says(s["next"]["why"], "3 values, and 5 are expected");
+  });
   EXPECT_TRUE(says(told["device"]["says"], "3 values, and 5 are expected")) << told["device"];
   done({{"do", "record.stop"}});
   const Json stopped = state_when([](const Json& s) { return s["last"].is_object(); });
@@ -195,7 +197,7 @@ TEST_F(Ports, AGloveAndAHandAreFoundByThemselves) {
   std::jthread server([&] { live.run(stop); });
   const std::shared_ptr<void> ends(nullptr, [&](void*) { stop = true; });
   tab_.emplace(Place(live.url()));
-  state_when([](const Json& s) { return says(s["next"], "Plug in the glove"); });
+  state_when([](const Json& s) { return s["next"]["kind"] == "plug_in"; });
 
   FramesGlove frames({}, true);
   Board glove(std::ref(frames));

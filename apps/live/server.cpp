@@ -43,11 +43,12 @@ using Tcp = asio::ip::tcp;
 
 constexpr std::uint32_t kLongestHead = 8192;
 constexpr std::size_t kMostTurnedAway =
-    64;                            // connections that are being told so; more are closed without a word
-constexpr seconds kHeadTime{10};   // to send a head, and to agree on a WebSocket
-constexpr seconds kIdleTime{30};   // between two requests
-constexpr seconds kStallTime{30};  // for a part of an answer
-constexpr seconds kSilence{30};    // of a socket, which is asked after half of it
+    64;  // connections that are being told so; more are closed without a word
+constexpr std::uint64_t kTurnedAway = 0;  // the number of one more connection than there may be
+constexpr seconds kHeadTime{10};          // to send a head, and to agree on a WebSocket
+constexpr seconds kIdleTime{30};          // between two requests
+constexpr seconds kStallTime{30};         // for a part of an answer
+constexpr seconds kSilence{30};           // of a socket, which is asked after half of it
 constexpr seconds kFarewell{1};
 static_assert(kLongestText == kLongestBinary, "the limit is set before the kind is known");
 
@@ -133,7 +134,12 @@ class Hub {
   const std::filesystem::path& files() const { return files_; }
   bool is_ours(std::string_view host) const;
 
-  void enter(std::uint64_t id, AnyConnection* connection) { connections_[id] = connection; }
+  void enter(std::uint64_t id, AnyConnection* connection) {
+    if (id == kTurnedAway)
+      ++turned_away_;
+    else
+      connections_[id] = connection;
+  }
   void leave(std::uint64_t id, const AnyConnection* connection);
   void opened(Client client, AnyConnection* connection);
   void closed(Client client);
@@ -162,7 +168,6 @@ class Hub {
   void listen(unsigned short port);
   void accept();
   void accepted(Tcp::socket socket);
-  void turn_away(Tcp::socket socket);
   bool make_room();
   void wait(const std::shared_ptr<Watch>& watch);
   void wait(const std::shared_ptr<Timer>& timer);
@@ -320,12 +325,15 @@ class Socket : public AnyConnection, public std::enable_shared_from_this<Socket>
 class Connection : public AnyConnection, public std::enable_shared_from_this<Connection> {
  public:
   Connection(Hub& hub, std::uint64_t id, Tcp::socket&& socket)
-      : hub_(hub), id_(id), stream_(std::move(socket)) {
+      : hub_(hub), id_(id), stream_(std::move(socket)), parser_(std::in_place) {
     hub_.enter(id_, this);
   }
   ~Connection() override { hub_.leave(id_, this); }
 
   void start() { read_head(kHeadTime); }
+  void turn_away() {
+    say(http::status::service_unavailable, "too many connections: close a tab of this page", false);
+  }
 
   void give_up() override { close_at_once(stream_); }
   void farewell() override { give_up(); }
@@ -495,36 +503,6 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
   bool known_ = false;
 };
 
-// One more connection than there may be.
-class TurnedAway : public std::enable_shared_from_this<TurnedAway> {
- public:
-  TurnedAway(Tcp::socket&& socket, std::size_t& count) : stream_(std::move(socket)), count_(count) {
-    ++count_;
-  }
-  ~TurnedAway() { --count_; }
-  TurnedAway(const TurnedAway&) = delete;
-  TurnedAway& operator=(const TurnedAway&) = delete;
-
-  void start() {
-    http::response<http::string_body> out{http::status::service_unavailable, 11};
-    set_headers(out, kPagePolicy);
-    out.set(http::field::content_type, "text/plain; charset=utf-8");
-    out.keep_alive(false);
-    out.body() = "503: too many connections: close a tab of this page\n";
-    out.prepare_payload();
-    response_ = std::move(out);
-    stream_.expires_after(kFarewell);
-    http::async_write(stream_, response_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (!error) end_in_order(self->stream_, [self] {});
-    });
-  }
-
- private:
-  beast::tcp_stream stream_;
-  std::size_t& count_;
-  http::response<http::string_body> response_;
-};
-
 Hub::Hub(const ServerOptions& options, Handlers handlers)
     : handlers_(std::move(handlers)), token_(checked_token(options.token)), files_(options.files) {
   listen(options.port);
@@ -589,18 +567,14 @@ bool Hub::make_room() {
 void Hub::accepted(Tcp::socket socket) {
   error_code ignored;
   socket.set_option(Tcp::no_delay(true), ignored);
-  if (!make_room()) return turn_away(std::move(socket));
-  const auto id = ++last_id_;
-  std::make_shared<Connection>(*this, id, std::move(socket))->start();
-}
-
-void Hub::turn_away(Tcp::socket socket) {
+  if (make_room()) return std::make_shared<Connection>(*this, ++last_id_, std::move(socket))->start();
   ++refused;
-  if (turned_away_ >= kMostTurnedAway) return;
-  std::make_shared<TurnedAway>(std::move(socket), turned_away_)->start();
+  if (turned_away_ < kMostTurnedAway)
+    std::make_shared<Connection>(*this, kTurnedAway, std::move(socket))->turn_away();
 }
 
 void Hub::leave(std::uint64_t id, const AnyConnection* connection) {
+  if (id == kTurnedAway) --turned_away_;
   const auto found = connections_.find(id);
   if (found != connections_.end() && found->second == connection) connections_.erase(found);
   const auto socket = sockets_.find(id);
@@ -689,36 +663,32 @@ Message shared(std::string bytes, bool text) {
 
 }  // namespace
 
-struct Server::Inside {
-  Hub hub;
+struct Server::Inside : Hub {
+  using Hub::Hub;
 };
 
 Server::Server(const ServerOptions& options, Handlers handlers)
-    : inside_(new Inside{{options, std::move(handlers)}}) {}
+    : inside_(std::make_unique<Inside>(options, std::move(handlers))) {}
 
 // The caller's descriptors stay open.
-Server::~Server() { inside_->hub.unwatch_all(); }
+Server::~Server() { inside_->unwatch_all(); }
 
-std::string Server::url() const { return inside_->hub.url(); }
-void Server::send(Client to, std::string text) { inside_->hub.send(to, shared(std::move(text), true)); }
-void Server::send_all(std::string text) { inside_->hub.send_all(shared(std::move(text), true)); }
+std::string Server::url() const { return inside_->url(); }
+void Server::send(Client to, std::string text) { inside_->send(to, shared(std::move(text), true)); }
+void Server::send_all(std::string text) { inside_->send_all(shared(std::move(text), true)); }
 void Server::send_all(std::span<const std::uint8_t> bytes) {
-  inside_->hub.send_all(shared(std::string(bytes.begin(), bytes.end()), false));
+  inside_->send_all(shared(std::string(bytes.begin(), bytes.end()), false));
 }
 void Server::watch(int descriptor, std::function<void()> readable) {
-  inside_->hub.watch(descriptor, std::move(readable));
+  inside_->watch(descriptor, std::move(readable));
 }
-void Server::unwatch(int descriptor) { inside_->hub.unwatch(descriptor); }
-void Server::every(double period_s, std::function<void()> tick) {
-  inside_->hub.every(period_s, std::move(tick));
-}
-void Server::post(std::function<void()> work) { asio::post(inside_->hub.context, std::move(work)); }
-void Server::run() { inside_->hub.context.run(); }
+void Server::unwatch(int descriptor) { inside_->unwatch(descriptor); }
+void Server::every(double period_s, std::function<void()> tick) { inside_->every(period_s, std::move(tick)); }
+void Server::post(std::function<void()> work) { asio::post(inside_->context, std::move(work)); }
+void Server::run() { inside_->context.run(); }
 void Server::stop() {
-  asio::post(inside_->hub.context, [hub = &inside_->hub] { hub->stop(); });
+  asio::post(inside_->context, [hub = inside_.get()] { hub->stop(); });
 }
-Server::Counts Server::counts() const {
-  return {inside_->hub.refused, inside_->hub.dropped, inside_->hub.clients};
-}
+Server::Counts Server::counts() const { return {inside_->refused, inside_->dropped, inside_->clients}; }
 
 }  // namespace flexor::live

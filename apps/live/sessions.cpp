@@ -13,7 +13,6 @@
 #include <chrono>
 #include <ctime>
 #include <functional>
-#include <map>
 
 #include "host/io/beneath.hpp"
 #include "host/io/io.hpp"
@@ -220,6 +219,11 @@ Session Sessions::create(const std::string& person, const std::string& side, con
   return s;
 }
 
+void Sessions::remove(const Session& session) const {
+  std::error_code error;
+  fs::remove_all(folder(session), error);
+}
+
 void Sessions::accept(Session& session, const std::string& model) const {
   session.model = model;
   session.accepted_unix_s = unix_s(std::chrono::system_clock::now());
@@ -229,30 +233,6 @@ void Sessions::accept(Session& session, const std::string& model) const {
 
 void Sessions::save(const Session& session) const {
   write_plain(folder(session) / "session.json", io::dump(to_json(session)));
-  write_index();
-}
-
-void Sessions::write_index() const {
-  Json sessions = Json::array();
-  std::map<std::string, Session> newest;  // with a model, of each glove
-  for (const Session& s : list()) {
-    Json entry = to_json(s);
-    entry.erase("schema");
-    entry.erase("schema_version");
-    entry.erase("calibration");
-    entry["name"] = s.name;
-    entry["files"] = s.files;
-    sessions.push_back(std::move(entry));
-    if (const Session& known = newest[s.glove]; !s.model.empty() && is_newer(s, known)) newest[s.glove] = s;
-  }
-  Json gloves = Json::object();
-  for (const auto& [glove, s] : newest) {
-    if (!s.model.empty()) gloves[glove] = s.name + "/" + s.model;
-  }
-  write_plain(root_ / "index.json", io::dump({{"schema", "flexor-sessions"},
-                                              {"schema_version", 1},
-                                              {"gloves", std::move(gloves)},
-                                              {"sessions", std::move(sessions)}}));
 }
 
 std::optional<Session> Sessions::newest_with_model(const std::string& glove) const {

@@ -1,6 +1,5 @@
 // Sessions as a folder of plain files, which every other command reads:
 //
-//   FOLDER/index.json                    sessions and gloves at a glance; made anew from the rest
 //   FOLDER/2026-11-24_153012_anna/       one session
 //     session.json                       {"schema": "flexor-session", "schema_version": 1, "person", "side", "glove",
 //                                         "made", "seconds", "model", "accepted_unix_s", "calibration"}; model: the
@@ -55,9 +54,10 @@ class Sessions {
   // a name that no folder can have.
   Session create(const std::string& person, const std::string& side, const std::string& glove,
                  const std::string& what);
+  void remove(const Session& session) const;  // with all that lies in it
   // Saves it with this model, accepted now, and no calibration that is open.
   void accept(Session& session, const std::string& model) const;
-  // Its session.json and the index. Throws io::InputError, io::JobError.
+  // Its session.json. Throws io::InputError, io::JobError.
   void save(const Session& session) const;
   std::filesystem::path folder(const Session& session) const { return root_ / session.name; }
 
@@ -65,7 +65,6 @@ class Sessions {
   std::optional<Session> newest_with_model(const std::string& glove) const;
 
  private:
-  void write_index() const;
   std::filesystem::path root_;
 };
 

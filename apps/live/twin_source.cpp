@@ -4,28 +4,31 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <thread>
 #include <utility>
 
 #include "host/io/io.hpp"
+#include "host/twin/radio.hpp"
 #include "host/twin/random.hpp"
+#include "host/twin/world.hpp"
 
 namespace flexor::live {
 namespace {
 
 constexpr std::uint64_t kTrial = 0;
-constexpr double kMostBehind_s = 2;
+constexpr double kMostBehind_s = 0.05;  // as the simulated boards
+constexpr double kMostFrames_hz = 25;   // what the radio carries beside a glove of 100 Hz
 
-// The motion is only how the hand rests before the first one.
 twin::TrialInput input_of(const TwinOptions& o) {
   if (!(o.rate_hz >= 1 && o.rate_hz <= twin::kMaxRate_hz)) {
     throw io::InputError(
         fmt::format("a rate of {:g} Hz: the twin's glove has 1 to {:g}", o.rate_hz, twin::kMaxRate_hz));
   }
   twin::TrialInput out{o.parameters, study::short_motion(),
-                       study::compensator("raw", study::kPublishedRate_hz).model, o.seed};
+                       study::compensator("published-hw", o.rate_hz).model, o.seed};
+  if (out.parameters.frame_rate_hz == 0) out.parameters.frame_rate_hz = std::min(o.rate_hz, kMostFrames_hz);
   twin::check(out);
-  out.compensator.sample_period_s = 1 / o.rate_hz;  // of which the world takes how often strips are read
   return out;
 }
 
@@ -36,17 +39,64 @@ void require_within(const char* name, double value, double least, double most) {
 
 }  // namespace
 
+// From World::kStart_ms on, which is `begin_ms` on the source's clock.
+struct TwinSource::Run {
+  Run(twin::TrialInput trial, std::int64_t begin)
+      : input(std::move(trial)), begin_ms(begin), period_s(input.compensator.sample_period_s) {
+    chain.emplace(twin::glove_chain(input));
+  }
+
+  double sample_s() const { return static_cast<double>(samples) * period_s; }
+
+  bool step(const WornChange& set, double drifted_deg) {
+    for (int i = 0; i < twin::kFingers; ++i) world.shift_strip(i, set.slip_deg + drifted_deg);
+    const bool samples_now =
+        static_cast<double>(world.now_ms() - twin::World::kStart_ms) >= 1000 * sample_s();
+    if (samples_now) sample(set.noise_counts);
+    if (world.now_ms() >= radio.next_arrival_ms()) {
+      if (const twin::FrameAngles* angles = radio.receive(world.now_ms())) world.command(*angles);
+    }
+    world.step();
+    return samples_now;
+  }
+
+  void sample(double noise_counts) {
+    const double t_s = sample_s() + static_cast<double>(twin::World::kStart_ms) / 1000;
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      const auto noise = static_cast<int>(std::lround(noise_counts * random.normal()));
+      counts[i] = std::clamp(world.glove_counts(static_cast<int>(i), t_s) + noise, 0, twin::kAdcTop);
+    }
+    const link::Frame& frame = chain->step(counts);
+    const auto every = std::lround(1 / (period_s * input.parameters.frame_rate_hz));
+    if (samples++ % every == 0) radio.send(world.now_ms(), std::to_array(frame.angle));
+  }
+
+  twin::TrialInput input;
+  std::int64_t begin_ms;
+  double period_s;
+  twin::World world{input, kTrial};
+  std::optional<model::HostChain> chain;
+  twin::Radio radio{input.parameters, twin::seed_of(twin::seed_of(input.seed, kTrial), twin::Purpose::radio)};
+  twin::Random random{twin::seed_of(input.seed, 1)};
+  std::array<int, twin::kFingers> counts{};
+  std::int64_t samples = 0;
+};
+
 TwinSource::TwinSource(TwinOptions options)
     : input_(input_of(options)),
-      rate_hz_(options.rate_hz),
-      world_(input_, kTrial),
-      wearer_(twin::draw_variation(input_.parameters, twin::seed_of(input_.seed, kTrial)), input_.motion),
-      random_(twin::seed_of(input_.seed, 1)) {
+      pace_(options.pace),
+      wearer_(twin::draw_variation(input_.parameters, twin::seed_of(input_.seed, kTrial)), input_.motion) {
+  begin_again();
   for (const std::string& finger : model::finger_names()) columns_.push_back(finger + "_count");
-  while (world_.now_ms() < 0) step();  // at rest, where the wearer is
-  world_.finger_at = [this](int finger, std::int64_t t_ms) { return wearer_.angle(finger, t_ms); };
   if (options.motion) play(std::move(options.motion));
-  start_ = std::chrono::steady_clock::now();
+}
+
+TwinSource::~TwinSource() = default;
+
+twin::TrialInput TwinSource::now_worn() const {
+  twin::TrialInput out = input_;
+  out.parameters.loss = std::min(1.0, out.parameters.loss + set_.loss);
+  return out;
 }
 
 void TwinSource::set(const WornChange& c) {
@@ -56,59 +106,102 @@ void TwinSource::set(const WornChange& c) {
   require_within("noise", c.noise_counts, 0, kFar);
   require_within("loss", c.loss, 0, 1);
   set_ = c;
+  run_->input.parameters.loss = now_worn().parameters.loss;
+}
+
+void TwinSource::load(model::Model compensator) {
+  compensator.sample_period_s = input_.compensator.sample_period_s;
+  twin::TrialInput next = input_;
+  next.compensator = std::move(compensator);
+  twin::check(next);
+  input_ = std::move(next);
+  run_->chain.emplace(twin::glove_chain(input_));
 }
 
 void TwinSource::play(std::optional<twin::Motion> motion) {
   // The world has asked for the fingers up to the end of the block that it is in.
-  const std::int64_t since_start = world_.now_ms() - twin::World::kStart_ms;
-  const std::int64_t next_ms =
-      (since_start + twin::kBlock_ms - 1) / twin::kBlock_ms * twin::kBlock_ms + twin::World::kStart_ms;
-  if (motion) return wearer_.play(*std::move(motion), next_ms);
-  wearer_.rest(next_ms);
+  const std::int64_t next_ms = (now_ms_ + twin::kBlock_ms - 1) / twin::kBlock_ms * twin::kBlock_ms;
+  is_joining_ = motion.has_value();
+  if (!motion) return wearer_.rest(next_ms);
+  input_.motion = *motion;
+  wearer_.play(*std::move(motion), next_ms);
+  wearer_.postpone(-twin::World::kStart_ms - twin::Wearer::kBefore_ms);
 }
 
-void TwinSource::step() {
+void TwinSource::begin_again() {
+  run_ = std::make_unique<Run>(now_worn(), now_ms_);
+  run_->world.finger_at = [this, ahead_ms = now_ms_ - twin::World::kStart_ms](int finger, std::int64_t t_ms) {
+    return wearer_.angle(finger, t_ms + ahead_ms);
+  };
+  is_joining_ = false;
+}
+
+std::optional<double> TwinSource::begun_s() const {
+  if (is_joining_) return std::nullopt;
+  return static_cast<double>(run_->begin_ms) / 1000;
+}
+
+bool TwinSource::step() {
+  if (is_joining_ && now_ms_ == *wearer_.start_ms() + twin::World::kStart_ms) begin_again();
   drifted_deg_ += set_.drift_deg_per_min / 60000;
-  for (int i = 0; i < twin::kFingers; ++i) world_.shift_strip(i, set_.slip_deg + drifted_deg_);
-  world_.step({});
+  ++now_ms_;
+  return run_->step(set_, drifted_deg_);
 }
 
-double TwinSource::now_s() const {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+double TwinSource::wall_s() const {
+  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
+  return start_s_ + pace_ * passed.count();
 }
 
-std::string TwinSource::says() const { return fmt::format("the twin's glove at {:g} Hz", rate_hz_); }
-
-// Of the next sample, on the simulation's clock.
-double TwinSource::due_s() const { return static_cast<double>(samples_) / rate_hz_; }
-
-void TwinSource::sample(std::vector<listen::Sample>& out) {
-  const double t_s = due_s();
-  while (static_cast<double>(world_.now_ms()) < 1000 * t_s) step();
-  ++samples_;
-  listen::Sample now{t_s + waited_s_, t_s, {}, {}};
-  for (int i = 0; i < twin::kFingers; ++i) {
-    const double noise = set_.noise_counts * random_.normal();
-    const double counts = world_.glove_counts(i, t_s) + std::round(noise);
-    now.value.push_back(std::clamp(counts, 0.0, static_cast<double>(twin::kAdcTop)));
-    finger_deg_[static_cast<std::size_t>(i)] = world_.finger_deg(i);
-  }
-  if (random_.uniform() < set_.loss) {
-    ++*tally_.lost;
-    return;
-  }
-  ++tally_.samples;
-  out.push_back(std::move(now));
+void TwinSource::go(double pace) {
+  start_s_ = wall_s();
+  start_ = std::chrono::steady_clock::now();
+  pace_ = pace;
 }
+
+std::string TwinSource::says() const {
+  return fmt::format("the twin's glove at {:g} Hz", 1 / input_.compensator.sample_period_s);
+}
+
+// Of the next sample.
+double TwinSource::due_s() const { return static_cast<double>(run_->begin_ms) / 1000 + run_->sample_s(); }
 
 listen::Event TwinSource::wait(double timeout_s, std::vector<listen::Sample>& out) {
-  const double behind_s = now_s() - waited_s_ - due_s();
-  if (behind_s > kMostBehind_s) waited_s_ += behind_s;
-  const double wait_s = std::min(timeout_s, due_s() + waited_s_ - now_s());
-  if (wait_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
-  const std::size_t before = out.size();
-  for (const double here_s = now_s() - waited_s_; due_s() <= here_s;) sample(out);
-  return out.size() > before ? listen::Event::samples : listen::Event::quiet;
+  if (pace_ > 0) {
+    start_s_ -= std::max(0.0, wall_s() - due_s() - kMostBehind_s);
+    const double wait_s = std::min(timeout_s, (due_s() - wall_s()) / pace_);
+    if (wait_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
+    if (wall_s() < due_s()) return listen::Event::quiet;
+  }
+  while (!step()) {
+  }
+  const double t_s = due_s() - run_->period_s;
+  if (run_->random.uniform() < set_.loss) {
+    ++*tally_.lost;
+    return listen::Event::quiet;
+  }
+  ++tally_.samples;
+  out.push_back({t_s, t_s, std::vector<double>(run_->counts.begin(), run_->counts.end()), {}});
+  return listen::Event::samples;
+}
+
+WornNow TwinSource::now() const {
+  WornNow out;
+  for (int i = 0; i < twin::kFingers; ++i) {
+    out.finger_deg[static_cast<std::size_t>(i)] = run_->world.finger_deg(i);
+    out.joint_deg[static_cast<std::size_t>(i)] = run_->world.joint_deg(i);
+  }
+  return out;
+}
+
+std::function<double(const twin::Motion&)> TwinSource::score() const {
+  return [input = now_worn(), set = set_, drifted_deg = drifted_deg_](const twin::Motion& motion) mutable {
+    input.motion = motion;
+    Run run(input, 0);
+    while (run.world.now_ms() <= run.world.end_ms()) run.step(set, drifted_deg);
+    const twin::PerFinger error_deg_s = run.world.finish().error_deg_s;
+    return std::accumulate(error_deg_s.begin(), error_deg_s.end(), 0.0);
+  };
 }
 
 }  // namespace flexor::live

@@ -1,9 +1,13 @@
-// The twin's glove alone, in real time, without boards: the converter's counts of every strip.
+// The twin's glove and hand without boards: the converter's counts of every strip, and a hand that follows what the glove's chain
+// makes of them over the radio.
 //
-// The person is that of the experiment's trial 0 with this seed. Columns: FINGER_count. For one thread.
+// The person is that of the experiment's trial 0 with this seed. Columns: FINGER_count. Time is the simulation's: it keeps pace
+// with the wall, and stands while nobody waits for samples. For one thread.
 #pragma once
 
 #include <chrono>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,8 +15,8 @@
 #include "apps/live/worn_glove.hpp"
 #include "host/listen/source.hpp"
 #include "host/study/catalogue.hpp"
+#include "host/twin/simulation.hpp"
 #include "host/twin/wearer.hpp"
-#include "host/twin/world.hpp"
 
 namespace flexor::live {
 
@@ -21,47 +25,57 @@ struct TwinOptions {
   double rate_hz = 100;  // 1 to 1000
   std::uint64_t seed = 1;
   std::optional<twin::Motion> motion = study::ordinary_motion();  // again and again; none: at rest
+  double pace = 1;  // of the wall's time at most; 0: a sample is there whenever somebody waits
 };
 
 class TwinSource : public listen::Source {
  public:
   // Throws io::InputError: a rate out of bounds, and as twin::check() does.
   explicit TwinSource(TwinOptions options = {});
+  ~TwinSource() override;
 
-  // What was due is given with the instant at which it was due. Whoever does not ask for seconds finds that the twin has
-  // waited for him.
+  // One sample at most.
   listen::Event wait(double timeout_s, std::vector<listen::Sample>& out) override;
   const std::vector<std::string>& columns() const override { return columns_; }
   const listen::Tally& tally() const override { return tally_; }
-  double now_s() const override;
+  double now_s() const override { return static_cast<double>(now_ms_) / 1000; }
   std::string says() const override;
 
   // Throws io::InputError for what is no finite number, a noise below 0, a loss that is no share.
   void set(const WornChange& change);
-  // Another motion, or the same one from its beginning; none: rest. The hand goes there without a jump.
+  // The glove's compensator, at the source's rate. Throws io::InputError as twin::check() does.
+  void load(model::Model compensator);
+  // Another motion, or the same one from its beginning; none: rest. The hand goes there without a jump. Where the motion begins,
+  // two seconds of rest before its t = 0, cloth, strips and noise begin anew: what comes from there on is the same each time.
   void play(std::optional<twin::Motion> motion);
+  void go(double pace);
+  std::optional<double> begun_s() const;  // when the motion that was asked for last did; none: not yet
 
-  // Of the newest sample: degrees in the article's convention.
-  twin::PerFinger finger_deg() const { return finger_deg_; }
+  WornNow now() const;
+  // Integral of the absolute error in a motion of its own, all fingers, deg s; with glove and hand as they are now, on any thread.
+  std::function<double(const twin::Motion&)> score() const;
 
  private:
-  void step();
-  void sample(std::vector<listen::Sample>& out);
+  struct Run;
+
+  bool step();  // whether the glove took a sample
+  twin::TrialInput now_worn() const;
+  void begin_again();
+  double wall_s() const;  // as long as the twin has had, at its pace
   double due_s() const;
 
   twin::TrialInput input_;
-  double rate_hz_;
-  twin::World world_;
+  double pace_;
   twin::Wearer wearer_;
-  twin::Random random_;
+  std::unique_ptr<Run> run_;
   std::vector<std::string> columns_;
   listen::Tally tally_{.lost = 0};
   WornChange set_;
   double drifted_deg_ = 0;
-  twin::PerFinger finger_deg_{};
-  std::int64_t samples_ = 0;  // of the simulation, lost ones among them
-  std::chrono::steady_clock::time_point start_;
-  double waited_s_ = 0;  // by which the simulation is behind now_s()
+  bool is_joining_ = false;
+  std::int64_t now_ms_ = 0;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double start_s_ = 0;  // now_s() then
 };
 
 }  // namespace flexor::live

@@ -14,10 +14,11 @@ namespace {
 using listen::Event;
 using listen::Sample;
 
+// So many seconds of a source that does not wait for the wall.
 std::vector<Sample> play(TwinSource& source, double seconds) {
   std::vector<Sample> out;
-  const double begin_s = source.now_s();
-  while (source.now_s() - begin_s < seconds) source.wait(0.05, out);
+  const double end_s = source.now_s() + seconds;
+  while (source.now_s() < end_s) source.wait(0, out);
   return out;
 }
 
@@ -34,54 +35,63 @@ double sd(const std::vector<Sample>& samples, std::size_t finger) {
   return std::sqrt(squares / static_cast<double>(samples.size()));
 }
 
-TwinOptions still() {
+TwinOptions quick(std::optional<twin::Motion> motion = {}) {
   TwinOptions out;
-  out.motion.reset();
+  out.motion = std::move(motion);
+  out.pace = 0;
   return out;
 }
 
-TEST(TwinSource, SamplesInRealTime) {
-  TwinSource source(still());
-  const std::vector<Sample> samples = play(source, 0.5);
-  EXPECT_GE(samples.size(), 40U);
-  EXPECT_LE(samples.size(), 56U);
-  EXPECT_EQ(source.columns().size(), 5U);
-  EXPECT_EQ(source.columns()[1], "index_count");
-  for (std::size_t i = 1; i < samples.size(); ++i) {
-    EXPECT_NEAR(samples[i].host_s - samples[i - 1].host_s, 0.01, 1e-9);
-    EXPECT_NEAR(*samples[i].board_s, 0.01 * static_cast<double>(i), 1e-9);
+TEST(TwinSource, KeepsPaceWithTheWallAndStandsWhileNobodyAsks) {
+  TwinSource source;
+  std::vector<Sample> out;
+  const auto begin = std::chrono::steady_clock::now();
+  while (out.size() < 30) source.wait(0.05, out);
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  EXPECT_GE(wall_s, 0.2);  // 0.29 without what it may be behind
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  while (source.wait(0, out) == Event::samples) {
   }
-  EXPECT_LE(samples.back().host_s, source.now_s());
+  EXPECT_LT(out.size(), 45U);
+  EXPECT_NEAR(out.back().host_s, 0.01 * static_cast<double>(out.size() - 1), 1e-9);
+}
+
+TEST(TwinSource, SamplesAtItsRate) {
+  TwinSource source(quick());
+  const std::vector<Sample> samples = play(source, 0.5);
+  EXPECT_EQ(samples.size(), 51U);
+  EXPECT_EQ(source.columns()[1], "index_count");
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    EXPECT_NEAR(samples[i].host_s, 0.01 * static_cast<double>(i), 1e-9);
+    EXPECT_EQ(samples[i].host_s, samples[i].board_s);
+  }
   EXPECT_EQ(source.tally().samples, samples.size());
 }
 
-// Bent fingers bend their strips: counts rise with the angle.
+// Bent fingers bend their strips: counts rise with the angle. The hand follows.
 TEST(TwinSource, FollowsTheFinger) {
-  TwinOptions options;
-  options.motion = study::motions("1").front();
-  TwinSource source(options);
-  double sxy = 0, sx = 0, sy = 0, sxx = 0, syy = 0, n = 0, least = 1e9, most = -1e9;
-  std::vector<Sample> out;
-  while (source.now_s() < 5) {
-    out.clear();
-    source.wait(0.02, out);
-    if (out.empty()) continue;
-    const double x = source.finger_deg()[1];
-    const double y = out.back().value[1];
-    ASSERT_TRUE(std::isfinite(x) && std::isfinite(y)) << x << ' ' << y << " at " << *out.back().board_s;
+  TwinSource source(quick(study::motions("1").front()));
+  double sxy = 0, sx = 0, sy = 0, sxx = 0, syy = 0, n = 0, least = 1e9, most = -1e9, behind = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const Sample sample = play(source, 0.01).back();
+    const double x = source.now().finger_deg[1];
+    const double y = sample.value[1];
     sxy += x * y, sx += x, sy += y, sxx += x * x, syy += y * y, n += 1;
     least = std::min(least, x);
     most = std::max(most, x);
+    behind += std::abs(x - source.now().joint_deg[1]) / 1000;
   }
   EXPECT_GT(most - least, 20);
   EXPECT_LT(most - least, 120);
   const double r = (n * sxy - sx * sy) / std::sqrt((n * sxx - sx * sx) * (n * syy - sy * sy));
   EXPECT_GT(r, 0.9);
   EXPECT_LT(r, 0.99999);
+  EXPECT_GT(behind, 1);
+  EXPECT_LT(behind, 20);
 }
 
-TEST(TwinSource, SlipsDriftsAndIsNoisyAsItIsTold) {
-  TwinSource source(still());
+TEST(TwinSource, SlipDriftAndNoise) {
+  TwinSource source(quick());
   const std::vector<Sample> before = play(source, 0.4);
   source.set({.slip_deg = 20});
   const std::vector<Sample> slipped = play(source, 0.4);
@@ -99,8 +109,8 @@ TEST(TwinSource, SlipsDriftsAndIsNoisyAsItIsTold) {
   EXPECT_LT(sd(before, 1), 5);
 }
 
-TEST(TwinSource, LosesTheShareThatItIsTold) {
-  TwinOptions options = still();
+TEST(TwinSource, LosesAShare) {
+  TwinOptions options = quick();
   options.rate_hz = 500;
   TwinSource source(options);
   source.set({.loss = 0.3});
@@ -112,44 +122,68 @@ TEST(TwinSource, LosesTheShareThatItIsTold) {
 }
 
 TEST(TwinSource, GoesToAnotherMotionWithoutAJump) {
-  TwinSource source;
-  std::vector<Sample> out;
-  twin::PerFinger last{};
+  TwinSource source(quick(study::ordinary_motion()));
+  play(source, 5.37);
+  source.play(study::motions("2").front());
+  double last = source.now().finger_deg[1];
   double worst = 0;
-  bool changed = false;
-  while (source.now_s() < 3) {
-    if (!changed && source.now_s() > 1.5) {
-      source.play(study::motions("2").front());
-      changed = true;
-    }
-    out.clear();
-    source.wait(0.02, out);
-    if (out.size() != 1) {
-      last = source.finger_deg();
-      continue;  // more than one sample apart
-    }
-    if (last[0] != 0) worst = std::max(worst, std::abs(source.finger_deg()[1] - last[1]));
-    last = source.finger_deg();
+  for (int k = 0; k < 500; ++k) {
+    play(source, 0.01);
+    worst = std::max(worst, std::abs(source.now().finger_deg[1] - last));
+    last = source.now().finger_deg[1];
   }
+  EXPECT_TRUE(source.begun_s());
   EXPECT_LT(worst, 3);
 }
 
-TEST(TwinSource, WaitsForWhoeverDoesNotAsk) {
-  TwinSource source(still());
-  std::this_thread::sleep_for(std::chrono::milliseconds(2600));
-  std::vector<Sample> out;
-  source.wait(0.05, out);
-  EXPECT_GE(out.size(), 1U);
-  EXPECT_LT(out.size(), 20U);
-  EXPECT_GT(out.front().host_s, 2.5);
-  EXPECT_LT(*out.front().board_s, 0.5);
+// Whatever was before, and whenever it was asked for: the same counts from where the motion begins.
+TEST(TwinSource, AMotionIsTheSameEachTime) {
+  const auto counts = [](double before_s) {
+    TwinSource source(quick(study::ordinary_motion()));
+    play(source, before_s);
+    source.play(study::short_motion());
+    std::vector<Sample> out;
+    while (!source.begun_s()) out = play(source, 0.01);
+    while (out.size() < 500) source.wait(0, out);
+    std::vector<std::vector<double>> values;
+    for (const Sample& s : out) values.push_back(s.value);
+    return values;
+  };
+  const auto once = counts(0.5);
+  EXPECT_EQ(counts(7.83), once);
+  EXPECT_EQ(counts(33.21), once);
+}
+
+TEST(TwinSource, AScoreIsOfWhatItWearsNowAndTheSameEachTime) {
+  TwinSource source(quick(study::ordinary_motion()));
+  const twin::Motion grab = study::motions("1").front();
+  const double worn = source.score()(grab);
+  play(source, 3.3);
+  EXPECT_EQ(source.score()(grab), worn);
+  source.set({.slip_deg = 15});
+  EXPECT_GT(source.score()(grab), 1.2 * worn);
+  source.set({});
+  source.load(study::compensator("raw", 10).model);
+  EXPECT_GT(source.score()(grab), 1.2 * worn);
+}
+
+// As the experiment has it, but for the glove's phase and the cameras' noise.
+TEST(TwinSource, AScoreIsTheExperiments) {
+  const twin::Motion grab = study::motions("1").front();
+  const TwinOptions options = quick();
+  twin::TrialInput input{options.parameters, grab, study::compensator("published-hw", 100).model, 1};
+  input.parameters.frame_rate_hz = 25;
+  const twin::Trial trial = twin::simulate_scalar(input, 0, 1).front();
+  double error_deg_s = 0;
+  for (const double e : trial.error_deg_s) error_deg_s += e;
+  EXPECT_NEAR(TwinSource(options).score()(grab) / error_deg_s, 1, 0.05);
 }
 
 TEST(TwinSource, RefusesWhatIsNone) {
   TwinOptions options;
   options.rate_hz = 0;
   EXPECT_THROW(TwinSource{options}, io::InputError);
-  TwinSource source(still());
+  TwinSource source(quick());
   EXPECT_THROW(source.set({.slip_deg = std::numeric_limits<double>::quiet_NaN()}), io::InputError);
   EXPECT_THROW(source.set({.noise_counts = -1}), io::InputError);
   EXPECT_THROW(source.set({.loss = 1.1}), io::InputError);

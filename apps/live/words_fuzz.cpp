@@ -39,17 +39,25 @@ class Glove : public listen::Source {
 
 class Worn : public live::WornGlove {
  public:
-  std::shared_ptr<listen::Source> source() override { return std::make_shared<Glove>(); }
+  std::shared_ptr<listen::Source> source() override { return glove_; }
   void set(const live::WornChange&) override {}
-  void play(const std::string&) override {}
+  void play(const std::string&, double) override {}
   live::WornNow now() const override { return {}; }
+  double now_s() const override { return glove_->now_s(); }
+  std::optional<double> begun_s() const override { return 0; }
+  void load(const model::Model&) override {}
   bool has_boards() const override { return true; }
   std::string port() const override { return "/dev/null"; }
   std::string key_file() const override { return {}; }
   std::string why_not_written() const override { return {}; }
   double rate_hz() const override { return 100; }
   double lead_s() const override { return 0.1; }
-  std::vector<double> score(const std::function<bool(double)>&) override { return std::vector<double>(6, 1); }
+  Score score() override {
+    return [](const std::function<bool(double)>&) { return std::vector<double>(6, 1); };
+  }
+
+ private:
+  std::shared_ptr<Glove> glove_ = std::make_shared<Glove>();
 };
 
 class Running {

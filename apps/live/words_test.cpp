@@ -72,6 +72,8 @@ TEST_F(Words, TwoTabsCannotCalibrateAtOnce) {
 TEST_F(Words, ACalibrationGoesOnAfterAKill) {
   five_fingers();
   done({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "drawn"}});
+  expect_refused({{"do", "calibrate.next"}}, "does not see");
+  state_when([](const Json& s) { return s["calibration"]["tracked"] > 0.5; });
   done({{"do", "calibrate.next"}});
   const auto step_is = [](const char* step) {
     return
@@ -167,17 +169,19 @@ TEST_F(Words, AMarkerlessTrackersAnglesAreWritten) {
   five_fingers();
   expect_refused({{"do", "angles"}, {"t_s", 1}, {"angles", {{"index_mcp", 20}}}}, "no angles are wanted");
   done({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "markerless"}});
-  done({{"do", "calibrate.next"}});
   const auto see = [&](double t_s, const Json& angles) {
     tab_->say(Json({{"do", "angles"}, {"t_s", t_s}, {"angles", angles}}).dump());
   };
+  see(899.9, {{"index_mcp", 1}, {"index_pip", 2}});
+  done({{"do", "calibrate.next"}});
+  state_when([](const Json& s) { return s["calibration"]["seconds"] > 0; });
   for (int k = 0; k < 20; ++k) see(900 + 0.05 * k, {{"index_mcp", k}, {"index_pip", 2 * k}});
   for (int k = 0; k < 5; ++k) see(901 + 0.05 * k, Json::object());
   const auto opened = std::chrono::steady_clock::now();
   while (std::chrono::steady_clock::now() - opened < std::chrono::milliseconds(1500)) (void)tab_->hear();
   for (int k = 0; k < 10; ++k) see(0.05 * k, {{"index_mcp", 50 + k}, {"index_pip", 60}});
   const Json seen = state_when(
-      [](const Json& s) { return s.at("calibration").is_object() && s["calibration"]["pictures"] == 35; });
+      [](const Json& s) { return s.at("calibration").is_object() && s["calibration"]["pictures"] == 36; });
   EXPECT_EQ(seen["calibration"]["camera"], "page");
   done({{"do", "calibrate.back"}});
   const std::string session = seen["calibration"]["session"].get<std::string>();
@@ -198,6 +202,21 @@ TEST_F(Words, ARecordingIsPlayedFromTheStart) {
   done({{"do", "replay.seek"}, {"t_s", 0}});
 }
 
+TEST_F(Words, LeavingAReplayBringsTheGloveBackAndACancelledCalibrationLeavesNothing) {
+  five_fingers();
+  done({{"do", "record.start"}});
+  state_when([](const Json& s) { return s["recording"].is_object() && s["recording"]["rows"] > 20; });
+  done({{"do", "record.stop"}});
+  const Json recorded = state_when([](const Json& s) { return !s["sessions"].empty(); });
+  done({{"do", "replay.open"}, {"session", recorded["sessions"][0]["name"]}, {"file", "log.csv"}});
+  state_when([](const Json& s) { return s["device"]["status"] == "replay"; });
+  done({{"do", "device.leave"}});
+  state_when([](const Json& s) { return s["device"]["status"] == "twin" && s["fingers"].size() == 5; });
+  done({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "drawn"}});
+  done({{"do", "calibrate.cancel"}});
+  EXPECT_EQ(state_when([](const Json&) { return true; })["sessions"].size(), 1U);
+}
+
 TEST_F(Words, AModelThatCannotBeTrackedSaysSoInsteadOfOn) {
   five_fingers();
   expect_refused({{"do", "tracking.set"}, {"on", true}}, "no model is worn");
@@ -213,13 +232,13 @@ TEST_F(Words, AModelThatDoesNotFitTheGloveIsNotWornAndIsSaid) {
   end();
   begin({"--from", "twin", "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"});
   const Json misfit = state_when([](const Json& s) {
-    return s["next"].get<std::string>().find("is not worn: the model reads \"thumb_alpha\"") !=
-           std::string::npos;
+    return s["next"]["kind"] == "model_misfit" &&
+           s["next"]["why"].get<std::string>().starts_with("the model reads \"thumb_alpha\"");
   });
   EXPECT_TRUE(misfit["fingers"][0]["angle_deg"].is_null());
   done({{"do", "model.choose"}, {"path", nullptr}});
   const Json none = state_when([](const Json& s) {  // once it has moved
-    return s["model"].is_null() && s["next"].get<std::string>().find("Calibrate it") != std::string::npos;
+    return s["model"].is_null() && s["next"]["kind"] == "calibrate";
   });
   EXPECT_EQ(none["models"][0]["path"], "published_hw.json") << "it may be chosen again, for its glove";
   expect_refused({{"do", "model.choose"}, {"path", "published_hw.json"}}, "the model reads");

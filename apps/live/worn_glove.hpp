@@ -5,6 +5,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,13 +18,12 @@ struct WornChange {
   double slip_deg = 0;           // by which the glove is re-donned, at every finger
   double drift_deg_per_min = 0;  // at every finger, from now on
   double noise_counts = 0;       // standard deviation, on top of the sensor's own
-  double loss = 0;               // share of the radio's frames or, without boards, of the samples
+  double loss = 0;               // share of the radio's frames and, without boards, of the samples
 };
 
 struct WornNow {
   twin::PerFinger finger_deg{};
-  twin::PerFinger joint_deg{};     // of the bionic hand
-  twin::PerFinger duty_percent{};  // of its motors
+  twin::PerFinger joint_deg{};  // of the bionic hand
   std::array<std::string, twin::kFingers> fault;
 };
 
@@ -33,9 +33,15 @@ class WornGlove {
   // What the glove says.
   virtual std::shared_ptr<listen::Source> source() = 0;
   virtual void set(const WornChange& change) = 0;
-  // A motion by name (study::bench_motion), from its start, again and again. Throws io::InputError.
-  virtual void play(const std::string& motion) = 0;
+  // A motion by name (study::bench_motion), from its start, again and again; without boards at so many times the wall's pace, where
+  // the machine can. Throws io::InputError.
+  virtual void play(const std::string& motion, double pace) = 0;
   virtual WornNow now() const = 0;
+  virtual double now_s() const = 0;  // the clock of everything that comes from here
+  // When the motion that was asked for last began; none: it has not yet.
+  virtual std::optional<double> begun_s() const = 0;
+  // Into the glove; without boards. Throws io::InputError where it does not run there.
+  virtual void load(const model::Model& model) = 0;
 
   virtual bool has_boards() const = 0;
   virtual std::string port() const = 0;      // of the boards; empty: none
@@ -47,9 +53,10 @@ class WornGlove {
   // For flexor identify: the open hand and the fist are the ends of the bionic hand.
   static std::string pose_angles();
 
-  // With boards: integrals of absolute error of the six gestures on what runs now, degree seconds. `progress` may say
-  // false: stop. Called on a thread of its own; nothing comes from the source meanwhile.
-  virtual std::vector<double> score(const std::function<bool(double share)>& progress) = 0;
+  // Integrals of absolute error of the six gestures on what runs now, degree seconds: called on a thread of its own. `progress`
+  // may say false: stop.
+  using Score = std::function<std::vector<double>(const std::function<bool(double share)>& progress)>;
+  virtual Score score() = 0;
 };
 
 }  // namespace flexor::live

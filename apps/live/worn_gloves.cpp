@@ -12,14 +12,18 @@
 #include "host/io/io.hpp"
 #include "host/io/worker.hpp"
 #include "host/study/bench.hpp"
+#include "host/study/boards.hpp"
 #include "host/twin/glove.hpp"
 
 namespace flexor::live {
 namespace {
 
 constexpr double kRate_hz = 10;
-// From a reading to the hand that follows it, as `flexor twin record` finds it for the shipped twin.
+// From a reading to the hand that follows it, as `flexor twin record` finds it for the shipped twin; the second with --rate 50 and
+// --set radio.frame_rate_hz=25.
 constexpr double kLead_s = 0.099;
+constexpr double kTwinLead_s = 0.064;
+constexpr double kTwinRate_hz = 50;
 constexpr const char* kBoards = "flexor-cosim";
 
 // A published compensator behind the divider's own curve: a board of which the strips' counts are not converted takes models of
@@ -79,7 +83,7 @@ class WornBoards : public WornGlove {
     source_->change(out);
   }
 
-  void play(const std::string& motion) override {
+  void play(const std::string& motion, double) override {
     (void)study::bench_motion(motion);  // whether there is one
     study::BenchChange out;
     out.motion = motion;
@@ -93,12 +97,14 @@ class WornBoards : public WornGlove {
     for (std::size_t f = 0; f < twin::kFingers; ++f) {
       out.finger_deg[f] = view.finger_deg[f];
       out.joint_deg[f] = view.joint_deg[f];
-      out.duty_percent[f] = 100 * view.duty[f];
       out.fault[f] = in_words(view.fault[f]);
     }
     return out;
   }
 
+  double now_s() const override { return source_->now_s(); }
+  std::optional<double> begun_s() const override { return 0; }
+  void load(const model::Model&) override { throw io::InputError("the boards take models at their port"); }
   bool has_boards() const override { return true; }
   std::string port() const override { return source_->bench().port(); }
   std::string key_file() const override { return key_.string(); }
@@ -108,10 +114,12 @@ class WornBoards : public WornGlove {
   double rate_hz() const override { return kRate_hz; }
   double lead_s() const override { return kLead_s; }
 
-  std::vector<double> score(const std::function<bool(double)>& progress) override {
-    return source_->score({1, 2, 3, 4, 5, 6}, [&](std::size_t done, std::size_t of) {
-      return progress(of > 0 ? static_cast<double>(done) / static_cast<double>(of) : 0);
-    });
+  Score score() override {
+    return [source = source_](const std::function<bool(double)>& progress) {
+      return source->score({1, 2, 3, 4, 5, 6}, [&](std::size_t done, std::size_t of) {
+        return progress(of > 0 ? static_cast<double>(done) / static_cast<double>(of) : 0);
+      });
+    };
   }
 
  private:
@@ -120,29 +128,42 @@ class WornBoards : public WornGlove {
   std::shared_ptr<BenchSource> source_;
 };
 
-// The glove alone. All on one thread.
+// Without boards. All on one thread, but a score, during which nothing else is asked.
 class WornTwin : public WornGlove {
  public:
-  explicit WornTwin(std::string why_alone) : why_alone_(std::move(why_alone)) {}
   std::shared_ptr<listen::Source> source() override { return twin_; }
   void set(const WornChange& change) override { twin_->set(change); }
-  void play(const std::string& motion) override { twin_->play(study::bench_motion(motion)); }
-  WornNow now() const override { return {twin_->finger_deg(), {}, {}, {}}; }
+  void play(const std::string& motion, double pace) override {
+    twin_->play(study::bench_motion(motion));
+    twin_->go(pace);
+  }
+  WornNow now() const override { return twin_->now(); }
+  double now_s() const override { return twin_->now_s(); }
+  std::optional<double> begun_s() const override { return twin_->begun_s(); }
+  void load(const model::Model& model) override {
+    std::vector<std::string> notes;
+    twin_->load(study::on_hand(model, TwinOptions().parameters, notes));
+  }
 
   bool has_boards() const override { return false; }
   std::string port() const override { return ""; }
   std::string key_file() const override { return ""; }
-  std::string why_not_written() const override { return why_alone_; }
+  std::string why_not_written() const override { return "the twin has no board: start flexor live --boards"; }
   double rate_hz() const override { return kTwinRate_hz; }
-  double lead_s() const override { return 0; }
-  std::vector<double> score(const std::function<bool(double)>&) override {
-    throw io::InputError("a score needs the hand: " + why_alone_);
+  double lead_s() const override { return kTwinLead_s; }
+  Score score() override {
+    return [score = twin_->score()](const std::function<bool(double)>& progress) {
+      std::vector<double> out;
+      for (const twin::Motion& gesture : study::motions("1-6")) {
+        out.push_back(score(gesture));
+        if (!progress(static_cast<double>(out.size()) / 6)) throw io::Cancelled("stopped");
+      }
+      return out;
+    };
   }
 
  private:
-  static constexpr double kTwinRate_hz = 100;
-  std::string why_alone_;
-  std::shared_ptr<TwinSource> twin_ = std::make_shared<TwinSource>();
+  std::shared_ptr<TwinSource> twin_ = std::make_shared<TwinSource>(TwinOptions{.rate_hz = kTwinRate_hz});
 };
 
 }  // namespace
@@ -156,9 +177,7 @@ std::string WornGlove::pose_angles() {
   return out;
 }
 
-std::unique_ptr<WornGlove> worn_twin() {
-  return std::make_unique<WornTwin>("the twin's glove has no board: flexor live --demo simulates both");
-}
+std::unique_ptr<WornGlove> worn_twin() { return std::make_unique<WornTwin>(); }
 
 std::unique_ptr<WornGlove> worn_boards() { return std::make_unique<WornBoards>(); }
 

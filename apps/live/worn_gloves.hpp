@@ -10,7 +10,7 @@ namespace flexor::live {
 // Both simulated boards (host/study/bench.hpp). Throws io::InputError, io::JobError.
 std::unique_ptr<WornGlove> worn_boards();
 
-// The glove alone, without boards.
+// Glove and hand without boards, at once and on any machine.
 std::unique_ptr<WornGlove> worn_twin();
 
 }  // namespace flexor::live

@@ -10,7 +10,6 @@
 
 #include "host/io/io.hpp"
 #include "host/model/correction.hpp"
-#include "host/model/host_chain.hpp"
 #include "host/model/wiring.hpp"
 #include "host/twin/glove.hpp"
 #include "host/twin/laboratory.hpp"
@@ -354,6 +353,8 @@ void check(const TrialInput& input) {
                     frames_hz, p.frame_bytes, p.baud, std::floor(1 / airtime_s)));
   }
 }
+
+model::ChainParts glove_chain(const TrialInput& input) { return glove_of(input).parts; }
 
 std::vector<Trial> simulate(const TrialInput& input, std::uint64_t first, int count) {
   // Half as many lanes take half the time.

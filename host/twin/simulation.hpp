@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "host/model/host_chain.hpp"
 #include "host/model/model.hpp"
 #include "host/model/tracking.hpp"
 #include "host/twin/motion.hpp"
@@ -64,6 +65,9 @@ struct Trial {
 // Throws io::InputError: a compensator without a channel for each finger, a rate above the plant's, a frame
 // rate that the radio cannot carry.
 void check(const TrialInput& input);
+
+// The glove's chain of a trial, as the board has it. Throws io::InputError: as check().
+model::ChainParts glove_chain(const TrialInput& input);
 
 // Trials first .. first + count - 1, count at most kTrialsAtOnce. Reads `input` only: call it from any
 // thread.

@@ -43,6 +43,8 @@ World::World(const TrialInput& input, std::uint64_t number)
     x_.lower[i] = static_cast<float>(p_.hand_lower_deg[at(i)]);
     x_.upper[i] = static_cast<float>(p_.hand_upper_deg[at(i)]);
     x_.motor[i] = x_.joint[i] = std::clamp(rho, x_.lower[i], x_.upper[i]);
+    x_.command[i] = static_cast<std::int32_t>(std::lround(16 * x_.joint[i]));
+    x_.setpoint[i] = x_.command[i] << 16;
     reference_[at(i)] = static_cast<double>(rho);
     potentiometer_[at(i)] = detail::read_potentiometer(constants_, x_, i);
   }
@@ -56,15 +58,33 @@ void World::settle() {
   for (int i = 0; i < kFingers; ++i) x_.slipped[i] = x_.visco[i] = x_.creep[i] = x_.reference[i];
 }
 
-void World::step(const std::array<std::int16_t, kFingers>& duty) {
+void World::begin_step() {
   if ((now_ms_ - kStart_ms) % kBlock_ms == 0) begin_block();
+}
+
+void World::end_step() {
+  look();
+  ++now_ms_;
+}
+
+void World::command(const std::array<std::int16_t, kFingers>& angle_q4) {
+  std::ranges::copy(angle_q4, x_.command);
+}
+
+void World::step() {
+  begin_step();
+  advance(constants_, x_);
+  end_step();
+}
+
+void World::step(const std::array<std::int16_t, kFingers>& duty) {
+  begin_step();
   for (int i = 0; i < kFingers; ++i) {
     detail::move_glove(constants_, x_, i);
     detail::move_hand(constants_, x_, i, duty[at(i)]);
     potentiometer_[at(i)] = detail::read_potentiometer(constants_, x_, i);
   }
-  look();
-  ++now_ms_;
+  end_step();
 }
 
 void World::begin_block() {

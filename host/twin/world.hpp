@@ -44,6 +44,9 @@ class World {
 
   // One millisecond with these duties, each as hand::step gives it.
   void step(const std::array<std::int16_t, kFingers>& duty);
+  // One millisecond in which the hand's own loops follow the newest command, Q4 degrees.
+  void step();
+  void command(const std::array<std::int16_t, kFingers>& angle_q4);
 
   double finger_deg(int finger) const { return static_cast<double>(x_.reference[finger]); }
   double joint_deg(int finger) const { return static_cast<double>(x_.joint[finger]); }
@@ -61,6 +64,8 @@ class World {
   Trial finish();
 
  private:
+  void begin_step();
+  void end_step();
   void begin_block();
   void look();
   void shoot(std::array<std::vector<float>, kFingers> Trial::*view, const float* angle);

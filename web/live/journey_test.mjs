@@ -1,27 +1,28 @@
-// The whole way in a real browser, against the program with both simulated boards: a glove that is found, a guided calibration
-// with a film of the twin's hand as webcam, the model in the running glove, the hand's score before and after, the glove put on
-// anew by eight degrees, ten seconds, and the score again.
-// Usage: node journey_test.mjs PROGRAM FILM.mjpeg [--pictures FOLDER]        CHROMIUM names another browser.
+// The whole way in a real browser, against the program with the twin: a glove that is found, a guided calibration by the marks of
+// the hand as it is drawn, the model in the running glove, the hand's score before and after, the glove put on anew by eight
+// degrees, ten seconds, and the score again. The figures are the same each time.
+// Usage: node journey_test.mjs PROGRAM [--pictures FOLDER] [--times N]        CHROMIUM names another browser.
 import { mkdirSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { check, findings, finish, launchWithFilm, seconds, start, step, watch } from './browser_test.mjs';
+import { check, findings, finish, launch, start, step, watch } from './browser_test.mjs';
 
-const [program, film] = process.argv.slice(2);
-const pictures = process.argv[4] === '--pictures' ? process.argv[5] : undefined;
+const [program, ...rest] = process.argv.slice(2);
+const option = (name) => (rest.includes(name) ? rest[rest.indexOf(name) + 1] : undefined);
+const pictures = option('--pictures');
+const times = Number(option('--times') ?? 1);
 if (pictures) mkdirSync(pictures, { recursive: true });
 
-const longest_s = 240;
+const longest_s = 90;
 const slip_deg = 8;
-const filmed_s = 90; // what the page asks for; the film has two minutes
-// Of the published compensator's error on the same boards: what the experiment gives for one donning, from both sides.
-const identifiedShare = [0.2, 0.85];
+const mostShare = 0.85; // of the error of a straight line in each finger, and of the published compensator's score
 const anewShare = 1.35; // of the error before the glove was put on anew
 
 class Walk {
   constructor(page) {
     this.page = page;
     this.pictures = 0;
+    this.figures = [];
   }
 
   at(id) {
@@ -47,7 +48,7 @@ class Walk {
     await this.page.waitForFunction((n) => document.querySelectorAll('[data-testid="score-row"]').length > n, before);
     const row = await this.page.getByTestId('score-row').filter({ hasText: label }).first().innerText();
     const total = Number(row.replace(label, '').match(/[\d.]+/)[0]);
-    console.log(`${seconds()} s  score ${label}: ${total} degree-seconds`);
+    this.figures.push(`${label} ${total}`);
     await this.picture(`score_${label.replaceAll(' ', '_')}`);
     return total;
   }
@@ -57,13 +58,12 @@ class Walk {
     await this.at('tab-wear').click();
     await this.at('send').click();
     await this.at('job').filter({ hasText: /[✓✕] Send/ }).waitFor();
-    const end = await this.at('job').innerText();
-    check(`the model is in the glove: ${end.replaceAll('\n', ' ')}`, end.includes('✓'));
+    check('the model is in the glove', (await this.at('job').innerText()).includes('✓'));
     await this.picture('sent');
   }
 }
 
-async function firstVisit(walk) {
+async function firstVisit(walk, url) {
   const opened = Date.now();
   await walk.page.goto(url);
   await walk.at('card-index').waitFor();
@@ -81,8 +81,7 @@ async function firstVisit(walk) {
 async function calibrate(walk) {
   await walk.at('tab-calibrate').click();
   await walk.at('calibrate-person').fill('Test');
-  await walk.at('calibrate-reference-marks').check({ force: true });
-  await walk.at('calibrate-joints').selectOption('paper_hand');
+  await walk.at('calibrate-reference-drawn').check({ force: true });
   await walk.picture('calibrate');
   await walk.at('calibrate-start').click();
   await step(walk.page, 'reference');
@@ -90,13 +89,17 @@ async function calibrate(walk) {
   await walk.picture('reference');
   await walk.at('calibrate-next').click();
   await step(walk.page, 'motion');
-  await walk.page.waitForTimeout((filmed_s * 1000) / 2);
+  await walk.says('calibrate-say', 'Enough');
   await walk.picture('motion');
-  await walk.page.waitForTimeout((filmed_s * 1000) / 2);
   await walk.at('calibrate-next').click();
   await step(walk.page, 'result');
-  const rows = await walk.at('result-table').innerText();
-  console.log(rows);
+  await walk.page.locator('[data-testid=result-pinky]').waitFor();
+  const rows = await walk.page.locator('[data-testid=result-table] tbody tr').allInnerTexts();
+  walk.figures.push(...rows.map((row) => row.replaceAll(/\s+/g, ' ')));
+  for (const row of rows) {
+    const [model, line] = row.match(/[\d.]+(?=°)/g).map(Number);
+    check(`at most ${mostShare} of a straight line: ${row.replaceAll(/\s+/g, ' ')}`, model <= mostShare * line);
+  }
   await walk.picture('result');
   await walk.at('calibrate-accept').click();
   await step(walk.page, 'send');
@@ -109,24 +112,20 @@ async function putOnAnew(walk) {
   await walk.at('tab-wear').click();
   await walk.at('anew-start').click();
   await walk.at('anew-accept').waitFor();
-  console.log(await walk.at('anew-table').innerText());
+  walk.figures.push((await walk.at('anew-table').innerText()).replaceAll(/\s+/g, ' '));
   await walk.picture('anew');
   await walk.at('anew-accept').click();
   return slipped;
 }
 
-async function journey(page) {
-  const walk = new Walk(page);
-  await firstVisit(walk);
+async function journey(walk, url) {
+  await firstVisit(walk, url);
   const published = await walk.score('published');
   await calibrate(walk);
   await walk.send();
   const identified = await walk.score('identified');
   const share = identified / published;
-  check(
-    `identified ${share.toFixed(2)} of published, from ${identifiedShare[0]} to ${identifiedShare[1]}`,
-    share >= identifiedShare[0] && share <= identifiedShare[1],
-  );
+  check(`identified ${share.toFixed(2)} of published, at most ${mostShare}`, share <= mostShare);
   const slipped = await putOnAnew(walk);
   await walk.send();
   const anew = await walk.score('put on anew');
@@ -136,23 +135,37 @@ async function journey(page) {
   check(`put on anew ${(anew / identified).toFixed(2)} times the error before, at most ${anewShare}`, anew <= anewShare * identified);
 }
 
-const sessions = pictures ? join(pictures, 'sessions') : mkdtempSync(join(tmpdir(), 'flexor-journey-'));
-rmSync(sessions, { recursive: true, force: true });
-const { live, url } = await start(program, ['--demo'], sessions);
-const browser = await launchWithFilm(film);
-try {
+// The figures of one journey; null where it did not get to its end.
+async function once(browser) {
+  const sessions = mkdtempSync(join(tmpdir(), 'flexor-journey-'));
+  const begin_ms = Date.now();
+  const { live, url } = await start(program, ['--demo'], sessions);
   const page = await browser.newPage({ viewport: { width: 1280, height: 900 } });
-  page.setDefaultTimeout(90000); // the whole is timed
+  page.setDefaultTimeout(longest_s * 1000);
   watch(page, url);
-  await journey(page);
-  check(`done in ${seconds()} s, at most ${longest_s}`, Number(seconds()) <= longest_s);
-} catch (error) {
-  if (pictures) await browser.contexts()[0]?.pages()[0]?.screenshot({ path: join(pictures, 'failed.png'), fullPage: true });
-  findings.push(error.message);
-} finally {
-  await browser.close();
+  const walk = new Walk(page);
+  try {
+    await journey(walk, url);
+    const all_s = (Date.now() - begin_ms) / 1000;
+    check(`done in ${all_s.toFixed(1)} s, at most ${longest_s}`, all_s <= longest_s);
+  } catch (error) {
+    if (pictures) await page.screenshot({ path: join(pictures, 'failed.png'), fullPage: true });
+    findings.push(error.message);
+  }
+  await page.close();
   live.kill('SIGINT');
   await new Promise((ended) => live.once('exit', ended));
-  if (!pictures) rmSync(sessions, { recursive: true, force: true });
+  rmSync(sessions, { recursive: true, force: true });
+  return walk.figures.join('\n');
 }
+
+const browser = await launch('--enable-unsafe-swiftshader');
+const first = await once(browser);
+console.log(first);
+for (let i = 1; i < times && findings.length === 0; ++i) {
+  const again = await once(browser);
+  check(`the same figures, ${i + 1} of ${times}`, again === first);
+  if (again !== first) console.log(again);
+}
+await browser.close();
 finish();

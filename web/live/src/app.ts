@@ -9,6 +9,7 @@ export interface App {
   tell(what: string, parts: Record<string, unknown>): void; // without an answer
   sendPicture(message: ArrayBuffer): void; // likewise
   announce(text: string): void;
+  go(place: 'wear' | 'calibrate' | 'look'): void;
 }
 
 export interface Place {

@@ -9,6 +9,7 @@ import { beep, isLoud, setLoud, wakeSound } from './sound';
 import { createStart } from './start';
 import { kSteps, type Calibration, type Coverage, type Step } from './state';
 import type { Picture } from './wire';
+import { askWords, missingWords } from './words';
 
 const kStepNames: Record<Step, string> = {
   glove: 'Glove',
@@ -104,8 +105,8 @@ function createWork(app: App) {
     update(calibration: Calibration | null) {
       camera.update(calibration);
       if (!calibration) return;
-      setText(told, calibration.say ?? '');
-      const asks = calibration.step === 'motion' ? calibration.say : null;
+      setText(told, askWords(calibration.asks, calibration));
+      const asks = calibration.step === 'motion' ? calibration.asks : null;
       if (asks && asks !== asked) beep();
       asked = asks;
       setText(then, whatFollows(calibration));
@@ -113,7 +114,8 @@ function createWork(app: App) {
       show(clock.parentElement!, timed);
       clock.max = calibration.of_seconds ?? 1;
       clock.value = Math.min(clock.max, calibration.seconds ?? 0);
-      setText(clockText, timed ? `${time(calibration.seconds)} of ${time(calibration.of_seconds)}` : '');
+      const isLonger = (calibration.seconds ?? 0) > clock.max;
+      setText(clockText, isLonger ? time(calibration.seconds) : `${time(calibration.seconds)} of ${time(clock.max)}`);
       coverage.update(
         calibration.step === 'motion' || calibration.step === 'reference' ? (calibration.covered ?? []) : [],
       );
@@ -125,11 +127,14 @@ function createWork(app: App) {
   };
 }
 
-function whatFollows({ left_s, then }: Calibration): string {
+function whatFollows(calibration: Calibration): string {
+  const { left_s, then } = calibration;
   if (left_s === null) return '';
   const left = `${Math.ceil(left_s)} s`;
-  return then ? `In ${left}: ${then}` : `${left} more`;
+  return then ? `In ${left}: ${askWords(then, calibration)}` : `${left} more`;
 }
+
+const kSeen = 0.5; // share of the marks, as the program
 
 const kCovered: { part: 'range' | 'slow' | 'fast' | 'holds'; name: string }[] = [
   { part: 'range', name: 'Bends' },
@@ -175,7 +180,7 @@ function createCoverage() {
             setText(place.querySelector('.part-share')!, share >= 0.995 ? '✓' : percent(share));
             place.classList.toggle('full', share >= 0.995);
           }
-          setText(item.querySelector('.missing')!, c.missing ? title(c.missing) : 'Complete');
+          setText(item.querySelector('.missing')!, missingWords(c.missing));
         },
       );
     },
@@ -200,20 +205,32 @@ function createNav(app: App) {
     error,
     ask: () => app.do('send'),
   });
-  const next = make('Next', 'next', 'primary');
+  const next = button({
+    label: 'Next',
+    testId: 'calibrate-next',
+    kind: 'primary',
+    error,
+    ask: async () => {
+      const isEnd = app.store.state.calibration?.step === 'send';
+      const wrong = await app.do('calibrate.next');
+      if (isEnd && wrong === null) app.go('wear');
+      return wrong;
+    },
+  });
   const repeat = make('Repeat the motion', 'repeat', undefined);
   const back = make('Back', 'back', undefined);
   const cancel = make('Cancel', 'cancel', 'quiet');
   const element = h('div', {}, h('div', { class: 'row nav' }, accept, send, next, repeat, back, cancel), error);
   return {
     element,
-    update({ step, failed }: Calibration) {
+    update({ step, failed, tracked }: Calibration) {
       show(accept, step === 'result');
       show(repeat, step === 'result' || (step === 'identify' && !!failed));
       show(send, step === 'send');
       show(next, step !== 'result' && !(step === 'identify' && !!failed));
       show(back, step !== 'glove');
-      enable(next, step !== 'identify' || app.store.state.job === null);
+      const isUnseen = step === 'reference' && (tracked ?? 0) < kSeen;
+      enable(next, !isUnseen && (step !== 'identify' || app.store.state.job === null));
       setText(next, step === 'send' ? 'Finish' : 'Next');
       next.classList.toggle('primary', step !== 'send');
     },

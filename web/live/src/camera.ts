@@ -80,13 +80,12 @@ function whyEmpty({ reference }: Calibration, own: boolean): string {
   return own ? 'The camera is off.' : 'Waiting for the program’s picture …';
 }
 
-function factsOf({ step, reference, pictures, tracked }: Calibration): string {
+function factsOf({ step, reference, pictures, tracked, marks_found, marks }: Calibration): string {
   const withoutMarks = reference === 'markerless';
-  if (step !== 'motion' && !withoutMarks) return 'The whole hand in the picture, every mark in plain sight.';
-  const seen = pictures === null ? null : `${pictures} pictures`;
-  const found =
-    tracked === null || pictures === 0 ? null : `${withoutMarks ? 'a hand' : 'marks'} found in ${percent(tracked)}`;
-  return [seen, found].filter(Boolean).join(', ');
+  const ask = step === 'motion' || withoutMarks ? '' : 'The whole hand in the picture, every mark in plain sight.';
+  const seen = pictures === null ? '' : `${pictures} pictures`;
+  const found = !pictures ? '' : withoutMarks ? `a hand found in ${percent(tracked)}` : `${marks_found} of ${marks} marks seen`;
+  return [ask, [seen, found].filter(Boolean).join(', ')].filter(Boolean).join(' ');
 }
 
 function createServerPicture() {

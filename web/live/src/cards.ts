@@ -27,7 +27,7 @@ function createCard(app: App, name: string): Card {
   const remark = h('p', { class: 'card-remark', hidden: true });
   const tracked = h('p', { class: 'card-tracked muted', 'data-testid': `tracked-${name}`, hidden: true });
   const trace = h('canvas', { class: 'card-trace', 'aria-hidden': 'true' });
-  const raw = h('span', { class: 'card-raw' });
+  const raw = h('span', { class: 'card-raw', 'data-testid': `raw-${name}` });
   const element = h(
     'article',
     { class: 'card', 'data-testid': `card-${name}`, 'aria-label': title(name) },

@@ -28,7 +28,7 @@ export const kQualityWords: Record<Quality, string> = {
   good: 'good',
   fair: 'fair',
   poor: 'poor',
-  none: 'no reading',
+  none: 'not known',
 };
 
 export function known(quality: string | null | undefined): Quality {

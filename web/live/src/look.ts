@@ -268,8 +268,8 @@ function createScores(app: App) {
   return {
     element,
     update() {
-      const { scores, twin, device } = app.store.state;
-      show(element, scores.length > 0 || twin !== null || device?.status === 'boards' || device?.status === 'twin');
+      const { scores, twin } = app.store.state;
+      show(element, scores.length > 0 || twin !== null);
       show(scroll, scores.length > 0);
       show(empty, scores.length === 0);
       const most = Math.max(1, ...scores.map((s) => s.total_deg_s ?? 0));
@@ -318,22 +318,28 @@ function createExperiment(app: App) {
     error,
     ask: () => app.do('experiment.run', { trials: Number(trials.value) }),
   });
-  const status = h('p', { class: 'facts', 'data-testid': 'experiment-status' });
+  const { table, body } = tableOf('experiment-result', 'Six gestures together, degree seconds, means', ['Compensator', 'Error']);
   const element = panel(
     'experiment',
     'Experiment',
     h('p', { class: 'muted' }, 'The published experiment in the simulator: six gestures, three compensators.'),
     h('div', { class: 'row' }, h('label', { for: 'trials' }, 'Trials'), trials, run),
-    status,
+    table,
     error,
   );
   return {
     element,
     update() {
-      const { job, last } = app.store.state;
+      const { job, experiment } = app.store.state;
       enable(run, job?.name !== 'experiment');
-      setText(status, last?.job === 'experiment' ? last.text : '');
-      show(status, status.textContent !== '');
+      show(table, experiment !== null);
+      keyed(
+        body,
+        experiment ?? [],
+        ({ compensator }) => compensator,
+        ({ compensator }) => h('tr', {}, h('th', { scope: 'row' }, compensator), h('td', {})),
+        (row, { total_deg_s }) => setText(row.cells[1]!, number(total_deg_s)),
+      );
     },
   };
 }
@@ -419,7 +425,8 @@ function createFlash(app: App) {
   return {
     element,
     update() {
-      const { ports } = app.store.state;
+      const { ports, device } = app.store.state;
+      show(element, device?.status !== 'twin'); // which has no board
       setOptions(
         port,
         [{ value: '', text: 'Where it was heard' }, ...ports.map((p) => ({ value: p.path, text: p.path }))],

@@ -10,6 +10,7 @@ import { Socket, socketAddress } from './socket';
 import { Store } from './store';
 import { statusWord } from './panels';
 import { createWear } from './wear';
+import { nextWords } from './words';
 
 const kPlaces = ['wear', 'calibrate', 'look'] as const;
 type PlaceName = (typeof kPlaces)[number];
@@ -23,6 +24,7 @@ const app: App = {
   tell: (what, parts) => socket?.pass(JSON.stringify({ do: what, ...parts })),
   sendPicture: (message) => socket?.pass(message),
   announce: (text) => setText(polite, text),
+  go,
 };
 const places: Record<PlaceName, Place> = {
   wear: createWear(app),
@@ -165,7 +167,7 @@ function go(name: PlaceName): void {
 function update(): void {
   const { state, connected } = store;
   const device = state.device;
-  setText(next, state.next ?? (connected ? 'Waiting for the program …' : 'Connecting to the program …'));
+  setText(next, state.next ? nextWords(state.next, state) : connected ? 'Waiting for the program …' : 'Connecting to the program …');
   const kind = !connected
     ? 'off'
     : device === null || device.status === 'none'
@@ -190,7 +192,6 @@ go(current);
 let lostTimer = 0;
 socket = new Socket(socketAddress(document.baseURI), {
   hello(hello) {
-    store.demo = hello.demo;
     store.markers = [];
     if (hello.schema !== 1)
       app.announce(`The program speaks schema ${hello.schema} and this page schema 1. Reload the page.`);

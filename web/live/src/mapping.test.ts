@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { fingerOf, kFingers, poseFromAngles, poseFromPosture, spread, thumbStraight_deg } from './mapping';
+import { fingerOf, kFingers, poseFromAngles, poseFromPosture, spread } from './mapping';
 
 describe('fingerOf', () => {
   it('reads plain names, joints and aliases', () => {
@@ -33,13 +33,10 @@ describe('poseFromAngles', () => {
     expect(index.flex_deg).toEqual([80, 60, 160 / 3]);
     expect(index.sensed).toEqual([true, false, false]);
   });
-  it('takes the thumb from the article’s line where it never reads less', () => {
-    expect(thumbStraight_deg(91)).toBe(90);
-    expect(thumbStraight_deg(12)).toBe(0);
-    expect(thumbStraight_deg(NaN)).toBe(0);
-    expect(poseFromAngles(['thumb'], [90], 90).fingers.thumb.flex_deg).toEqual([0, 0, 0]);
-    expect(poseFromAngles(['thumb'], [170], 90).fingers.thumb.flex_deg).toEqual([20, 80, 40]);
-    expect(poseFromAngles(['thumb_mcp'], [40]).fingers.thumb.flex_deg).toEqual([10, 40, 20]);
+  it('draws an open hand open, whatever its angles are called', () => {
+    expect(poseFromAngles(['thumb', 'index'], [90, 29], [90, 29]).fingers.thumb.flex_deg).toEqual([0, 0, 0]);
+    expect(poseFromAngles(['thumb'], [170], [90]).fingers.thumb.flex_deg).toEqual([20, 80, 40]);
+    expect(poseFromAngles(['thumb_mcp'], [40], [null]).fingers.thumb.flex_deg).toEqual([10, 40, 20]);
   });
   it('shows two sensed joints of one finger each as it is', () => {
     const { index } = poseFromAngles(['index_proximal', 'index_distal'], [50, 20]).fingers;

@@ -1,10 +1,11 @@
 // From what is sensed to how the drawn hand bends.
 //
 // A glove senses an angle for each finger, most often the knuckle's. The others follow as in the article's eqs. 4 and 5
-// and host/twin's posture(): PIP = 3/4 MCP and DIP = 2/3 MCP; the thumb's IP = 1/2 MCP. The article's thumb is read from a
-// line at a right angle to the others': 90 degrees is straight, 170 is bent by 80.
+// and host/twin's posture(): PIP = 3/4 MCP and DIP = 2/3 MCP; the thumb's IP = 1/2 MCP.
 //
 // Where the whole hand comes (23 joints, models/posture.json), each joint is drawn as it comes.
+
+import type { Maybe } from './state';
 
 export const kFingers = ['thumb', 'index', 'middle', 'ring', 'pinky'] as const;
 export type FingerName = (typeof kFingers)[number];
@@ -57,20 +58,19 @@ export function restPose(): HandPose {
   return { fingers, wrist_deg: [0, 0] };
 }
 
-// What a thumb's channel reads when the thumb is straight, from the least that it ever read: nobody holds a thumb bent by
-// 60 degrees all the time, so such a channel reads from the article's line.
-export function thumbStraight_deg(least_deg: number): number {
-  return least_deg >= 60 ? 90 : 0;
-}
-
 // The joints of a finger whose knuckle bends by this.
 export function spread(finger: FingerName, mcp_deg: number): [number, number, number] {
   if (finger === 'thumb') return [mcp_deg * 0.25, mcp_deg, mcp_deg / 2];
   return [mcp_deg, (mcp_deg * 3) / 4, (mcp_deg * 2) / 3];
 }
 
-// `names`: channels in order; an angle that is not known (NaN) leaves its finger at rest.
-export function poseFromAngles(names: readonly string[], angle_deg: ArrayLike<number>, thumbStraight = 0): HandPose {
+// `names`: channels in order; an angle that is not known (NaN) leaves its finger at rest. `open_deg`: what each reads at the open hand,
+// 0 where nobody says.
+export function poseFromAngles(
+  names: readonly string[],
+  angle_deg: ArrayLike<number>,
+  open_deg: readonly Maybe[] = [],
+): HandPose {
   const pose = restPose();
   const known = new Map<FingerName, Map<number, number>>();
   names.forEach((name, channel) => {
@@ -78,7 +78,7 @@ export function poseFromAngles(names: readonly string[], angle_deg: ArrayLike<nu
     const angle = angle_deg[channel] ?? NaN;
     if (!at || !Number.isFinite(angle)) return;
     if (!known.has(at.finger)) known.set(at.finger, new Map());
-    known.get(at.finger)!.set(at.joint, at.finger === 'thumb' && at.joint === 1 ? angle - thumbStraight : angle);
+    known.get(at.finger)!.set(at.joint, angle - (open_deg[channel] ?? 0));
   });
   for (const [finger, joints] of known) {
     const lead = finger === 'thumb' ? 1 : 0;

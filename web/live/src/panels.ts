@@ -144,11 +144,11 @@ export function createModel(app: App) {
         { value: '', text: 'No model: readings as they are' },
         ...known.map((m) => ({
           value: m.path,
-          text: `${m.person ?? 'Nobody'}, ${m.side ?? 'either'} hand: ${m.name ?? m.path}`,
+          text: known.filter(({ name }) => name === m.name).length > 1 ? `${m.name} (${m.path})` : (m.name ?? m.path),
         })),
       ]);
       if (document.activeElement !== select) select.value = model?.path ?? '';
-      const glove = device !== null && ['glove', 'boards'].includes(device.status);
+      const glove = device !== null && ['glove', 'boards', 'twin'].includes(device.status);
       enable(send, model !== null);
       setText(
         hint,

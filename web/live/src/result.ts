@@ -4,7 +4,7 @@ import type { App } from './app';
 import { fingerColour } from './colours';
 import { degrees, h, keyed, number, setAttribute, setProperty, setText, show, tableOf, title } from './dom';
 import { createResultPlot } from './result_plot';
-import type { Calibration, FingerResult } from './state';
+import type { Calibration, FingerResult, Verdict } from './state';
 
 export function createResult(app: App) {
   const error = errorLine('plot-error');
@@ -14,9 +14,10 @@ export function createResult(app: App) {
     'Straight line',
     'Published form',
     'Fit',
+    'Verdict',
   ]);
   table.classList.add('result-table');
-  const verdicts = h('ul', { class: 'verdicts' });
+  const errs = h('p', { class: 'muted' });
   const warnings = h('ul', { class: 'verdicts', 'data-testid': 'result-warnings' });
   const howMany = h('summary', {});
   const warned = h('details', { 'data-testid': 'result-warned' }, howMany, warnings);
@@ -27,7 +28,7 @@ export function createResult(app: App) {
     'div',
     { class: 'result', 'data-testid': 'result' },
     h('div', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': 'Result for each finger' }, table),
-    verdicts,
+    errs,
     warned,
     report,
     fingers,
@@ -63,13 +64,8 @@ export function createResult(app: App) {
       const most = Math.max(1, ...result.fingers.flatMap(baselinesOf));
       const nameOf = (finger: FingerResult): string => finger.name;
       keyed(body, result.fingers, nameOf, makeRow, (row, finger) => fillRow(row, finger, most));
-      keyed(
-        verdicts,
-        result.fingers,
-        nameOf,
-        () => h('li', {}),
-        (item, finger) => setText(item, verdictOf(finger)),
-      );
+      const reference_deg = Math.max(...result.fingers.map((finger) => finger.reference_error_deg ?? 0));
+      setText(errs, reference_deg > 0 ? `The camera’s angles err themselves, by up to about ${degrees(reference_deg)}.` : '');
       keyed(fingers, result.fingers, nameOf, choice, (button, { name }) => {
         setAttribute(button, 'aria-pressed', String(name === result.plot?.finger));
       });
@@ -91,6 +87,7 @@ function makeRow({ name }: FingerResult): HTMLTableRowElement {
     bar('bar-line'),
     bar('bar-published'),
     h('td', {}),
+    h('td', { class: 'wrap' }),
   );
   setProperty(row, '--finger', fingerColour(name));
   return row;
@@ -105,13 +102,17 @@ function fillRow(row: HTMLTableRowElement, finger: FingerResult, most: number): 
   set(row.cells[2]!, finger.line_deg);
   set(row.cells[3]!, finger.published_deg);
   setText(row.cells[4]!, finger.fit_percent === null ? '–' : `${number(finger.fit_percent)} %`);
+  setText(row.cells[5]!, finger.verdict ? kVerdicts[finger.verdict] : '');
 }
 
 function baselinesOf({ error_deg, line_deg, published_deg }: FingerResult): number[] {
   return [error_deg ?? 0, line_deg ?? 0, published_deg ?? 0];
 }
 
-function verdictOf({ name, verdict, reference_error_deg: reference }: FingerResult): string {
-  const errs = reference ? `The camera’s angles err by about ${degrees(reference)} themselves.` : '';
-  return `${title(name)}: ${[verdict, errs].filter(Boolean).join('. ')}`;
-}
+const kVerdicts: Record<Verdict, string> = {
+  better: 'better than the best baseline',
+  'as good': 'as good as the best baseline',
+  worse: 'worse than the best baseline',
+  astray: 'does not follow the finger: repeat',
+  expected: 'to be expected',
+};

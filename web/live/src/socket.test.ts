@@ -11,10 +11,10 @@ describe('socketAddress', () => {
 
 describe('completed', () => {
   it('makes lists of what a server leaves out', () => {
-    const state = completed({ next: 'Plug in the glove.' });
+    const state = completed({ next: { kind: 'plug_in' } });
     expect(state.fingers).toEqual([]);
     expect(state.sessions).toEqual([]);
     expect(state.calibration).toBeNull();
-    expect(state.next).toBe('Plug in the glove.');
+    expect(state.next?.kind).toBe('plug_in');
   });
 });

@@ -5,7 +5,6 @@ import { decode, type Picture, type Samples } from './wire';
 export interface Hello {
   schema: number;
   version: string;
-  demo: boolean;
 }
 
 export interface Marker {

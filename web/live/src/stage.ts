@@ -96,7 +96,7 @@ export class Stage {
   }
 
   private chooseSide(): void {
-    const wanted = this.chosen ?? this.modelSide ?? 'left';
+    const wanted = this.chosen ?? this.modelSide ?? 'right';
     this.sides.set(wanted);
     if (wanted === this.drawnSide || !this.scene) return;
     this.drawnSide = wanted;
@@ -122,7 +122,7 @@ export class Stage {
       const angle = Number.isNaN(called_deg) ? 'not known' : `${called_deg} degrees`;
       return `${finger.name} ${angle}`;
     });
-    return `${title(this.drawnSide ?? 'left')} hand. ${angles.join(', ')}. Arrow keys turn it.`;
+    return `${title(this.drawnSide ?? 'right')} hand. ${angles.join(', ')}. Arrow keys turn it.`;
   }
 }
 

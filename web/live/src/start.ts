@@ -50,6 +50,7 @@ export function createStart(app: App) {
     input: () => say(error, null),
   });
   const sides = radios('side', kSides);
+  sides.set('right'); // as `flexor deploy`
   const references = radios('reference', kReferences);
   if (!kHasMarkerless) references.disable('markerless');
   const joints = h('select', { id: 'joints', 'data-testid': 'calibrate-joints' });
@@ -88,7 +89,7 @@ export function createStart(app: App) {
   return {
     element,
     update() {
-      const { state, demo } = app.store;
+      const { state } = app.store;
       keyed(
         people,
         peopleOf(state),
@@ -101,7 +102,7 @@ export function createStart(app: App) {
         kFirstJoints,
       );
       if (state.model?.side && !sides.touched()) sides.set(state.model.side);
-      const simulated = demo || state.twin !== null;
+      const simulated = state.twin !== null;
       references.offer('drawn', simulated);
       if (!references.touched()) references.set(simulated ? 'drawn' : 'marks');
       show(jointsField, references.value() === 'marks');

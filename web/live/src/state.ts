@@ -37,13 +37,15 @@ export interface Coverage {
   missing: string | null;
 }
 
+export type Verdict = 'better' | 'as good' | 'worse' | 'astray' | 'expected';
+
 export interface FingerResult {
   name: string;
   error_deg: Maybe;
   line_deg: Maybe;
   published_deg: Maybe;
   fit_percent: Maybe;
-  verdict: string | null;
+  verdict: Verdict | null; // beside the best of five baselines
   reference_error_deg?: Maybe; // of the reference itself, where it is known to err
 }
 
@@ -64,13 +66,15 @@ export interface Calibration {
   reference: Reference;
   camera: 'page' | 'server' | 'none';
   joints: string | null;
-  say: string | null;
+  asks: string | null; // a kind (words.ts), and so is `then`
   seconds: Maybe;
   of_seconds: Maybe;
   left_s: Maybe; // until there is something else to do
   then: string | null;
   covered: Coverage[] | null;
   pictures: Maybe;
+  marks_found: Maybe; // of the newest picture
+  marks: Maybe;
   tracked: Maybe;
   failed?: string | null;
   result: {
@@ -117,9 +121,16 @@ export interface Job {
   left_s: Maybe;
 }
 
+export interface Next {
+  kind: string;
+  why?: string;
+  finger?: string;
+  misfits?: string;
+}
+
 export interface State {
   device: Device | null;
-  next: string | null;
+  next: Next | null;
   fingers: Finger[];
   model: Model | null;
   recording: { file: string; rows: number; seconds: number } | null;
@@ -132,8 +143,9 @@ export interface State {
   anew: { seconds: Maybe; of_seconds: Maybe; fingers: AnewFinger[] | null } | null;
   twin: { slip_deg: Maybe; drift_deg_per_min: Maybe; noise_counts: Maybe; loss: Maybe } | null;
   posture: { names: string[] } | null;
-  hand: { names: string[]; status: string; port?: string | null; faults: string[] | null; board?: string } | null;
+  hand: { names: string[]; open_deg: number[]; status: string; port?: string | null; faults: string[] | null; board?: string } | null;
   scores: Score[];
+  experiment: { compensator: string; total_deg_s: Maybe }[] | null;
   joint_files: string[];
   replay: { file: string; t_s: Maybe; of_s: Maybe; playing: boolean } | null;
   sessions: Session[];
@@ -145,6 +157,6 @@ export interface State {
 export function completed(from: Partial<State>): State {
   const lists = { fingers: [], scores: [], joint_files: [], sessions: [], models: [], ports: [] };
   const shown = { device: null, next: null, model: null, hand: null, posture: null, link: null, twin: null, replay: null };
-  const runs = { recording: null, job: null, last: null, calibration: null, anew: null, tracking: null, tracking_remark: null };
+  const runs = { experiment: null, recording: null, job: null, last: null, calibration: null, anew: null, tracking: null, tracking_remark: null };
   return { ...lists, ...shown, ...runs, ...from };
 }

@@ -1,0 +1,27 @@
+import { describe, expect, it } from 'vitest';
+import { completed, type Calibration } from './state';
+import { askWords, missingWords, nextWords } from './words';
+
+const calibration = (parts: Partial<Calibration>) => ({ reference: 'marks', result: null, ...parts }) as Calibration;
+
+describe('words', () => {
+  it('have a sentence for each kind, with what there is to say of it', () => {
+    const state = completed({});
+    expect(nextWords({ kind: 'look_at', finger: 'index', why: 'no reading' }, state)).toBe('Look at index: no reading.');
+    expect(nextWords({ kind: 'take', misfits: 'ring' }, state)).toContain('Does not fit: ring');
+    expect(nextWords({ kind: 'take' }, state)).not.toContain('fit:');
+    expect(nextWords({ kind: 'of_a_newer_program' }, state)).toBe('Of a newer program');
+    expect(missingWords('')).toBe('Complete');
+  });
+  it('are other ones without marks', () => {
+    expect(askWords('turn', calibration({}))).toContain('every mark');
+    expect(askWords('turn', calibration({ reference: 'markerless' }))).toContain('from the side');
+    expect(askWords('failed', calibration({ failed: 'no angle' }))).toContain('no angle');
+  });
+  it('name the fingers that a model does not follow', () => {
+    const finger = { error_deg: 40, line_deg: 5, published_deg: 5, fit_percent: -60 };
+    const fingers = [{ name: 'index', verdict: 'better' as const }, { name: 'ring', verdict: 'astray' as const }];
+    const result = { fingers: fingers.map((f) => ({ ...finger, ...f })), plot: null };
+    expect(askWords('result', calibration({ result }))).toContain('does not follow Ring');
+  });
+});

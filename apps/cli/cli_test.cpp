@@ -474,7 +474,7 @@ TEST_F(Cli, ExportTakesARecordingFromStandardInputAndWritesIntoAPipe) {
 TEST_F(Cli, DeployRefusesTheImpossible) {
   const std::string model = "'" FLEXOR_SOURCE_DIR "/models/published_hw.json'";
   const std::string out = " --out '" + path("d") + "'";
-  expect_refused("deploy " + model + out + " --rate 200", 2, "10, 20, 50 and 100 Hz");
+  expect_refused("deploy " + model + out + " --rate 200", 2, "50 or 100 Hz");
   expect_refused("deploy " + model + out + " --rate 100 --frame-rate 50", 2,
                  "do not fit a radio of 9600 baud");
   expect_refused("deploy " + model + out + " --baud 100", 2, "raise --baud");
@@ -496,8 +496,8 @@ TEST_F(Cli, DeployRefusesTheImpossible) {
   expect_refused("deploy '" + path("none.json") + "'" + out, 2, "none.json");
   expect_refused("deploy " + model + out + " --calibration '" + glove() + "'", 2, "simulated_glove.csv");
   expect_refused("deploy " + model + out + " --recording '" + glove() + "'", 2, "thumb_alpha");
-  expect_refused("latency --rate 30", 2, "10, 20, 50 and 100 Hz");
-  expect_refused("experiment --engine avr --rate 30", 2, "10, 20, 50 and 100 Hz");
+  expect_refused("latency --rate 30", 2, "50 or 100 Hz");
+  expect_refused("experiment --engine avr --rate 30", 2, "50 or 100 Hz");
 }
 
 const std::string kGreenMarkers = FLEXOR_SOURCE_DIR "/models/joints/green_markers.json";

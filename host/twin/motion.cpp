@@ -68,7 +68,7 @@ void require_speed(const io::JsonReader& reader, double speed_deg_s) {
 
 std::size_t finger_of(const std::string& name, const io::JsonReader& reader) {
   try {
-    return static_cast<std::size_t>(finger_index(name));
+    return model::finger_index(name);
   } catch (const io::InputError& error) {
     reader.fail(error.what());
   }

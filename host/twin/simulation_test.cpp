@@ -154,7 +154,7 @@ TEST(Simulation, ReadingsOutsideTheHandPressIntoItsStopsAndLimitsPreventIt) {
 TEST(Simulation, EveryParameterAtTheEndsOfItsRangeGivesFiniteFiguresOrARefusal) {
   const Motion motion = gesture(4);
   int played = 0;
-  for (const Entry& e : table()) {
+  for (const model::Number& e : numbers(Parameters())) {
     for (const double value : {e.min, e.max}) {
       Parameters p;
       assign(p, fmt::format("{}={}", e.name, value));

@@ -41,7 +41,7 @@ TEST(SafeHand, StaysOffItsEndsAndBelowTheSafeSpeed) {
 TEST(SafeHand, RefusesMotorsThatCannotMoveWithinItsLimits) {
   model::Hardware hardware;
   hardware.source = "my.json";
-  hardware.motor_V = 60;
+  hardware.disturbance_mNm = 200;
   EXPECT_EQ(io::refusal_of([&] { (void)safe_hand(hardware, published_model(), {}); }).find("my.json: motor."),
             0U);
 }

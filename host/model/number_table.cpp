@@ -107,7 +107,7 @@ void read(const Json& object, const Numbers& numbers) {
     try {
       read_value(one.member("value"), *number);
     } catch (const InputError& error) {
-      one.fail(error.what());
+      io::fail_within(item.key(), error);
     }
     if (one.has("unit") && one.text("unit") != number->unit)
       one.fail(fmt::format("the unit is {}, not {}", number->unit, one.text("unit")));

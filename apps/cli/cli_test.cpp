@@ -389,20 +389,6 @@ TEST_F(Cli, DeployForVrSpeaksText) {
     EXPECT_FALSE(fs::exists(path("d") + "/" + file)) << file;
 }
 
-TEST_F(Cli, DeployLeadsWithFingersWiringCalibrationAndWhatToDo) {
-  const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
-  const Finished r = run("deploy '" + model + "' --plain --out '" + path("d") + "'");
-  ASSERT_EQ(r.exit, 0) << r.err;
-  std::size_t at = 0;
-  for (const char* part :
-       {"fingers ", "strips ", "pins ", "thumb A0", "calibration ", "divider of 35 kOhm", "next",
-        "wiring_hand.svg", "flexor flash ", "of its time", "cycles per step", "glove: flash"}) {
-    const std::size_t next = r.out.find(part, at);
-    ASSERT_NE(next, std::string::npos) << part << " behind " << r.out.substr(at);
-    at = next;
-  }
-}
-
 TEST_F(Cli, AButtonThatZeroesAGloveGoesWithARadioAndAModelThatKnowsItsPoses) {
   model::Model model = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
   for (model::Input& input : model.inputs) input.poses = model::Poses{40, 110};
@@ -449,7 +435,6 @@ TEST_F(Cli, WiringIsThereBeforeAModelIs) {
   EXPECT_NE(content(path("w/flexor_logger/flexor_logger.ino")).find("{\"pinky_count\", A4}"),
             std::string::npos);
   EXPECT_NE(content(path("w/wiring_glove.svg")).find("47 kΩ"), std::string::npos);
-  EXPECT_NE(content(path("w/wiring_hand.svg")).find("thumb potentiometer"), std::string::npos);
   EXPECT_NE(content(path("w/wiring.md")).find("resistor 47 kOhm"), std::string::npos);
   hardware["pins"]["thumb"] = "A4";
   io::write_file(path("mine.json"), hardware.dump());
@@ -484,18 +469,13 @@ TEST_F(Cli, ExportTakesARecordingFromStandardInputAndWritesIntoAPipe) {
 TEST_F(Cli, DeployRefusesTheImpossible) {
   const std::string model = "'" FLEXOR_SOURCE_DIR "/models/published_hw.json'";
   const std::string out = " --out '" + path("d") + "'";
-  expect_refused("deploy " + model + out + " --rate 200", 2, "10, 20, 50 and 100 Hz");
-  expect_refused("deploy " + model + out + " --baud 100", 2, "raise radio.baud");
   for (const char* rate : {"nan", "-5", "0", "inf"}) {
     expect_refused("deploy " + model + out + " --rate " + rate, 2, "--rate must be a positive number");
     expect_refused("send " + model + " --rate " + rate, 2, "--rate must be a positive number");
   }
-  for (const char* baud : {"1200", "2400"})
-    expect_refused("deploy " + model + out + " --baud " + baud, 2, "which wants 4800: raise radio.baud");
   expect_refused("experiment --engine avr --set radio.baud=2400", 2, "which wants 4800: raise radio.baud");
   expect_refused("flash /dev/zero", 2, "no plain file");
   expect_refused("live --from twin --opengloves " + path("none"), 2, "make a FIFO");
-  expect_refused("deploy " + model + out + " --baud 7777777", 2, "cannot be made");
   expect_refused("deploy " + model + out + " --key 1234", 2, "32 hexadecimal digits");
   expect_refused("deploy " + model + out + " --hardware none", 2,
                  "none: is no file, nor a hardware preset; those are flexor and lucidgloves");
@@ -503,7 +483,6 @@ TEST_F(Cli, DeployRefusesTheImpossible) {
   expect_refused("deploy '" + path("none.json") + "'" + out, 2, "none.json");
   expect_refused("deploy " + model + out + " --calibration '" + glove() + "'", 2, "simulated_glove.csv");
   expect_refused("deploy " + model + out + " --recording '" + glove() + "'", 2, "thumb_alpha");
-  expect_refused("latency --rate 30", 2, "10, 20, 50 and 100 Hz");
   expect_refused("experiment --engine avr --rate 30", 2, "10, 20, 50 and 100 Hz");
 }
 

@@ -232,15 +232,6 @@ TEST_F(DeployFaults, WiringDoesNotWriteOverADeployments) {
   EXPECT_EQ(run("wiring --hardware lucidgloves --out w").exit, 0);
 }
 
-TEST_F(DeployFaults, AGloveForVrIsNotToldToFlashAHand) {
-  ASSERT_EQ(deploy(kPublished, "--output opengloves --out d").exit, 0) << content(path("stderr"));
-  const std::string report = content(path("d/report.html"));
-  EXPECT_NE(report.find("--board glove"), std::string::npos);
-  EXPECT_EQ(report.find("--board hand"), std::string::npos);
-  EXPECT_EQ(report.find("two boards"), std::string::npos);
-  EXPECT_EQ(content(path("stdout")).find("--board hand"), std::string::npos);
-}
-
 // What it says to do next is a command for a shell.
 TEST_F(DeployFaults, WhatItProposesIsQuotedAndNothingIsObeyed) {
   const Finished r = deploy(kPublished, "--rate 20 --out \"two words; it's\"");

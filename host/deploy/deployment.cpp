@@ -158,6 +158,28 @@ std::vector<std::string> next_of(const Deployment& d) {
   return has_hand(d) ? next_for_hand(d) : next_for_vr(d);
 }
 
+// The sample period's parts, ms.
+struct TimeBudget {
+  double period_ms = 0;
+  double adc_ms = 0;
+  double compute_ms = 0;  // worst, frame sealed
+  double uart_ms = 0;     // of a frame
+  double frame_period_ms = 0;
+};
+TimeBudget time_budget(const Deployment& d) {
+  constexpr double kConversion_ms = 13 * 128 / kCyclesPerMs;  // of the ADC at 125 kHz
+  const int bytes =
+      d.glove.output != Output::radio ? line_bytes(d.glove) : link::frame_bytes(d.glove.key.has_value());
+  const double baud = d.glove.output != Output::radio ? kUsbBaud : d.glove.baud;
+  TimeBudget t;
+  t.period_ms = 1000 * d.glove.model.sample_period_s;
+  t.adc_ms = static_cast<double>(model::scan_of(d.glove.pins).size()) * kConversion_ms;
+  t.compute_ms = static_cast<double>(d.glove_figures.sample.worst) / kCyclesPerMs;
+  t.uart_ms = bytes * 10 / baud * 1000;
+  t.frame_period_ms = t.period_ms * samples_per_frame(d.glove);
+  return t;
+}
+
 double time_share(const TimeBudget& t) { return (t.adc_ms + t.compute_ms) / t.period_ms; }
 
 double flash_share(const Deployment& d) {
@@ -213,20 +235,6 @@ Lines lines(const Deployment& d) {
 }
 
 }  // namespace
-
-TimeBudget time_budget(const Deployment& d) {
-  constexpr double kConversion_ms = 13 * 128 / kCyclesPerMs;  // of the ADC at 125 kHz
-  const int bytes =
-      d.glove.output != Output::radio ? line_bytes(d.glove) : link::frame_bytes(d.glove.key.has_value());
-  const double baud = d.glove.output != Output::radio ? kUsbBaud : d.glove.baud;
-  TimeBudget t;
-  t.period_ms = 1000 * d.glove.model.sample_period_s;
-  t.adc_ms = static_cast<double>(model::scan_of(d.glove.pins).size()) * kConversion_ms;
-  t.compute_ms = static_cast<double>(d.glove_figures.sample.worst) / kCyclesPerMs;
-  t.uart_ms = bytes * 10 / baud * 1000;
-  t.frame_period_ms = t.period_ms * samples_per_frame(d.glove);
-  return t;
-}
 
 std::string deployment_table(const Deployment& d) {
   std::string out;

@@ -53,16 +53,6 @@ struct Deployment {
   std::string folder;       // where the user finds it
 };
 
-// The sample period's parts, ms.
-struct TimeBudget {
-  double period_ms = 0;
-  double adc_ms = 0;
-  double compute_ms = 0;  // worst, frame sealed
-  double uart_ms = 0;     // of a frame
-  double frame_period_ms = 0;
-};
-TimeBudget time_budget(const Deployment& deployment);
-
 // What it means to the user, then what to do next, then what it costs and what of the boards that is.
 std::string deployment_table(const Deployment& deployment);
 nlohmann::ordered_json to_json(const Deployment& deployment);

@@ -51,7 +51,9 @@ class JsonReader {
 
   // Of a document of this kind, at most of this version.
   void schema(const char* name, int newest) {
-    if (!has("schema") || text("schema") != name) fail(fmt::format("\"schema\" must be \"{}\"", name));
+    if (!has("schema"))
+      fail(fmt::format(R"(begin it with "schema": "{}", "schema_version": {},)", name, newest));
+    if (text("schema") != name) fail(fmt::format("\"schema\" must be \"{}\"", name));
     const double version = number("schema_version");
     if (version > newest)
       fail(fmt::format("has schema_version {}, newer than {}: update Flexor", version, newest));

@@ -99,14 +99,6 @@ SensorKind sensor_kind(const std::string& name) {
   return static_cast<SensorKind>(it - kSensorKinds.begin());
 }
 
-void require_below(const PerFinger& lower, const PerFinger& upper, const char* name) {
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    if (lower[i] >= upper[i])
-      throw InputError(fmt::format("{0}.lower_deg of {1}, {2:g}, must be below {0}.upper_deg, {3:g}", name,
-                                   finger_names()[i], lower[i], upper[i]));
-  }
-}
-
 }  // namespace
 
 const std::array<Button, kButtons>& buttons() {
@@ -175,7 +167,11 @@ Numbers numbers(const Hardware& hardware) { return numbers(const_cast<Hardware&>
 
 void check(const Hardware& h) {
   check(numbers(h));
-  require_below(h.hand_lower_deg, h.hand_upper_deg, "hand");
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    if (h.hand_lower_deg[i] < h.hand_upper_deg[i]) continue;
+    throw InputError(fmt::format("hand.lower_deg of {}, {:g}, must be below hand.upper_deg, {:g}",
+                                 finger_names()[i], h.hand_lower_deg[i], h.hand_upper_deg[i]));
+  }
   if (h.loop_lower_deg >= h.loop_upper_deg)
     throw InputError(fmt::format("loop.lower_deg, {:g}, must be below loop.upper_deg, {:g}", h.loop_lower_deg,
                                  h.loop_upper_deg));

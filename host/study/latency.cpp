@@ -36,14 +36,24 @@ LatencyBudget budget_of(const std::vector<Latency>& edges, int asked) {
   return out;
 }
 
-std::string latency_table(const LatencyBudget& b) {
-  std::string out = fmt::format("{:<22}{:>9}{:>9}{:>9}\n", "stage", "mean", "least", "most");
+namespace {
+
+// Each stage, then the total, by this format: name, mean, least, most.
+std::string rows(const LatencyBudget& b, fmt::format_string<const char*, double, double, double> format) {
+  std::string out;
   const auto row = [&](const char* name, const LatencyBudget::Stage& s) {
-    out += fmt::format("{:<22}{:>9.2f}{:>9.2f}{:>9.2f}\n", name, s.mean_ms, s.min_ms, s.max_ms);
+    out += fmt::format(format, name, s.mean_ms, s.min_ms, s.max_ms);
   };
   for (std::size_t i = 0; i < b.stage.size(); ++i) row(kLatencyStages[i], b.stage[i]);
   row("total", b.total);
   return out;
+}
+
+}  // namespace
+
+std::string latency_table(const LatencyBudget& b) {
+  return fmt::format("{:<22}{:>9}{:>9}{:>9}\n", "stage", "mean", "least", "most") +
+         rows(b, "{:<22}{:>9.2f}{:>9.2f}{:>9.2f}\n");
 }
 
 Json to_json(const LatencyBudget& b) {
@@ -61,13 +71,8 @@ Json to_json(const LatencyBudget& b) {
 
 void save_results(const LatencyBudget& b, const std::string& title, const std::filesystem::path& folder) {
   io::make_folder(folder);
-  std::string csv = "stage,mean_ms,min_ms,max_ms\n";
-  const auto line = [&](const char* name, const LatencyBudget::Stage& s) {
-    csv += fmt::format("{},{:.4f},{:.4f},{:.4f}\n", name, s.mean_ms, s.min_ms, s.max_ms);
-  };
-  for (std::size_t i = 0; i < b.stage.size(); ++i) line(kLatencyStages[i], b.stage[i]);
-  line("total", b.total);
-  io::write_file(folder / "latency.csv", csv);
+  io::write_file(folder / "latency.csv",
+                 "stage,mean_ms,min_ms,max_ms\n" + rows(b, "{},{:.4f},{:.4f},{:.4f}\n"));
   Json json = {{"kind", "latency"}, {"title", title}, {"version", FLEXOR_VERSION}};
   json.update(to_json(b));
   io::write_file(folder / "results.json", io::dump(json));

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "host/io/process.hpp"
 #include "host/study/boards.hpp"
 #include "host/study/builtin.hpp"
 #include "host/study/exact_json.hpp"

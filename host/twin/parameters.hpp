@@ -10,7 +10,6 @@
 // documents of version 1, which have no "hardware". Faults start and last at most 1e9 s. numbers() is the list, and the only one.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>

@@ -61,7 +61,7 @@ inline constexpr const char* kBootloader =
 std::string why_no_bootloader(const std::filesystem::path& hex = kBootloader);
 
 struct BenchOptions {
-  twin::Parameters parameters;
+  twin::Parameters parameters = {};
   model::Model model;      // five fingers; the glove's first
   std::uint64_t seed = 1;  // whoever wears it is that of the experiment's trial 0 with this seed
   std::filesystem::path port_link =

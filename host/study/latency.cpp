@@ -39,10 +39,10 @@ LatencyBudget budget_of(const std::vector<Latency>& edges, int asked) {
 namespace {
 
 // Each stage, then the total, by this format: name, mean, least, most.
-std::string rows(const LatencyBudget& b, fmt::format_string<const char*, double, double, double> format) {
+std::string rows(const LatencyBudget& b, const char* format) {
   std::string out;
   const auto row = [&](const char* name, const LatencyBudget::Stage& s) {
-    out += fmt::format(format, name, s.mean_ms, s.min_ms, s.max_ms);
+    out += fmt::format(fmt::runtime(format), name, s.mean_ms, s.min_ms, s.max_ms);
   };
   for (std::size_t i = 0; i < b.stage.size(); ++i) row(kLatencyStages[i], b.stage[i]);
   row("total", b.total);

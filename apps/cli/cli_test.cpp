@@ -483,7 +483,7 @@ TEST_F(Cli, DeployRefusesTheImpossible) {
   expect_refused("deploy '" + path("none.json") + "'" + out, 2, "none.json");
   expect_refused("deploy " + model + out + " --calibration '" + glove() + "'", 2, "simulated_glove.csv");
   expect_refused("deploy " + model + out + " --recording '" + glove() + "'", 2, "thumb_alpha");
-  expect_refused("experiment --engine avr --rate 30", 2, "10, 20, 50 and 100 Hz");
+  expect_refused("experiment --engine avr --rate 30", 2, "10, 20, 50 or 100 Hz");
 }
 
 const std::string kGreenMarkers = FLEXOR_SOURCE_DIR "/models/joints/green_markers.json";

@@ -12,7 +12,7 @@ using namespace flexor;
 
 // The shipped laboratory with what it has switched off: loss, corruption, jitter, an outage and faults.
 twin::Parameters everything() {
-  twin::Parameters p = study::shipped_parameters();
+  twin::Parameters p;
   for (const char* assignment :
        {"radio.loss=0.05", "radio.corruption=0.01", "radio.jitter_s=0.05", "radio.outage_start_s=7",
         "radio.outage_s=0.5", "sensor.drift_deg_per_min=5"}) {

@@ -107,7 +107,7 @@ TEST_F(Arduino, TheExamplesCompileForEachBoardOfTheCore) {
 }
 
 TEST_F(Arduino, TheVrSketchReadsButtonsAndJoystickWhereTheyAreWired) {
-  glove_.pins = deploy::pins_from_text("lucidgloves,joystick=A5+A7,joystick_button=D7,a=D8,calibrate=D12");
+  glove_.pins = {{4, 3, 2, 1, 0}, {{5, 7}}, {7, 8, {}, {}, 12}};
   write("GloveVr");
   const std::string text = io::read_file(folder_ / "Flexor/examples/GloveVr/GloveVr.ino");
   namespace button = link::glove_button;

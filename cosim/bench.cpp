@@ -98,7 +98,8 @@ class Bench::Unheard {
 
 Bench::Bench(BenchSetup setup)
     : setup_(std::move(setup)),
-      images_(setup_.glove, study::twin_hand(setup_.input.parameters, setup_.input.compensator)),
+      images_(setup_.glove, deploy::unprotected_hand(setup_.input.parameters, setup_.input.compensator,
+                                                     study::bench_key())),
       radio_loss_(setup_.input.parameters.loss),
       simulation_(images_, setup_.input, 0),
       wearer_(twin::draw_variation(setup_.input.parameters, twin::seed_of(setup_.input.seed, 0)),

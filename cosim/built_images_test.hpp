@@ -9,7 +9,7 @@
 namespace flexor::cosim {
 
 inline twin::TrialInput published_input(double rate_hz = 20, const std::string& gesture = "1") {
-  return {study::shipped_parameters(), study::motions(gesture).front(),
+  return {twin::Parameters(), study::motions(gesture).front(),
           study::compensator("published-hw", rate_hz).model, 1, false};
 }
 
@@ -22,12 +22,12 @@ inline twin::TrialInput between_soft_stops(twin::TrialInput input) {
 
 // As a user would flash them; not watched: the hand believes its potentiometers.
 inline Images built_images(const twin::TrialInput& input, bool watched = true) {
-  deploy::Hand hand = study::safe_hand(input.parameters, input.compensator);
+  deploy::Hand hand = deploy::safe_hand(input.parameters, input.compensator, study::bench_key());
   if (!watched) {
     hand.motor = {};
     hand.reach_deg = 1e9;
   }
-  return {study::glove_for(input.parameters, input.compensator), hand};
+  return {deploy::glove_for(input.parameters, input.compensator, study::bench_key()), hand};
 }
 
 }  // namespace flexor::cosim

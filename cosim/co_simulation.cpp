@@ -38,7 +38,9 @@ CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, 
   const double phase_ms = 1000 * world_.sample_phase_s() - kBoot_ms;
   const double start_ms = phase_ms - period_ms * std::floor(phase_ms / period_ms);
   glove_.power_off(static_cast<Cycles>(start_ms * kCyclesPerMs) + 1);
-  glove_.on_sample = [this](Cycles cycle, int channel) {
+  glove_.on_sample = [this](Cycles cycle, int pin) {
+    const auto& strip = input_.parameters.pins.strip;
+    const auto channel = static_cast<int>(std::ranges::find(strip, pin) - strip.begin());
     if (channel >= kStrips) return 0;
     const auto now_ms = static_cast<std::int64_t>(time_ms(cycle));
     const int counts = world_.glove_counts(channel, time_ms(cycle) / 1000);

@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 constexpr double kBound_deg_s = 400;  // of the set-point, in the safe hand
 
 const twin::Parameters& parameters() {
-  static const twin::Parameters p = study::shipped_parameters();
+  static const twin::Parameters p;
   return p;
 }
 
@@ -664,7 +664,8 @@ class Cable {
 };
 
 deploy::Glove data_glove(double rest_deg = 0) {
-  deploy::Glove glove = study::glove_for(parameters(), study::compensator("published-hw", 10).model);
+  deploy::Glove glove =
+      deploy::glove_for(parameters(), study::compensator("published-hw", 10).model, study::bench_key());
   for (auto& joint : glove.model.joints) joint.rest_deg += rest_deg;
   return glove;
 }

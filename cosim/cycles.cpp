@@ -138,7 +138,7 @@ std::string header(const model::Model& m) {
 }
 
 // Steps of a program of nothing else, readings all over the range that every finger takes.
-study::CycleStatistic cycles_of(const std::string& compensator, int steps, bool assembly) {
+deploy::CycleStatistic cycles_of(const std::string& compensator, int steps, bool assembly) {
   const io::TemporaryFolder folder;
   const std::string program = folder.path() / "program.cpp";
   io::write_file(program,
@@ -158,7 +158,7 @@ int main() {
   if (assembly) command.emplace_back("-DFLEXOR_AVR_ASSEMBLY");
   const cosim::Firmware firmware = cosim::compiled(command).firmware();
   cosim::Board board(firmware);
-  study::CycleStatistic out;
+  deploy::CycleStatistic out;
   cosim::Cycles begin = 0;
   int seen = 0;
   board.on_marker = [&](cosim::Cycles now, std::uint8_t value) {
@@ -179,9 +179,8 @@ void compare() {
   fmt::print("cycles of one five-channel step, ATmega328P, -Os, 10 Hz, {} steps\n\n{:<52}{:>8}{:>8}\n",
              counts.size(), "", "mean", "worst");
   for (const char* name : {"published-hw", "published-w"}) {
-    const deploy::Glove glove =
-        study::glove_for(study::shipped_parameters(), study::compensator(name, 10).model);
-    const auto print = [&](const char* what, const study::CycleStatistic& cycles) {
+    const deploy::Glove glove = deploy::glove_for({}, study::compensator(name, 10).model, study::bench_key());
+    const auto print = [&](const char* what, const deploy::CycleStatistic& cycles) {
       fmt::print("{:<52}{:>8.0f}{:>8}\n", fmt::format("{}: {}", name, what), cycles.mean(), cycles.worst);
     };
     const int steps = static_cast<int>(counts.size());

@@ -170,7 +170,8 @@ class EdgeWatch {
 
 std::vector<study::Latency> latency(const twin::Parameters& parameters, const model::Model& model, int edges,
                                     std::uint64_t seed) {
-  const Images images(study::glove_for(parameters, model), study::safe_hand(parameters, model));
+  const Images images(deploy::glove_for(parameters, model, study::bench_key()),
+                      deploy::safe_hand(parameters, model, study::bench_key()));
   const twin::TrialInput input = still(parameters, model, edges, seed);
   CoSimulation simulation(images, input, 0);
   const EdgeWatch watch(simulation, random_edges_ms(edges, seed));

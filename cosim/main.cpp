@@ -15,7 +15,8 @@ using namespace flexor;
 using Json = nlohmann::ordered_json;
 
 cosim::Images images_of(const twin::TrialInput& input) {
-  return {study::twin_glove(input), study::twin_hand(input.parameters, input.compensator)};
+  return {study::twin_glove(input),
+          deploy::unprotected_hand(input.parameters, input.compensator, study::bench_key())};
 }
 
 Json simulate(const Json& arguments, const io::JobProgress& progress) {
@@ -32,20 +33,19 @@ Json simulate(const Json& arguments, const io::JobProgress& progress) {
 }
 
 Json run_glove(const Json& arguments, const io::JobProgress&) {
-  return study::exact_json(
-      cosim::replay(study::glove_of(arguments.at("glove")), arguments.at("counts").get<study::Counts>()));
+  return cosim::replay(arguments.at("glove").get<deploy::Glove>(),
+                       arguments.at("counts").get<study::Counts>());
 }
 
 Json run_hand(const Json& arguments, const io::JobProgress&) {
-  const deploy::Glove glove = study::glove_of(arguments.at("glove"));
-  deploy::Hand hand = study::safe_hand(twin::parameters_of(arguments.at("parameters")), glove.model);
-  hand.key = glove.key;
-  hand.baud = glove.baud;
-  return study::exact_json(cosim::measure_hand(hand, arguments.at("seconds").get<double>()));
+  const deploy::Glove glove = arguments.at("glove").get<deploy::Glove>();
+  const model::Hardware hardware = model::hardware_of(arguments.at("hardware"), "pipe");
+  return cosim::measure_hand(deploy::safe_hand(hardware, glove.model, glove.key),
+                             arguments.at("seconds").get<double>());
 }
 
 Json latency(const Json& arguments, const io::JobProgress&) {
-  return cosim::latency(twin::parameters_of(arguments.at("parameters")),
+  return cosim::latency(twin::from_json(arguments.at("parameters").dump(), "pipe"),
                         model::from_json(arguments.at("model").dump(), "pipe"),
                         arguments.at("edges").get<int>(), arguments.at("seed").get<std::uint64_t>());
 }
@@ -68,13 +68,13 @@ std::filesystem::path path_or_none(const Json& arguments, const char* name) {
 Json bench_open(const Json& arguments, const io::JobProgress&) {
   bench().reset();
   bench() = std::make_unique<cosim::Bench>(
-      cosim::BenchSetup{study::glove_of(arguments.at("glove")), path_or_none(arguments, "bootloader"),
+      cosim::BenchSetup{arguments.at("glove").get<deploy::Glove>(), path_or_none(arguments, "bootloader"),
                         twin::trial_input_of(arguments.at("input")), path_or_none(arguments, "link")});
   return {{"port", bench()->terminal()}};
 }
 
 Json bench_advance(const Json& arguments, const io::JobProgress&) {
-  return study::exact_json(open_bench().advance(study::bench_change_of(arguments)));
+  return open_bench().advance(arguments.get<study::BenchChange>());
 }
 
 Json bench_score(const Json& arguments, const io::JobProgress& progress) {

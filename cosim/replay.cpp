@@ -32,15 +32,15 @@ bool is_pressed(std::size_t button, std::size_t k) { return (k / 3 + button) % 4
 
 std::uint8_t pressed(const deploy::Glove& glove, std::size_t k) {
   unsigned out = 0;
-  for (std::size_t b = 0; b < deploy::kButtons; ++b) {
-    if (glove.pins.button[b] && is_pressed(b, k)) out |= deploy::buttons()[b].bit;
+  for (std::size_t b = 0; b < model::kButtons; ++b) {
+    if (glove.pins.button[b] && is_pressed(b, k)) out |= model::buttons()[b].bit;
   }
   return static_cast<std::uint8_t>(out);
 }
 
 // Presses the buttons on the board for sample k.
-void press(Board& board, const deploy::Pins& pins, std::size_t k) {
-  for (std::size_t b = 0; b < deploy::kButtons; ++b) {
+void press(Board& board, const model::Pins& pins, std::size_t k) {
+  for (std::size_t b = 0; b < model::kButtons; ++b) {
     if (!pins.button[b]) continue;
     const deploy::PortBit pin = deploy::port_bit(*pins.button[b]);
     board.set_pin(pin.port, pin.bit, !is_pressed(b, k));
@@ -50,7 +50,7 @@ void press(Board& board, const deploy::Pins& pins, std::size_t k) {
 // What a conversion of this channel reads while sample k is taken.
 int counts_of(const deploy::Glove& glove, const std::array<int, deploy::kFingers>& strips, int channel,
               std::size_t k) {
-  const std::vector<int> scan = deploy::scan_of(glove.pins);
+  const std::vector<int> scan = model::scan_of(glove.pins);
   const auto at = static_cast<std::size_t>(std::ranges::find(scan, channel) - scan.begin());
   if (at < strips.size()) return strips[at];
   return at < scan.size() ? joystick_counts(glove, k)[at - strips.size()] : 0;
@@ -160,14 +160,14 @@ void run(Board& board, double period_s, std::size_t samples, const std::size_t& 
 
 }  // namespace
 
-study::GloveFigures replay(const deploy::Glove& glove, const Counts& counts,
-                           std::vector<std::string>* messages) {
+deploy::GloveFigures replay(const deploy::Glove& glove, const Counts& counts,
+                            std::vector<std::string>* messages) {
   return replay(Firmware(deploy::glove_flash(glove), deploy::glove_image().symbols), glove, counts, messages);
 }
 
-study::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
-                           std::vector<std::string>* messages) {
-  study::GloveFigures result;
+deploy::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
+                            std::vector<std::string>* messages) {
+  deploy::GloveFigures result;
   Expected host(glove);
   std::deque<std::array<std::string, 2>> expected;
   std::string sent;
@@ -278,8 +278,8 @@ class Motors {
 
 }  // namespace
 
-study::HandFigures measure_hand(const deploy::Hand& settings, double seconds) {
-  study::HandFigures result;
+deploy::HandFigures measure_hand(const deploy::Hand& settings, double seconds) {
+  deploy::HandFigures result;
   const Firmware firmware(deploy::hand_flash(settings), deploy::hand_image().symbols);
   Board board(firmware);
   Cycles begin = 0;

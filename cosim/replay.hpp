@@ -14,15 +14,15 @@ using study::Counts;
 // Replays `counts` as ADC readings at the model's rate; every byte that the board sends is compared with what
 // the host would send. `messages`, if not null, gets all frames or lines. firmware: in the place of the
 // glove's own.
-study::GloveFigures replay(const deploy::Glove& glove, const Counts& counts,
-                           std::vector<std::string>* messages = nullptr);
-study::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
-                           std::vector<std::string>* messages = nullptr);
+deploy::GloveFigures replay(const deploy::Glove& glove, const Counts& counts,
+                            std::vector<std::string>* messages = nullptr);
+deploy::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
+                            std::vector<std::string>* messages = nullptr);
 
 // Readings all over the range: ramps, steps, noise, dead sensors.
 Counts exercise(std::size_t samples, std::uint32_t seed);
 
 // The hand's image with frames coming in as fast as its radio carries them.
-study::HandFigures measure_hand(const deploy::Hand& hand, double seconds);
+deploy::HandFigures measure_hand(const deploy::Hand& hand, double seconds);
 
 }  // namespace flexor::cosim

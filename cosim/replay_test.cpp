@@ -29,7 +29,7 @@ namespace flexor::cosim {
 namespace {
 
 namespace fs = std::filesystem;
-using study::GloveFigures;
+using deploy::GloveFigures;
 
 class Replay : public testing::Test {
  protected:
@@ -39,7 +39,9 @@ class Replay : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  deploy::Glove glove_of(const model::Model& model) const { return study::glove_for(parameters_, model); }
+  deploy::Glove glove_of(const model::Model& model) const {
+    return deploy::glove_for({}, model, study::bench_key());
+  }
   void expect_exact(const model::Model& model, const Counts& counts) {
     const deploy::Glove glove = glove_of(model);
     const GloveFigures f = replay(glove, counts);
@@ -55,14 +57,13 @@ class Replay : public testing::Test {
     return study::compensator(name, rate_hz).model;
   }
 
-  twin::Parameters parameters_ = study::shipped_parameters();
+  twin::Parameters parameters_;
   fs::path folder_;
 };
 
 // Curves, plays, motion and a lead for each of five fingers, identified on the twin's glove.
 model::Model identified(double rate_hz) {
   study::GloveRequest recorded;
-  recorded.parameters = study::shipped_parameters();
   recorded.rate_hz = rate_hz;
   identify::HandRequest request;
   request.rate_hz = rate_hz;
@@ -242,7 +243,7 @@ TEST_F(Replay, CyclesAndSizesAreWithinTheirTargets) {
                    fmt::format("step {:.0f} / {}, stack {}", f.step.mean(), f.step.worst, f.stack_bytes));
   }
   EXPECT_LE(glove.flash_bytes(), core::kKeyBegin);
-  const study::HandFigures hand = measure_hand(study::safe_hand(parameters_, five), 2);
+  const deploy::HandFigures hand = measure_hand(deploy::safe_hand({}, five, study::bench_key()), 2);
   EXPECT_LE(deploy::hand_image().flash_bytes(), 20 * 1024);
   EXPECT_LE(deploy::hand_image().ram_bytes() + hand.stack_bytes, deploy::kAtmega328p.ram_bytes - 400);
   EXPECT_LT(hand.tick.worst, 9700U) << "of 16000";
@@ -252,10 +253,10 @@ TEST_F(Replay, CyclesAndSizesAreWithinTheirTargets) {
 // Images of gloves for VR drivers, and the lines that they send.
 class Gloves : public Replay {
  protected:
-  deploy::Glove glove(const model::Model& model, const std::string& pins) const {
-    deploy::Glove g = study::glove_for(parameters_, model);
+  deploy::Glove glove(const model::Model& model, const model::Pins& pins) const {
+    deploy::Glove g = deploy::glove_for({}, model, study::bench_key());
     g.output = deploy::Output::opengloves;
-    g.pins = deploy::pins_from_text(pins);
+    g.pins = pins;
     return g;
   }
   // Compares every byte with the host's.
@@ -280,7 +281,7 @@ TEST_F(Gloves, AHundredLinesASecondAreWhatTheDriverReads) {
   std::array<int, 5> most{};
   least.fill(1023);
   unsigned buttons = 0;
-  for (const std::string& line : sent(glove(model, "flexor"), study::gesture_counts(parameters_, model))) {
+  for (const std::string& line : sent(glove(model, {}), study::gesture_counts(parameters_, model))) {
     EXPECT_NE(line.find("F512G512P"), std::string::npos) << line;
     const link::GloveLine read = parsed(line);
     buttons |= read.values.buttons;
@@ -299,9 +300,7 @@ TEST_F(Gloves, AHundredLinesASecondAreWhatTheDriverReads) {
 }
 
 TEST_F(Gloves, ButtonsAndJoystickComeFromTheirPins) {
-  const deploy::Glove g =
-      glove(named("published-hw", 100),
-            "lucidgloves,joystick=A6+A7,joystick_button=D7,a=D8,b=D9,menu=D10,calibrate=D12");
+  const deploy::Glove g = glove(named("published-hw", 100), {{4, 3, 2, 1, 0}, {{6, 7}}, {7, 8, 9, 10, 12}});
   std::array<int, 8> pressed{};
   std::array<int, 2> least = {1023, 1023};
   std::array<int, 2> most{};
@@ -314,7 +313,7 @@ TEST_F(Gloves, ButtonsAndJoystickComeFromTheirPins) {
       most[i] = std::max(most[i], static_cast<int>(read.values.joystick[i]));
     }
   }
-  for (const deploy::Button& button : deploy::buttons()) {
+  for (const model::Button& button : model::buttons()) {
     const int count = pressed[static_cast<std::size_t>(std::countr_zero(button.bit))];
     EXPECT_NEAR(count, static_cast<double>(lines.size()) / 4, 10) << button.name << ": a quarter of the time";
   }
@@ -328,20 +327,20 @@ TEST_F(Gloves, ButtonsAndJoystickComeFromTheirPins) {
 TEST_F(Gloves, AZeroThatIsSetByAButtonLeavesTheOtherButtonsAlone) {
   model::Model model = named("published-hw", 100);
   for (model::Input& input : model.inputs) input.poses = model::Poses{24, 112};
-  const deploy::Glove g = glove(model, "lucidgloves,joystick_button=D7,a=D8,b=D9,menu=D10,calibrate=D12");
+  const deploy::Glove g = glove(model, {{4, 3, 2, 1, 0}, {}, {7, 8, 9, 10, 12}});
   std::array<int, 8> pressed{};
   const std::vector<std::string> lines = sent(g, exercise(1000, 6));
   for (const std::string& line : lines) {
     for (unsigned k = 0; k < 8; ++k) pressed[k] += (parsed(line).values.buttons >> k) & 1;
   }
-  for (const deploy::Button& button : deploy::buttons()) {
+  for (const model::Button& button : model::buttons()) {
     const int count = pressed[static_cast<std::size_t>(std::countr_zero(button.bit))];
     EXPECT_NEAR(count, static_cast<double>(lines.size()) / 4, 10) << button.name << ": a quarter of the time";
   }
 }
 
 TEST_F(Gloves, OnlyWiredButtonsCount) {
-  const deploy::Glove g = glove(named("published-hw", 100), "lucidgloves,calibrate=D12");
+  const deploy::Glove g = glove(named("published-hw", 100), {{4, 3, 2, 1, 0}, {}, {{{}, {}, {}, {}, 12}}});
   unsigned buttons = 0;
   for (const std::string& line : sent(g, exercise(600, 7))) buttons |= parsed(line).values.buttons;
   namespace button = link::glove_button;
@@ -353,7 +352,7 @@ TEST_F(Gloves, BetaNamesTheOtherJointsAlsoWhileTheirStripsAreBroken) {
   model.inputs[3].strip = "ring";
   model.joints[1].name = "index_mcp";
   model.joints[3].name = "index_pip";
-  deploy::Glove g = glove(model, "flexor");
+  deploy::Glove g = glove(model, {});
   g.encoding = deploy::Encoding::beta;
   EXPECT_EQ(deploy::missing_fingers(model), std::vector<std::string>{"ring"});
   for (const std::string& line : sent(g, exercise(2000, 8))) {
@@ -368,7 +367,7 @@ TEST_F(Gloves, BetaNamesTheOtherJointsAlsoWhileTheirStripsAreBroken) {
 TEST_F(Gloves, PlainLinesAreATableThatFlexorReads) {
   for (const auto& [output, unit] :
        {std::pair{deploy::Output::text, "deg"}, {deploy::Output::log, "count"}}) {
-    deploy::Glove g = glove(named("published-hw", 50), "flexor");
+    deploy::Glove g = glove(named("published-hw", 50), {});
     g.output = output;
     std::string all;
     for (const std::string& line : sent(g, exercise(200, 3))) all += line;
@@ -382,7 +381,7 @@ TEST_F(Gloves, PlainLinesAreATableThatFlexorReads) {
 }
 
 TEST_F(Gloves, AGloveThatIsAskedSaysWhichHandItIs) {
-  deploy::Glove g = glove(named("published-hw", 100), "flexor");
+  deploy::Glove g = glove(named("published-hw", 100), {});
   g.right_hand = false;
   const Firmware firmware(deploy::glove_flash(g));
   Board board(firmware);
@@ -400,12 +399,12 @@ TEST_F(Gloves, AGloveThatIsAskedSaysWhichHandItIs) {
 }
 
 TEST_F(Replay, StripsOnOtherPinsAreSentToTheBit) {
-  for (const char* pins : {"lucidgloves", "thumb=A7,pinky=A5"}) {
+  for (const auto& strip : {std::array{4, 3, 2, 1, 0}, std::array{7, 1, 2, 3, 5}}) {
     deploy::Glove glove = glove_of(named("published-hw"));
-    glove.pins = deploy::pins_from_text(pins);
+    glove.pins.strip = strip;
     const GloveFigures f = replay(glove, exercise(1000, 9));
-    EXPECT_EQ(f.mismatches, 0U) << pins;
-    EXPECT_GT(f.frames, 900U) << pins;
+    EXPECT_EQ(f.mismatches, 0U) << strip[0];
+    EXPECT_GT(f.frames, 900U) << strip[0];
   }
 }
 
@@ -414,7 +413,7 @@ TEST_F(Replay, StripsOnOtherPinsAreSentToTheBit) {
 TEST_F(Replay, AZeroedGloveReadsAsTheModelsGloveDid) {
   deploy::Glove glove = glove_of(named("published-hw", 50));
   for (auto& input : glove.model.inputs) input.poses = model::Poses{40, 110};
-  glove.pins = deploy::pins_from_text("flexor,calibrate=D12");
+  glove.pins.button[4] = 12;
   glove.key.reset();
   const Firmware firmware(deploy::glove_flash(glove));
   const deploy::GloveTables tables = deploy::glove_tables(glove);
@@ -464,7 +463,7 @@ TEST_F(Replay, AZeroedGloveReadsAsTheModelsGloveDid) {
 TEST_F(Replay, TheLoggingSketchWritesWhatFlexorReads) {
   const fs::path core = "/usr/share/arduino/hardware/arduino/avr";
   if (!fs::exists(core)) GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
-  deploy::write_logger(deploy::pins_from_text("lucidgloves,thumb=A5"), folder_);
+  deploy::write_logger({{5, 3, 2, 1, 0}, {}, {}}, folder_);
   std::vector<std::string> command = {"avr-g++",
                                       "-mmcu=atmega328p",
                                       "-DF_CPU=16000000L",

@@ -58,7 +58,6 @@ void fit_twin(const TwinOptions& o) {
 
 void draw_twins(const TwinOptions& o) {
   study::EnsembleRequest request;
-  request.base = study::shipped_parameters();
   request.laboratories = *o.ensemble;
   request.evaluations = o.evaluations.value_or(request.evaluations);
   request.trials = o.trials.value_or(request.trials);

@@ -22,7 +22,7 @@ class Rendered : public Command {
     if (!gestures.empty()) {
       for (twin::Motion& m : study::motions(gestures)) motions.push_back(m);
     }
-    twin::Parameters parameters = study::shipped_parameters();
+    twin::Parameters parameters;
     parameters.camera_rate_hz = rate_hz;
     Json inputs = Json::array();
     for (const twin::Motion& motion : motions) {
@@ -60,7 +60,7 @@ class Rendered : public Command {
 
 // Log and video of one motion on two clocks, straight to a compensator; beside it the one from exact angles.
 TEST_F(Rendered, ACompensatorFromAVideoIsAsGoodAsOneFromExactAngles) {
-  film("5", study::shipped_parameters().camera_rate_hz);
+  film("5", twin::Parameters().camera_rate_hz);
   io::Worker camera(FLEXOR_CAMERA);
   const Json tracked = camera.run("track", track_arguments());
   EXPECT_EQ(tracked.at("frames_labelled"), tracked.at("frames"));
@@ -83,7 +83,6 @@ TEST_F(Rendered, ACompensatorFromAVideoIsAsGoodAsOneFromExactAngles) {
 
 TEST_F(Rendered, TheExperimentThroughPicturesScoresAsTheExperimentWithAngles) {
   study::Plan plan;
-  plan.parameters = study::shipped_parameters();
   plan.motions = study::motions("4");
   plan.compensators = {study::compensator("published-hw", 10)};
   plan.trials = 1;

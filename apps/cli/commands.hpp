@@ -2,7 +2,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -72,9 +71,8 @@ void add_twin_options(CLI::App& command, TwinFiles& twin,
 // The sample rate of --rate, where it is given. Throws io::InputError.
 void set_rate(model::Model& model, std::optional<double> rate_hz);
 
-inline constexpr std::array<const char*, 2> kSensorKinds = {"flex", "potentiometer"};
-void add_sensor_kind(CLI::App& command, std::string& kind);
-double divider_kohm(const std::string& kind, const twin::Parameters& twin);  // 0: of potentiometers
+// --hardware, of real boards.
+void add_hardware(CLI::App& command, std::string& hardware);
 
 // What a log does not say of its times.
 void add_time_options(CLI::App& command, recording::TimeOptions& time);

@@ -2,19 +2,20 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/deploy/arduino_library.hpp"
 #include "host/deploy/calibration.hpp"
+#include "host/deploy/deployment.hpp"
+#include "host/deploy/hardware.hpp"
 #include "host/deploy/images.hpp"
 #include "host/deploy/out_folder.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
-#include "host/study/deployment.hpp"
+#include "host/study/boards.hpp"
 
 namespace flexor::cli {
 namespace deploy_command {
@@ -29,16 +30,13 @@ struct Options {
   std::optional<double> rate_hz;
   std::string out;
   std::string output = "radio";
-  std::string sensor_kind = kSensorKinds.front();
-  double baud = 0;  // 0: the configuration's
-  std::optional<double> frame_rate_hz;
+  std::string hardware = "flexor";
+  double baud = 0;  // 0: the hardware's
   std::string key;
   bool new_key = false;
   bool plain = false;
   std::string calibration;
   std::string recording;
-  TwinFiles twin;
-  std::string pins = "flexor";
   bool allow_missing = false;
   std::string encoding = "alpha";
   std::string hand = "right";
@@ -103,8 +101,7 @@ std::string calibration_words(const Options& o, const model::Model& model,
                               const deploy::CalibrationDocument& own, double divider_kohm) {
   const bool alpha = std::ranges::any_of(model.inputs, deploy::reads_alpha);
   const std::string otherwise =
-      alpha ? fmt::format("the configuration's divider of {:g} kOhm and strips", divider_kohm)
-            : "counts as they are";
+      alpha ? fmt::format("the divider of {:g} kOhm and strips", divider_kohm) : "counts as they are";
   if (o.calibration.empty()) return fmt::format("{}; --calibration FILE takes this glove's own", otherwise);
   std::vector<std::string> fingers;
   for (std::size_t f = 0; f < model::kFingers; ++f) {
@@ -127,59 +124,52 @@ void require_fingers(const Options& o, const deploy::Glove& glove) {
 // A radio's glove has one button at most, which zeroes it.
 void require_of_vr(const Options& o, const deploy::Glove& glove) {
   if (o.output == "opengloves") return;
-  const deploy::Pins& pins = glove.pins;
+  const model::Pins& pins = glove.pins;
   const auto buttons = std::ranges::count_if(pins.button, [](const auto& pin) { return pin.has_value(); });
   const bool zeroes = pins.button.back().has_value();
   if (pins.joystick || buttons > (zeroes ? 1 : 0))
     throw io::InputError(
-        "--pins: joystick and buttons but calibrate go to VR drivers: add --output opengloves, or leave them "
-        "out");
+        "--hardware: joystick and buttons but calibrate go to VR drivers: add --output opengloves, or leave "
+        "them out");
   if (zeroes && !deploy::can_zero(glove)) {
-    throw io::InputError(
-        fmt::format("--pins: calibrate: {} does not know what its sensors read at the open hand and at the "
-                    "fist: identify it from "
-                    "a recording that has both, or leave the button out",
-                    o.model));
+    throw io::InputError(fmt::format(
+        "--hardware: calibrate: {} does not know what its sensors read at the open hand and at the "
+        "fist: identify it from "
+        "a recording that has both, or leave the button out",
+        o.model));
   }
   if (o.encoding != "alpha")
     throw io::InputError("--encoding: is of text for VR drivers: add --output opengloves");
 }
 
 // What the options ask for. Refuses, before anything is written, what the boards or the radio cannot do.
-study::Deployment plan(const Options& o, const twin::Parameters& p, const deploy::Key& key) {
+deploy::Deployment plan(const Options& o, const model::Hardware& hardware, const deploy::Key& key) {
   model::Model model = model::load(o.model);
   set_rate(model, o.rate_hz);
-  study::Deployment d;
+  deploy::Deployment d;
   std::vector<std::string> notes;
-  if (o.output == "radio") model = study::on_hand(std::move(model), p, notes);
+  if (o.output == "radio") model = deploy::on_hand(std::move(model), hardware, notes);
   for (const std::string& note : notes) log(note);
   const deploy::CalibrationDocument own =
       o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration);
-  d.glove = study::glove_for(p, model, own);
-  d.calibration = calibration_words(o, model, own, p.divider_kohm);
-  d.divider_kohm = divider_kohm(o.sensor_kind, p);
+  d.hardware = hardware;
+  d.glove = deploy::glove_for(hardware, model, key, own);
+  d.calibration = calibration_words(o, model, own, hardware.divider_kohm);
   const auto of_strip = [](const model::Input& input) {
     return input.unit != "count" && !input.unit.ends_with('V');
   };
-  if (d.divider_kohm == 0 && own.unit.empty() && std::ranges::any_of(model.inputs, of_strip))
+  if (hardware.sensor == model::SensorKind::potentiometer && own.unit.empty() &&
+      std::ranges::any_of(model.inputs, of_strip))
     throw io::InputError(
         fmt::format("{}: reads a strip's unit, which potentiometers have not: identify it from counts or V, "
-                    "or leave out --sensor-kind",
-                    o.model));
+                    "or make \"sensor\" of {} \"flex\"",
+                    o.model, hardware.source));
   d.folder = std::filesystem::path(o.out + "/").parent_path().string();
-  d.glove.pins = deploy::pins_from_text(o.pins);
   d.glove.encoding = o.encoding == "beta" ? deploy::Encoding::beta : deploy::Encoding::alpha;
   d.glove.right_hand = o.hand == "right";
-  d.glove.key = key;
   d.glove.output = kOutputs.at(o.output);
   require_of_vr(o, d.glove);
   require_fingers(o, d.glove);
-  if (o.baud != 0) d.glove.baud = o.baud;
-  if (o.frame_rate_hz) {
-    if (!(*o.frame_rate_hz > 0) || !std::isfinite(*o.frame_rate_hz))
-      throw io::InputError("--frame-rate must be a positive number of frames a second");
-    d.glove.frame_rate_hz = *o.frame_rate_hz;
-  }
   d.glove.track = o.track;
   deploy::check_tracking(d.glove);
   (void)deploy::samples_per_frame(d.glove);
@@ -201,8 +191,7 @@ std::vector<std::vector<double>> readings_of(const deploy::Glove& glove, const s
   return out;
 }
 
-void measure(study::Deployment& d, const study::Boards& boards, const twin::Parameters& p,
-             const study::Counts& counts) {
+void measure(deploy::Deployment& d, const study::Boards& boards, const study::Counts& counts) {
   ProgressLine line;
   line.show("running the glove's image ...");
   d.glove_figures = boards.run_glove(d.glove, counts);
@@ -215,25 +204,23 @@ void measure(study::Deployment& d, const study::Boards& boards, const twin::Para
   if (d.glove.output != deploy::Output::radio) return;
   line.show("running the hand's image ...");
   constexpr double kHandSeconds = 5;
-  d.hand_figures = boards.run_hand(p, d.glove, kHandSeconds);
+  d.hand_figures = boards.run_hand(d.hardware, d.glove, kHandSeconds);
 }
 
 // What is flashed, folders, what was measured of them, and the report, all in `folder`.
-nlohmann::ordered_json build(const Options& o, const study::Boards& boards, const twin::Parameters& p,
-                             const study::Counts& counts, study::Deployment& d,
-                             const std::filesystem::path& folder) {
-  deploy::Hand hand = study::safe_hand(p, d.glove.model);
-  hand.key = d.glove.key;
-  hand.baud = d.glove.baud;
+nlohmann::ordered_json build(const Options& o, const study::Boards& boards, const study::Counts& counts,
+                             deploy::Deployment& d, const std::filesystem::path& folder) {
   const auto write = [&](const char* name, const deploy::FlashContent& flash) {
     io::write_file(folder / name, deploy::to_intel_hex(flash), io::Access::owner);
   };
   write("glove.hex", deploy::glove_flash(d.glove));
-  if (d.glove.output == deploy::Output::radio) write("hand.hex", deploy::hand_flash(hand));
+  if (d.glove.output == deploy::Output::radio)
+    write("hand.hex", deploy::hand_flash(deploy::safe_hand(d.hardware, d.glove.model, d.glove.key)));
+  io::write_file(folder / deploy::kHardwareFile, io::dump(model::to_json(d.hardware)));
   deploy::write_arduino_library(d.glove, folder / deploy::kArduinoFolder);
   deploy::write_logger(d.glove.pins, folder / "arduino");
-  measure(d, boards, p, counts);
-  study::save_results(d, folder);
+  measure(d, boards, counts);
+  save_results(d, folder);
   draw_report(folder);
   nlohmann::ordered_json json = to_json(d);
   json["folder"] = o.out;
@@ -242,10 +229,10 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
   return json;
 }
 
-void say(const study::Deployment& d, const PairKey& pair) {
+void say(const deploy::Deployment& d, const PairKey& pair) {
   const std::string folder = io::one_line(d.folder);
   const bool radio = d.glove.output == deploy::Output::radio;
-  print(study::deployment_table(d));
+  print(deployment_table(d));
   print(
       fmt::format("\nimages    {0}/glove.hex{1}\nwiring    {0}/wiring.md, {0}/wiring_glove.svg{2}\nArduino   "
                   "{0}/arduino\n"
@@ -262,9 +249,11 @@ void say(const study::Deployment& d, const PairKey& pair) {
 void run(const Options& o) {
   study::Boards boards(io::program_beside(kBoardsWorker));
   io::require_folder(o.out);
-  const twin::Parameters p = twin_parameters(o.twin);
+  twin::Parameters p;
+  static_cast<model::Hardware&>(p) = model::hardware(o.hardware);
+  if (o.baud != 0) p.baud = o.baud;
   const PairKey pair = choose_key(o);
-  study::Deployment d = plan(o, p, pair.key);
+  deploy::Deployment d = plan(o, p, pair.key);
   const study::Counts counts = study::gesture_counts(p, d.glove.model);
   d.recording =
       o.recording.empty() ? "the six gestures" : std::filesystem::path(o.recording).filename().string();
@@ -272,7 +261,7 @@ void run(const Options& o) {
       deploy::fixed_point_error(d.glove.model, o.recording.empty() ? readings_of(d.glove, counts)
                                                                    : readings_of(d.glove.model, o.recording));
   deploy::OutFolder out(o.out);
-  nlohmann::ordered_json json = build(o, boards, p, counts, d, out.staging());
+  nlohmann::ordered_json json = build(o, boards, counts, d, out.staging());
   json["key"] = pair.origin != nullptr ? nlohmann::ordered_json(pair.origin) : nullptr;
   io::write_file(out.staging() / "report.json", io::dump(json));
   if (pair.key && !pair.is_stored) {
@@ -288,11 +277,6 @@ void run(const Options& o) {
 }
 
 void add_glove_options(CLI::App& command, Options& o) {
-  command
-      .add_option("--pins", o.pins,
-                  "flexor (thumb A0 to pinky A4), lucidgloves (pinky A0 to thumb A4), or changes to one: "
-                  "lucidgloves,thumb=A5,joystick=A6+A7,joystick_button=D7,a=D8,b=D9,menu=D10,calibrate=D12")
-      ->capture_default_str();
   command.add_flag("--allow-missing", o.allow_missing,
                    "text for VR drivers although the model lacks fingers: they are sent as straight");
   command
@@ -338,12 +322,9 @@ void add_deploy(CLI::App& app) {
           "log, lines of counts")
       ->check(CLI::IsMember(kOutputs))
       ->capture_default_str();
-  add_sensor_kind(*command, o->sensor_kind);
+  add_hardware(*command, o->hardware);
   add_glove_options(*command, *o);
-  command->add_option("--baud", o->baud,
-                      "of the radio (default: radio.baud of the configuration, 9600 as shipped)");
-  command->add_option("--frame-rate", o->frame_rate_hz,
-                      "frames a second (default: as many as the radio carries, at most one a sample)");
+  command->add_option("--baud", o->baud, "of the radio (default: radio.baud of the hardware)");
   add_key_options(*command, *o);
   command->add_option("--calibration", o->calibration,
                       "JSON (docs/calibration.md): for each finger \"counts\" and \"value\", two or more "
@@ -351,9 +332,6 @@ void add_deploy(CLI::App& app) {
                       "(default: the article's divider for a model of its alpha, counts for one of counts)");
   command->add_option("--recording", o->recording,
                       "CSV with the model's input columns: also measure the error over it");
-  add_twin_options(
-      *command, o->twin,
-      "configuration with divider, motors and limits of your glove and hand (flexor twin --json)");
   command->add_flag(
       "--track", o->track,
       "the glove follows its strips while it is worn, from whole bends (not in the Arduino library)");

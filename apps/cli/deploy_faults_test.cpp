@@ -225,20 +225,11 @@ TEST_F(DeployFaults, WiringDoesNotWriteOverADeployments) {
   fs::create_directories(path("d"));
   write(path("d/glove.hex"), ":00000001FF\n");
   write(path("d/wiring.md"), "its own");
-  const Finished r = run("wiring --pins lucidgloves --out d");
+  const Finished r = run("wiring --hardware lucidgloves --out d");
   EXPECT_EQ(r.exit, 2);
   EXPECT_NE(r.err.find("d: holds a deployment"), std::string::npos) << r.err;
   EXPECT_EQ(content(path("d/wiring.md")), "its own");
-  EXPECT_EQ(run("wiring --pins lucidgloves --out w").exit, 0);
-}
-
-TEST_F(DeployFaults, AGloveForVrIsNotToldToFlashAHand) {
-  ASSERT_EQ(deploy(kPublished, "--output opengloves --out d").exit, 0) << content(path("stderr"));
-  const std::string report = content(path("d/report.html"));
-  EXPECT_NE(report.find("--board glove"), std::string::npos);
-  EXPECT_EQ(report.find("--board hand"), std::string::npos);
-  EXPECT_EQ(report.find("two boards"), std::string::npos);
-  EXPECT_EQ(content(path("stdout")).find("--board hand"), std::string::npos);
+  EXPECT_EQ(run("wiring --hardware lucidgloves --out w").exit, 0);
 }
 
 // What it says to do next is a command for a shell.

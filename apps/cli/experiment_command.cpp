@@ -247,7 +247,7 @@ void play_ensemble(const Options& o) {
 // Units of readings and ends of angles, as the twin's glove and hand have them.
 void meet_twin(study::Compensator& compensator, const twin::Parameters& parameters) {
   std::vector<std::string> notes;
-  compensator.model = study::on_hand(std::move(compensator.model), parameters, notes);
+  compensator.model = deploy::on_hand(std::move(compensator.model), parameters, notes);
   const std::string& unit = compensator.model.inputs.front().unit;
   if (unit != "deg" && !unit.empty())
     notes.push_back(fmt::format("reads {}: the twin's glove gives it that, by its divider of {:g} kohm", unit,
@@ -308,7 +308,7 @@ void set_rate(model::Model& model, std::optional<double> rate_hz) {
 }
 
 twin::Parameters twin_parameters(const TwinFiles& twin) {
-  twin::Parameters p = twin.file.empty() ? study::shipped_parameters() : twin::load(twin.file);
+  twin::Parameters p = twin.file.empty() ? twin::Parameters() : twin::load(twin.file);
   for (const std::string& assignment : twin.set) twin::assign(p, assignment);
   twin::check(p);
   return p;

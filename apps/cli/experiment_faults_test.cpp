@@ -349,7 +349,7 @@ TEST_F(ExperimentFaults, SwappedLimitsAndAbsurdParametersAreRefused) {
     refused("radio.baud=" + std::string(value), "radio.baud");
   }
   refused("radio.loss=1e999", "not a number");
-  refused("=1", "unknown twin parameter");
+  refused("=1", "unknown parameter");
   refused("radio.loss", "name=value");
 }
 

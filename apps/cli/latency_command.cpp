@@ -2,7 +2,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "host/io/json.hpp"
-#include "host/study/deployment.hpp"
+#include "host/study/latency.hpp"
 
 namespace flexor::cli {
 namespace latency_command {
@@ -23,8 +23,8 @@ void run(const Options& o) {
   const twin::Parameters p = twin_parameters(o.twin);
   study::Compensator compensator = study::compensator(o.model, o.rate_hz);
   std::vector<std::string> notes;
-  compensator.model = study::on_hand(std::move(compensator.model), p, notes);
-  const deploy::Glove glove = study::glove_for(p, compensator.model);
+  compensator.model = deploy::on_hand(std::move(compensator.model), p, notes);
+  const deploy::Glove glove = deploy::glove_for(p, compensator.model, study::bench_key());
   const double frames_hz = o.rate_hz / deploy::samples_per_frame(glove);
   if (!o.folder.empty()) io::require_folder(o.folder);
   log(fmt::format("{} edges on simulated boards ...", o.edges));

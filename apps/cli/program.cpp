@@ -44,16 +44,11 @@ void add_time_options(CLI::App& command, recording::TimeOptions& time) {
       ->check(CLI::Range(0.01, 1e5));
 }
 
-void add_sensor_kind(CLI::App& command, std::string& kind) {
+void add_hardware(CLI::App& command, std::string& hardware) {
   command
-      .add_option("--sensor-kind", kind,
-                  "what bends with the fingers: flex, strips in dividers, or potentiometer")
-      ->check(CLI::IsMember(kSensorKinds))
+      .add_option("--hardware", hardware,
+                  "glove and hand: flexor, lucidgloves, or a document (flexor show --hardware)")
       ->capture_default_str();
-}
-
-double divider_kohm(const std::string& kind, const twin::Parameters& twin) {
-  return kind == kSensorKinds.front() ? twin.divider_kohm : 0;
 }
 
 void print(const std::string& text) { print_as_it_is(io::without_controls(text, "\n\r\t")); }
@@ -142,7 +137,7 @@ constexpr Command kCommands[] = {
     {add_live, "See it", "flexor live --demo"},
     {add_monitor, "See it", "flexor monitor --from twin"},
     {add_sessions, "See it", "flexor sessions"},
-    {add_wiring, "A glove", "flexor wiring --pins lucidgloves --out wiring/"},
+    {add_wiring, "A glove", "flexor wiring --hardware lucidgloves --out wiring/"},
     {add_ports, "A glove", "flexor ports"},
     {add_record, "A glove", "flexor record glove.csv"},
     {add_protocol, "A glove", "flexor protocol"},

@@ -17,7 +17,7 @@
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 #include "host/report/colours.hpp"
-#include "host/study/deployment.hpp"
+#include "host/study/latency.hpp"
 #include "host/study/results.hpp"
 
 namespace flexor {
@@ -210,7 +210,7 @@ TEST_F(HandReport, PeersThatCouldNotBeFittedAndPausesAllOverAreSaid) {
 class ExperimentReport : public ReportTest {
  protected:
   static study::Plan plan(const std::string& gestures) {
-    return {study::shipped_parameters(),
+    return {twin::Parameters(),
             study::motions(gestures),
             {study::compensator("raw", 10), study::compensator("published-hw", 10)},
             3,
@@ -391,12 +391,12 @@ TEST_F(ReportTest, OfAnEnsembleNeedsNoPublishedCompensatorToCompareWith) {
 }
 
 TEST_F(ReportTest, OfADeploymentIsDrawnFromWhatWasSaved) {
-  study::Deployment d;
+  deploy::Deployment d;
   d.glove.model = study::compensator("published-hw", 10).model;
   d.glove.model.name = "</title>it's 5 % <i>";
   d.glove_figures.step.add(600);
   d.recording = "the six gestures";
-  study::save_results(d, folder_);
+  deploy::save_results(d, folder_);
   expect_the_same_once_more();
   const std::string html = read("report.html");
   EXPECT_EQ(html.find("<i>"), std::string::npos);

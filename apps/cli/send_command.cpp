@@ -8,6 +8,7 @@
 #include "apps/cli/progress.hpp"
 #include "host/deploy/calibration.hpp"
 #include "host/deploy/flash.hpp"
+#include "host/deploy/hardware.hpp"
 #include "host/deploy/images.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/pair_key.hpp"
@@ -16,7 +17,6 @@
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/io/serial.hpp"
-#include "host/study/boards.hpp"
 
 namespace flexor::cli {
 namespace send_command {
@@ -25,11 +25,11 @@ struct Options {
   std::string model;  // or the folder of a deployment
   std::string board;
   std::string port = "auto";
-  unsigned baud = 9600;
+  unsigned baud = 0;  // 0: the hardware's
   std::string key;
   std::optional<double> rate_hz;
   std::string calibration;
-  TwinFiles twin;
+  std::string hardware = "flexor";
   bool bootloader = false;
   bool json = false;
 };
@@ -39,20 +39,18 @@ deploy::Glove glove_of(const Options& o, std::optional<double> rate_hz,
                        deploy::Output output = deploy::Output::radio) {
   model::Model model = model::load(o.model);
   set_rate(model, rate_hz);
-  const twin::Parameters twin = twin_parameters(o.twin);
+  const model::Hardware hardware = model::hardware(o.hardware);
   std::vector<std::string> notes;
-  if (output == deploy::Output::radio) model = study::on_hand(std::move(model), twin, notes);
+  if (output == deploy::Output::radio) model = deploy::on_hand(std::move(model), hardware, notes);
   for (const std::string& note : notes) log(note);
-  deploy::Glove glove = study::glove_that_runs(
-      twin, model,
+  return deploy::glove_that_runs(
+      hardware, model, o.key.empty() ? deploy::Key() : deploy::load_key(o.key),
       o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration));
-  glove.key = o.key.empty() ? deploy::Key() : deploy::load_key(o.key);
-  return glove;
 }
 
 // Over the line on which the glove speaks, while it runs.
 deploy::Sent send_live(const Options& o, const deploy::Glove& glove, const std::string& path) {
-  io::SerialPort port(path, o.baud);
+  io::SerialPort port(path, o.baud != 0 ? o.baud : static_cast<unsigned>(glove.baud));
   const auto begin = std::chrono::steady_clock::now();
   const deploy::Line line = {
       [&](std::span<const std::uint8_t> bytes) { port.write(bytes); },
@@ -166,14 +164,14 @@ void add_send(CLI::App& app) {
   command
       ->add_option("--port", o->port, "serial port of the glove or of a radio; auto: the only one there is")
       ->capture_default_str();
-  command->add_option("--baud", o->baud, "rate of the glove's radio, which is that of its USB, too")
-      ->capture_default_str();
+  command->add_option("--baud", o->baud,
+                      "of the glove's radio, which is that of its USB, too (default: the hardware's)");
   command->add_option("--key", o->key, "file with the pair's key: pair.key of the deployment");
   command->add_option(
       "--rate", o->rate_hz,
       "sample rate of the glove: 10, 20, 50 or 100 Hz (default: the one that the glove says)");
   command->add_option("--calibration", o->calibration, "as at the deployment");
-  add_twin_options(*command, o->twin, "as at the deployment, and likewise --set");
+  add_hardware(*command, o->hardware);
   command->add_flag(
       "--bootloader", o->bootloader,
       "through the board's bootloader, over USB: into flash, where larger models have room; the glove pauses "

@@ -21,15 +21,13 @@ struct RecordOptions {
 };
 
 void show_parameters(bool json) {
-  const twin::Parameters p = study::shipped_parameters();
+  const twin::Parameters p;
   if (json) {
     print(twin::to_json(p));
     return;
   }
-  for (const twin::Entry& entry : twin::table()) {
-    print(fmt::format("{:<31}{:<34}{:<10}{}\n", entry.name, twin::value_text(p, entry), entry.unit,
-                      entry.source));
-  }
+  for (const model::Number& n : twin::numbers(p))
+    print(fmt::format("{:<31}{:<34}{:<10}{}\n", n.name, model::value_text(n), n.unit, n.source));
 }
 
 void refuse_others_logs(const RecordOptions& o) {

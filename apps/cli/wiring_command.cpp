@@ -13,10 +13,8 @@ namespace wiring_command {
 
 struct Options {
   std::string out;
-  std::string pins = "flexor";
+  std::string hardware = "flexor";
   std::string output = "radio";
-  std::string sensor_kind = kSensorKinds.front();
-  TwinFiles twin;
   bool json = false;
 };
 
@@ -28,26 +26,23 @@ void refuse_deployment(const std::string& folder) {
 }
 
 void run(const Options& o) {
-  const twin::Parameters p = twin_parameters(o.twin);
-  const deploy::Pins pins = deploy::pins_from_text(o.pins);
+  const model::Hardware hardware = model::hardware(o.hardware);
   const deploy::Output output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
-  nlohmann::ordered_json json = to_json(deploy::wiring_plan(pins, output, divider_kohm(o.sensor_kind, p)));
+  nlohmann::ordered_json json = to_json(deploy::wiring_plan(hardware, output));
   io::require_folder(o.out);
   refuse_deployment(o.out);
   io::make_folder(o.out);
   report::save_wiring(json, o.out);
-  deploy::write_logger(pins, o.out);
+  deploy::write_logger(hardware.pins, o.out);
   json["folder"] = o.out;
-  json["pins"] = deploy::to_text(pins);
+  json["pins"] = model::to_json(hardware.pins);
   json["version"] = FLEXOR_VERSION;
   if (o.json) return print(io::dump(json));
   const std::string folder = std::filesystem::path(o.out + "/").parent_path().string();
-  print(
-      fmt::format("wiring    {0}/wiring.md, {0}/wiring_glove.svg{1}\nlogger    {0}/flexor_logger: a sketch "
-                  "for the Arduino IDE\n"
-                  "pins      {2}\n",
-                  folder, output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", folder) : "",
-                  deploy::to_text(pins)));
+  print(fmt::format(
+      "wiring    {0}/wiring.md, {0}/wiring_glove.svg{1}\nlogger    {0}/flexor_logger: a sketch "
+      "for the Arduino IDE\n",
+      folder, output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", folder) : ""));
 }
 
 }  // namespace wiring_command
@@ -57,12 +52,10 @@ void add_wiring(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "wiring", "What to solder where, with pictures and parts, and the sketch that logs a glove", run);
   command->add_option("--out", o->out, "write pictures, list and sketch into this folder")->required();
-  command->add_option("--pins", o->pins, "as in flexor deploy")->capture_default_str();
+  add_hardware(*command, o->hardware);
   command->add_option("--output", o->output, "of the glove: radio, or opengloves, a cable to the PC")
       ->check(CLI::IsMember({"radio", "opengloves"}))
       ->capture_default_str();
-  add_sensor_kind(*command, o->sensor_kind);
-  add_twin_options(*command, o->twin, "configuration with the divider of your glove (flexor twin --json)");
 }
 
 }  // namespace flexor::cli

@@ -21,7 +21,7 @@
 namespace flexor::live {
 
 struct TwinOptions {
-  twin::Parameters parameters = study::shipped_parameters();
+  twin::Parameters parameters = {};
   double rate_hz = 100;  // 1 to 1000
   std::uint64_t seed = 1;
   std::optional<twin::Motion> motion = study::ordinary_motion();  // again and again; none: at rest

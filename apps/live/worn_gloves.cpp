@@ -142,7 +142,7 @@ class WornTwin : public WornGlove {
   std::optional<double> begun_s() const override { return twin_->begun_s(); }
   void load(const model::Model& model) override {
     std::vector<std::string> notes;
-    twin_->load(study::on_hand(model, TwinOptions().parameters, notes));
+    twin_->load(deploy::on_hand(model, {}, notes));
   }
 
   bool has_boards() const override { return false; }

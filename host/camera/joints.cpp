@@ -334,12 +334,7 @@ Window region_of(const Skeleton& skeleton, const Picture& picture) {
 Joints joints_from_json(const std::string& text, const std::string& source) {
   const Json json = io::parse_json(text, source);
   io::JsonReader reader(json, source);
-  if (!reader.has("schema") || reader.text("schema") != "flexor-joints") {
-    reader.fail("not a joint file: \"schema\" must be \"flexor-joints\"");
-  }
-  if (reader.number("schema_version") != 1) {
-    reader.fail("schema_version must be 1: newer files need a newer flexor");
-  }
+  reader.schema("flexor-joints", 1);
   Joints out;
   out.source = source;
   out.name = reader.text("name");

@@ -47,8 +47,8 @@ std::string changed(const std::string& from, const std::string& to) {
 TEST(Joints, MistakesAreNamedWithTheirPlaceAndTheMend) {
   EXPECT_EQ(error(changed("\"x\"", "\"x\"")), "accepted");
   const std::vector<std::array<std::string, 3>> cases = {
-      {"flexor-joints", "flexor-model", "not a joint file"},
-      {"\"schema_version\": 1", "\"schema_version\": 2", "newer flexor"},
+      {"flexor-joints", "flexor-model", "must be \"flexor-joints\""},
+      {"\"schema_version\": 1", "\"schema_version\": 2", "update Flexor"},
       {R"(["b", "c", 1]])", R"(["b", "d", 1]])", "no mark is called \"d\"; there are: a, b, c"},
       {R"(["b", "c", 1]])", R"(["c", "b", 1]])", "must begin at a mark that an earlier link reaches"},
       {R"(, ["b", "c", 1]])", "]", "no link reaches mark \"c\""},

@@ -59,8 +59,8 @@ void replace(std::string& text, std::string_view shipped, const std::string& now
 
 std::string buttons_of(const Pins& pins) {
   std::vector<std::string> out;
-  for (std::size_t i = 0; i < kButtons; ++i) {
-    if (pins.button[i]) out.push_back(fmt::format("{{{}, {}}}", *pins.button[i], buttons()[i].bit));
+  for (std::size_t i = 0; i < model::kButtons; ++i) {
+    if (pins.button[i]) out.push_back(fmt::format("{{{}, {}}}", *pins.button[i], model::buttons()[i].bit));
   }
   return fmt::format("{{{}}}", fmt::join(out, ", "));
 }

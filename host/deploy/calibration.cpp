@@ -33,11 +33,11 @@ Sensor read_sensor(io::JsonReader& reader) {
   return {counts, value};
 }
 
-std::string finger_of(const std::string& name, const std::string& source) {
+std::size_t finger_of(const std::string& name, const std::string& source) {
   try {
-    return model::finger(name);
+    return model::finger_index(name);
   } catch (const io::InputError& error) {
-    throw io::InputError(fmt::format("{}: {}", source, error.what()));
+    io::fail_within(source, error);
   }
 }
 
@@ -82,23 +82,14 @@ CalibrationDocument calibration_from_json(const std::string& text, const std::st
   out.source = source;
   const auto json = io::parse_json(text, source);
   io::JsonReader document(json, out.source);
-  if (!document.has("schema") || !document.has("schema_version"))
-    document.fail(fmt::format(R"(begin it with "schema": "flexor-calibration", "schema_version": {},)",
-                              kSchemaVersion));
-  if (document.text("schema") != "flexor-calibration")
-    document.fail("\"schema\" must be \"flexor-calibration\"");
-  if (document.number("schema_version") != kSchemaVersion)
-    document.fail(fmt::format("schema_version must be {}", kSchemaVersion));
+  document.schema("flexor-calibration", kSchemaVersion);
   out.unit = document.text_or_empty("unit");
   const auto fingers = document.object_or_empty("fingers");
   document.done();
-  const auto& names = model::finger_names();
   for (const auto& item : fingers.items()) {
-    const auto i =
-        static_cast<std::size_t>(std::ranges::find(names, finger_of(item.key(), source)) - names.begin());
-    if (out.sensor[i]) {
-      throw io::InputError(fmt::format("{}: {} comes twice, by two names; remove one", source, names[i]));
-    }
+    const std::size_t i = finger_of(item.key(), source);
+    if (out.sensor[i])
+      document.fail(fmt::format("{} comes twice, by two names; remove one", model::finger_names()[i]));
     io::JsonReader reader(item.value(), fmt::format("{}: {}", out.source, item.key()));
     out.sensor[i] = read_sensor(reader);
   }

@@ -159,8 +159,8 @@ int samples_per_frame(const Glove& glove) {
   }
   if (glove.key && glove.baud < kLeastBaudWithKey) {
     throw InputError(
-        fmt::format("a radio of {:g} baud is too slow for a key, which wants {:g}: raise --baud, or "
-                    "radio.baud of the twin",
+        fmt::format("a radio of {:g} baud is too slow for a key, which wants {:g}: raise "
+                    "radio.baud",
                     glove.baud, kLeastBaudWithKey));
   }
   const int bytes = frame_bytes(glove.key);
@@ -171,19 +171,19 @@ int samples_per_frame(const Glove& glove) {
     }
     throw InputError(
         fmt::format("a radio of {:g} baud carries {:.2f} frames of {} bytes a second, the glove sends at "
-                    "least one: raise --baud",
+                    "least one: raise radio.baud",
                     glove.baud, carried_hz, bytes));
   }
   if (glove.frame_rate_hz > carried_hz) {
     throw InputError(
         fmt::format("{:g} frames of {} bytes a second do not fit a radio of {:g} baud, which carries {:.1f}: "
-                    "lower --frame-rate or raise --baud",
+                    "lower radio.frame_rate_hz or raise radio.baud",
                     glove.frame_rate_hz, bytes, glove.baud, carried_hz));
   }
   const double every = rate / glove.frame_rate_hz;
   if (every < 1 || std::abs(every - std::round(every)) > 1e-9 || every > 255) {
     throw InputError(
-        fmt::format("{:g} frames a second from {} samples: --frame-rate must divide the sample rate",
+        fmt::format("{:g} frames a second from {} samples: radio.frame_rate_hz must divide the sample rate",
                     glove.frame_rate_hz, rate));
   }
   return static_cast<int>(std::lround(every));
@@ -359,15 +359,15 @@ void set_timing(const Glove& glove, glove::SettingsHead& c) {
 }
 
 void set_pins(const Pins& pins, glove::SettingsHead& c) {
-  const std::vector<int> scan = scan_of(pins);
+  const std::vector<int> scan = model::scan_of(pins);
   c.scan_count = static_cast<std::uint8_t>(scan.size());
   for (std::size_t i = 0; i < scan.size(); ++i) {
     c.scan[i] = static_cast<std::uint8_t>(scan[i]);
     if (scan[i] < 6) c.analog_pins = static_cast<std::uint8_t>(c.analog_pins | 1U << scan[i]);
   }
-  for (std::size_t i = 0; i < kButtons; ++i) {
+  for (std::size_t i = 0; i < model::kButtons; ++i) {
     c.button[i] = static_cast<std::uint8_t>(pins.button[i].value_or(glove::kNoPin));
-    c.button_bit[i] = buttons()[i].bit;
+    c.button_bit[i] = model::buttons()[i].bit;
   }
 }
 

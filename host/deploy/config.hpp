@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "host/deploy/mcu.hpp"
-#include "host/deploy/pins.hpp"
 #include "host/model/glove_tables.hpp"
+#include "host/model/hardware.hpp"
 #include "host/model/host_chain.hpp"
 #include "host/model/model.hpp"
 #include "host/model/wiring.hpp"
@@ -29,6 +29,7 @@ inline constexpr double kLeastBaudWithKey = 4800;  // of the radio
 using Key = std::optional<link::Key>;  // none: plain frames
 
 using glove::Output;
+using model::Pins;
 // Of the text for VR drivers: a number for each finger; or the model's other joints as well, which a driver
 // from 0.5 on reads.
 enum class Encoding { alpha, beta };

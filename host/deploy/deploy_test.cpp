@@ -135,7 +135,7 @@ TEST_F(Deploy, SendsAsManyFramesAsTheRadioCarries) {
   expect_refused([&] { (void)samples_per_frame(g); }, "must divide");
   g = glove(10);
   g.baud = 200;
-  expect_refused([&] { (void)samples_per_frame(g); }, "raise --baud");
+  expect_refused([&] { (void)samples_per_frame(g); }, "raise radio.baud");
 }
 
 // A model of every joint of five fingers, and the thumb's three.

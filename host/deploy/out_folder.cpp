@@ -28,8 +28,9 @@ struct OutPart {
   const char* name;
   bool is_folder;
 };
-constexpr std::array<OutPart, 11> kParts = {{{"glove.hex", false},
+constexpr std::array<OutPart, 12> kParts = {{{"glove.hex", false},
                                              {"hand.hex", false},
+                                             {kHardwareFile, false},
                                              {kArduinoFolder, true},
                                              {"arduino/flexor_logger", true},
                                              {"wiring.md", false},

@@ -14,6 +14,7 @@
 namespace flexor::deploy {
 
 inline constexpr const char* kKeyFile = "pair.key";
+inline constexpr const char* kHardwareFile = "hardware.json";
 inline constexpr const char* kArduinoFolder = "arduino/Flexor";
 
 class OutFolder {

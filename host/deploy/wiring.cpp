@@ -47,10 +47,10 @@ BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm) {
                                  i == 0 ? "joystick x" : "joystick y", "ends to 5 V and GND"});
     }
   }
-  for (std::size_t i = 0; i < kButtons; ++i) {
+  for (std::size_t i = 0; i < model::kButtons; ++i) {
     if (!pins.button[i]) continue;
     out.connections.push_back(
-        {fmt::format("D{}", *pins.button[i]), "button", buttons()[i].says, "other end to GND"});
+        {fmt::format("D{}", *pins.button[i]), "button", model::buttons()[i].says, "other end to GND"});
   }
   if (output == Output::radio) {
     add_radio(out.connections);
@@ -102,10 +102,11 @@ std::string divider_part(double kohm) {
   const std::string out = fmt::format("resistor {:g} kOhm, 1 %, one for each strip", kohm);
   const double sold = nearest_sold(kohm);
   if (std::abs(sold / kohm - 1) < 1e-6) return out;
-  return out + fmt::format(
-                   "; the nearest that is sold (E96) is {0:g} kOhm: tell Flexor of it, or of any other, with "
-                   "--set divider.fixed_kohm={0:g}, here and in flexor deploy",
-                   sold);
+  return out +
+         fmt::format(
+             "; the nearest that is sold (E96) is {0:g} kOhm: write it, or any other, into hardware.json as "
+             "divider.fixed_kohm",
+             sold);
 }
 
 std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm) {
@@ -135,16 +136,16 @@ std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm)
 }  // namespace
 
 std::string boards_with(const Pins& pins) {
-  const bool beyond_uno = std::ranges::any_of(scan_of(pins), [](int pin) { return pin > 5; });
+  const bool beyond_uno = std::ranges::any_of(model::scan_of(pins), [](int pin) { return pin > 5; });
   return beyond_uno ? "Arduino Nano" : kAtmega328p.boards;
 }
 
-WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm) {
+WiringPlan wiring_plan(const model::Hardware& hardware, Output output) {
   WiringPlan out;
-  out.divider_kohm = divider_kohm;
-  out.boards.push_back(glove_board(pins, output, divider_kohm));
+  if (hardware.sensor == model::SensorKind::flex) out.divider_kohm = hardware.divider_kohm;
+  out.boards.push_back(glove_board(hardware.pins, output, out.divider_kohm));
   if (output == Output::radio) out.boards.push_back(hand_board());
-  out.parts = parts_of(pins, output, divider_kohm);
+  out.parts = parts_of(hardware.pins, output, out.divider_kohm);
   return out;
 }
 

@@ -36,14 +36,14 @@ struct BoardWiring {
 struct WiringPlan {
   std::vector<BoardWiring> boards;
   std::vector<Part> parts;
-  double divider_kohm = 0;
+  double divider_kohm = 0;  // between a strip and 5 V; 0: potentiometers, dividers of their own
 };
 
 // Boards with these pins: only a Nano has A6 and A7.
 std::string boards_with(const Pins& pins);
 
-// divider_kohm: the resistor between a strip and 5 V; 0: the sensors are potentiometers, dividers of their own. A hand's board comes with output radio.
-WiringPlan wiring_plan(const Pins& pins, Output output, double divider_kohm);
+// A hand's board comes with output radio.
+WiringPlan wiring_plan(const model::Hardware& hardware, Output output);
 
 // {"divider_kohm", "boards": [{"name", "board", "connections": [{"pin", "kind", "name", "how"}]}], "parts": [{"count",
 // "what"}]}

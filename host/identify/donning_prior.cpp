@@ -29,9 +29,7 @@ Prior shipped_prior() { return {9, 0.18, 0.13, 0.8, 0.05, 0.08, 0.1}; }
 Prior prior_from_json(const std::string& text, const std::string& source) {
   const auto json = io::parse_json(text, source);
   io::JsonReader reader(json, source);
-  if (reader.text("schema") != kPriorSchema)
-    reader.fail(fmt::format("not a prior of donnings: \"schema\" must be \"{}\"", kPriorSchema));
-  (void)reader.whole_within("schema_version", kPriorVersion, kPriorVersion);
+  reader.schema(kPriorSchema, kPriorVersion);
   Prior out;
   out.sessions = reader.whole_within("sessions", 0, 1000000);
   for (const auto& [name, deviation] : kDeviations)

@@ -31,6 +31,12 @@ std::string dump_line(const nlohmann::ordered_json& json);
 // text.
 std::string to_utf8(std::string_view bytes);
 
+// `error` again, with the source in front of it, where it is not there yet.
+[[noreturn]] inline void fail_within(const std::string& source, const InputError& error) {
+  const std::string what = error.what();
+  throw InputError(what.starts_with(source + ": ") ? what : fmt::format("{}: {}", source, what));
+}
+
 // Reads one JSON object's members and says which are missing, wrong or unknown, with their place.
 class JsonReader {
  public:
@@ -41,6 +47,17 @@ class JsonReader {
 
   [[noreturn]] void fail(const std::string& what) const {
     throw InputError(fmt::format("{}: {}", place_, what));
+  }
+
+  // Of a document of this kind, at most of this version.
+  void schema(const char* name, int newest) {
+    if (!has("schema"))
+      fail(fmt::format(R"(begin it with "schema": "{}", "schema_version": {},)", name, newest));
+    if (text("schema") != name) fail(fmt::format("\"schema\" must be \"{}\"", name));
+    const double version = number("schema_version");
+    if (version > newest)
+      fail(fmt::format("has schema_version {}, newer than {}: update Flexor", version, newest));
+    (void)whole_within("schema_version", 1, newest);
   }
 
   double number(const char* key) {

@@ -303,17 +303,9 @@ std::string schema_json() {
 Model from_json(const std::string& text, const std::string& source) {
   const Json json = io::parse_json(text, source);
   Reader reader(json, source);
-  if (!reader.has("schema") || reader.text("schema") != kSchema) {
-    reader.fail(fmt::format("not a model: \"schema\" must be \"{}\"", kSchema));
-  }
-  const double version = reader.number("schema_version");
-  if (version > kSchemaVersion) {
-    reader.fail(fmt::format("has schema version {}, this program reads up to {}; update Flexor", version,
-                            kSchemaVersion));
-  }
-  if (version == 1)
+  reader.schema(kSchema, kSchemaVersion);
+  if (reader.number("schema_version") == 1)
     reader.fail("has schema version 1, with \"channels\", which is no longer read: identify it again");
-  if (version != kSchemaVersion) reader.fail(fmt::format("has no known schema version ({})", version));
   Model model;
   read_members(reader, model, Model::header());
   read_members(reader, model, Model::graph());

@@ -160,9 +160,9 @@ TEST(Model, ReadsThePapersAndTheClinicsNames) {
 
 TEST(Model, RefusesANewerSchemaByName) {
   const auto what = edited([](auto& j) { j["schema_version"] = 3; });
-  expect_says(what, "m.json: has schema version 3");
+  expect_says(what, "m.json: has schema_version 3");
   expect_says(what, "update Flexor");
-  expect_says(edited([](auto& j) { j["schema_version"] = 0; }), "no known schema version");
+  expect_says(edited([](auto& j) { j["schema_version"] = 0; }), "whole number from 1 to 2");
 }
 
 TEST(Model, RefusesATruncatedFileWithThePlaceAndANumberThatNoDoubleHolds) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "host/io/io.hpp"
+#include "host/model/hardware.hpp"
 #include "host/model/random_model.hpp"
 
 namespace flexor::model {
@@ -89,6 +90,17 @@ void for_each_fault(Json& document, Json& object, Each each) {
 TEST(Schema, IsThatOfTheDocs) {
   EXPECT_EQ(io::read_document(FLEXOR_SOURCE_DIR "/docs/model.schema.json"), schema_json())
       << "flexor show --schema > docs/model.schema.json";
+}
+
+TEST(Schema, OfHardwareIsThatOfTheDocsAndAcceptsThePresets) {
+  EXPECT_EQ(io::read_document(FLEXOR_SOURCE_DIR "/docs/hardware.schema.json"), io::dump(hardware_schema()))
+      << "flexor show --hardware flexor --schema > docs/hardware.schema.json";
+  for (const char* name : {"flexor", "lucidgloves"}) {
+    Json document = to_json(preset(name));
+    EXPECT_TRUE(is_valid(document, hardware_schema())) << name;
+    document["parameters"]["motor.supply_V"]["unit"] = "mV";
+    EXPECT_FALSE(is_valid(document, hardware_schema()));
+  }
 }
 
 TEST(Schema, AcceptsEveryModelThatIsShipped) {

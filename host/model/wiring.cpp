@@ -78,6 +78,10 @@ void add_strips(const Model& model, const Graph& graph, Wiring& out) {
 
 }  // namespace
 
+std::size_t finger_index(std::string_view name) {
+  return static_cast<std::size_t>(std::ranges::find(finger_names(), finger(name)) - finger_names().begin());
+}
+
 Wiring wiring_of(const Model& model) {
   const Graph graph(model);
   Wiring out;

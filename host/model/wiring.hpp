@@ -11,6 +11,9 @@ namespace flexor::model {
 
 inline constexpr std::size_t kFingers = 5;  // of finger_names()
 
+// 0 for thumb to 4 for pinky; aliases as in finger(). Throws io::InputError, listing the names.
+std::size_t finger_index(std::string_view name);
+
 // Which joint of the model moves each finger, and which finger's strip feeds each of its inputs.
 struct Wiring {
   std::array<std::optional<std::size_t>, kFingers> joint;  // of model.joints

@@ -16,6 +16,7 @@
 #include "host/deploy/config.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
+#include "host/io/pipe_json.hpp"
 #include "host/io/worker.hpp"
 #include "host/study/catalogue.hpp"
 
@@ -50,11 +51,8 @@ struct BenchView {
   std::array<int, kFingers> counts{};        // the glove's last conversions
 };
 
-// Through the pipe.
-nlohmann::ordered_json exact_json(const BenchChange& change);
-BenchChange bench_change_of(const nlohmann::ordered_json& json);
-nlohmann::ordered_json exact_json(const BenchView& view);
-BenchView bench_view_of(const nlohmann::ordered_json& json);
+FLEXOR_PIPE(BenchChange, ms, slip_deg, drift_deg_per_min, noise_counts, loss, motion, restart, unplugged)
+FLEXOR_PIPE(BenchView, now_ms, port, is_open, motion, motion_s, finger_deg, joint_deg, duty, fault, counts)
 
 // The old Nanos', 57600 baud, of Debian's package.
 inline constexpr const char* kBootloader =
@@ -63,7 +61,7 @@ inline constexpr const char* kBootloader =
 std::string why_no_bootloader(const std::filesystem::path& hex = kBootloader);
 
 struct BenchOptions {
-  twin::Parameters parameters = shipped_parameters();
+  twin::Parameters parameters = {};
   model::Model model;      // five fingers; the glove's first
   std::uint64_t seed = 1;  // whoever wears it is that of the experiment's trial 0 with this seed
   std::filesystem::path port_link =

@@ -6,7 +6,7 @@
 
 namespace flexor::study {
 
-// "gestures/1.json", "published_hw.json", "twin.json", ... Throws std::out_of_range for any other name.
+// "gestures/1.json", "published_hw.json", ... Throws std::out_of_range for any other name.
 std::string builtin(std::string_view name);
 
 }  // namespace flexor::study

@@ -197,8 +197,6 @@ twin::Motion recommended_motion() {
   return twin::Motion::from_json(builtin("gestures/protocol.json"), "gestures/protocol.json");
 }
 
-twin::Parameters shipped_parameters() { return twin::from_json(builtin("twin.json"), "twin.json"); }
-
 std::vector<Scenario> scenarios() {
   std::vector<Scenario> out;
   const Json json = io::parse_json(builtin("scenarios.json"), "scenarios.json");

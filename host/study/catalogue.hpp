@@ -43,9 +43,6 @@ twin::Motion ordinary_motion();
 // Thirty seconds of the same kind, for films: models/gestures/calibration.json.
 twin::Motion short_motion();
 
-// The twin's configuration as shipped: fitted to the published averages of gestures 1 to 4.
-twin::Parameters shipped_parameters();
-
 // The experiment once more with a part of the twin changed.
 struct Scenario {
   std::string name;

@@ -22,8 +22,7 @@ fs::path fresh_folder(const std::string& name) {
 // The shipped laboratory, and others beside it.
 EnsemblePlan plan(int laboratories, const fs::path& folder = {}) {
   EnsemblePlan out;
-  out.ensemble.base = shipped_parameters();
-  const Point shipped = values_of(shipped_parameters());
+  const Point shipped = values_of(twin::Parameters());
   for (int k = 0; k < laboratories; ++k) {
     Point values = shipped;
     for (std::size_t i = 0; i < 2 * kFingers; ++i) values[i] += 3 * k;

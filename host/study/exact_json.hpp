@@ -1,20 +1,33 @@
-// What is asked of boards and what they answer on its way through a pipe, as host/twin/exact_json.hpp does it:
-// the same bits on the other side.
+// What is asked of boards and what they answer on its way through a pipe: the same bits on the other side.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include "host/deploy/deployment.hpp"
+#include "host/io/pipe_json.hpp"
 
-#include "host/study/boards.hpp"
+namespace flexor::link {
 
-namespace flexor::study {
+FLEXOR_PIPE(Key, bytes)
 
-nlohmann::ordered_json exact_json(const deploy::Glove& glove);
-deploy::Glove glove_of(const nlohmann::ordered_json& json);
+}  // namespace flexor::link
 
-nlohmann::ordered_json exact_json(const GloveFigures& figures);
-GloveFigures glove_figures_of(const nlohmann::ordered_json& json);
+namespace flexor::model {
 
-nlohmann::ordered_json exact_json(const HandFigures& figures);
-HandFigures hand_figures_of(const nlohmann::ordered_json& json);
+inline void to_json(nlohmann::ordered_json& json, const Model& model) {
+  json = nlohmann::ordered_json::parse(to_json(model));
+}
+inline void from_json(const nlohmann::ordered_json& json, Model& model) {
+  model = from_json(json.dump(), "pipe");
+}
+FLEXOR_PIPE(Pins, strip, joystick, button)
 
-}  // namespace flexor::study
+}  // namespace flexor::model
+
+namespace flexor::deploy {
+
+FLEXOR_PIPE(Sensor, counts, value)
+FLEXOR_PIPE(Glove, model, sensor, output, baud, frame_rate_hz, key, pins, encoding, right_hand, track)
+FLEXOR_PIPE(CycleStatistic, count, sum, worst)
+FLEXOR_PIPE(GloveFigures, samples, frames, angles, mismatches, step, sample, stack_bytes, awake_share)
+FLEXOR_PIPE(HandFigures, tick, stack_bytes, awake_share)
+
+}  // namespace flexor::deploy

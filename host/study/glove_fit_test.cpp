@@ -18,7 +18,6 @@ namespace fs = std::filesystem;
 class Glove : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    request_.parameters = shipped_parameters();
     recordings_ = new std::vector<GloveRecording>(record_glove(request_));
     fit_ = new GloveFit(fit_glove(request_, *recordings_));
   }

@@ -156,16 +156,15 @@ void apply(const model::Model& m) {
 }
 
 void deploy_it(const model::Model& m) {
-  const twin::Parameters p = shipped_parameters();
-  deploy::Glove glove = glove_for(p, m);
+  const deploy::Glove glove = deploy::glove_for({}, m, bench_key());
   (void)deploy::glove_flash(glove);
-  (void)deploy::hand_flash(safe_hand(p, glove.model));
+  (void)deploy::hand_flash(deploy::safe_hand({}, glove.model, bench_key()));
 }
 
 void experiment(model::Model m, const twin::Motion& motion) {
   m.sample_period_s = 0.1;
   model::check(m);
-  const twin::TrialInput input{shipped_parameters(), motion, m};
+  const twin::TrialInput input{twin::Parameters(), motion, m};
   twin::check(input);
   const twin::Trial trial = twin::simulate(input, 0, 1).front();
   for (const auto& finger : trial.hand_deg) {

@@ -28,7 +28,7 @@ fs::path trials_folder(const std::string& name) {
 }
 
 Plan plan(const std::string& gestures, int trials, const std::string& folder = "") {
-  return {shipped_parameters(),
+  return {twin::Parameters(),
           motions(gestures),
           {compensator("raw", 10), compensator("published-hw", 10)},
           3,
@@ -64,7 +64,7 @@ TEST(Trials, AGloveThatWasWornIsTrackedByTheFirstPosesThatAModelHas) {
 }
 
 TEST(Trials, AGloveThatWasPutOnAnewIsRecalibratedBeforeItsTrial) {
-  GloveRequest request{shipped_parameters(), 10, 1, 1001};
+  GloveRequest request{twin::Parameters(), 10, 1, 1001};
   Plan p = plan("1,5", 4);
   p.compensators[1] = {"identified", fit_glove(request, record_glove(request)).identified};
   const auto error = [&] {
@@ -85,7 +85,7 @@ TEST(Trials, AGloveThatWasPutOnAnewIsRecalibratedBeforeItsTrial) {
 
 // Loose contacts spoil a hold of two seconds now and then.
 TEST(Trials, AHoldThatWasNotStillIsHeldAgainAndLonger) {
-  GloveRequest request{shipped_parameters(), 10, 1, 1001};
+  GloveRequest request{twin::Parameters(), 10, 1, 1001};
   Plan p = plan("1", 1);
   const Compensator c = {"identified", fit_glove(request, record_glove(request)).identified};
   twin::assign(p.parameters, "placement.spread_deg=8");
@@ -163,22 +163,6 @@ TEST(Trials, AModelReadsItsOwnUnitFromTheTwinsGlove) {
   EXPECT_NEAR(r.cells[0].total_deg_s.mean() / r.cells[1].total_deg_s.mean(), 1, 0.01);
   ours.model.inputs[0].unit = "";
   EXPECT_THROW(run(p, {}), io::InputError);
-}
-
-TEST(OnHand, OpenComesUponOpenAndFistUponFist) {
-  const model::Model model = compensator("published-hw", 10).model;
-  std::vector<std::string> notes;
-  EXPECT_EQ(on_hand(model, shipped_parameters(), notes), model) << "states no ends";
-  model::Model turned = model;
-  turned.joints[1].ends = model::Ends{113, 28};  // closes towards smaller angles
-  turned = on_hand(turned, shipped_parameters(), notes);
-  EXPECT_EQ(notes.size(), 1U);
-  model::Compensator<model::DoubleArithmetic> before(model);
-  model::Compensator<model::DoubleArithmetic> after(turned);
-  for (int k = 0; k < 50; ++k) {
-    const std::vector<double> readings(kFingers, 40.0 + k);
-    EXPECT_NEAR(after.step(readings)[1].angle_deg, 141 - before.step(readings)[1].angle_deg, 1e-9);
-  }
 }
 
 // Scenarios change what they name: a smaller share of the range travels less, a smaller hand bends strips more.
@@ -359,7 +343,6 @@ TEST(TwinFigures, TheTableComesOutAsPublished) {
 // gestures, and so does a line with the same lead, if less so.
 TEST(TwinFigures, IdentifiedAndItsBaselinesBesideThePublishedCompensator) {
   GloveRequest request;
-  request.parameters = shipped_parameters();
   const GloveFit glove = fit_glove(request, record_glove(request));
   ASSERT_TRUE(glove.lead_s);
   EXPECT_GT(*glove.lead_s, 0.05);

@@ -165,10 +165,7 @@ std::string to_json(const Ensemble& e) {
 Ensemble ensemble_from_json(const std::string& text, const std::string& source) {
   const Json json = io::parse_json(text, source);
   io::JsonReader reader(json, source);
-  if (!reader.has("schema") || reader.text("schema") != kSchema) {
-    reader.fail("not an ensemble of twins: flexor calibrate-twin --ensemble writes one");
-  }
-  if (reader.number("schema_version") != 1) reader.fail("has a schema version other than 1; update Flexor");
+  reader.schema(kSchema, 1);
   Ensemble out;
   out.base = twin::from_json(reader.member("base").dump(), source + ": base");
   if (!reader.member("seed").is_number_unsigned()) reader.fail("\"seed\" must be a whole number");

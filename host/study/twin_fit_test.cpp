@@ -36,8 +36,7 @@ TEST(TwinFigures, TheSearchGivesTheSameBytesAgainAndOnOneProcessor) {
 
 // A short search is already about as near to the published table as the shipped configuration.
 TEST(TwinFigures, TheSearchEndsWhereTheShippedConfigurationIs) {
-  const double shipped =
-      log_rms(TwinTable(1, 4, 16, 7).errors(shipped_parameters(), 2), published_table(1, 4));
+  const double shipped = log_rms(TwinTable(1, 4, 16, 7).errors(twin::Parameters(), 2), published_table(1, 4));
   EXPECT_GT(shipped, 0.2);
   EXPECT_LT(shipped, 0.3);
   EXPECT_NEAR(calibrate_twin(twin::Parameters(), 220, 16, 7, {}).log_rms, shipped, 0.02);
@@ -52,7 +51,6 @@ TEST(TwinFigures, TheSearchImprovesOnItsStart) {
 
 TEST(TwinTable, IsWhatTheExperimentPrints) {
   Plan p;
-  p.parameters = shipped_parameters();
   p.motions = motions("1-2");
   p.compensators = compensators("raw,published-w,published-hw", 10);
   p.seed = 7;

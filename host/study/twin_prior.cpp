@@ -108,7 +108,7 @@ twin::Parameters with_values(const twin::Parameters& base, std::span<const doubl
 
 std::vector<double> values_of(const twin::Parameters& p) {
   std::vector<double> out;
-  for (const FreeParameter& f : free_parameters()) out.push_back(twin::value(p, f.name));
+  for (const FreeParameter& f : free_parameters()) out.push_back(model::value(twin::numbers(p), f.name));
   return out;
 }
 

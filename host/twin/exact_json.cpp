@@ -65,17 +65,6 @@ double number_of(const Json& json) {
   throw io::InputError(kSource + (": " + word) + " is no number");
 }
 
-Json exact_json(const Parameters& parameters) {
-  Json json = Json::parse(to_json(parameters));
-  for (Json& parameter : json.at("parameters")) {
-    parameter.erase("unit");
-    parameter.erase("source");
-  }
-  return json;
-}
-
-Parameters parameters_of(const Json& json) { return from_json(json.dump(), kSource); }
-
 Json exact_json(const Motion& motion) {
   if (!motion.document().empty()) return {{"document", motion.document()}};
   return {{"name", motion.name()}, {"t_s", list(motion.t_s())}, {"angle_deg", fingers(motion.sample_deg())}};
@@ -92,7 +81,7 @@ Motion motion_of(const Json& json) {
 }
 
 Json exact_json(const TrialInput& input) {
-  return {{"parameters", exact_json(input.parameters)},
+  return {{"parameters", Json::parse(to_json(input.parameters))},
           {"motion", exact_json(input.motion)},
           {"compensator", Json::parse(model::to_json(input.compensator))},
           {"seed", input.seed},
@@ -100,7 +89,7 @@ Json exact_json(const TrialInput& input) {
 }
 
 TrialInput trial_input_of(const Json& json) {
-  return {parameters_of(json.at("parameters")), motion_of(json.at("motion")),
+  return {from_json(json.at("parameters").dump(), kSource), motion_of(json.at("motion")),
           model::from_json(json.at("compensator").dump(), kSource), json.at("seed").get<std::uint64_t>(),
           json.at("record_samples").get<bool>()};
 }

@@ -13,9 +13,6 @@ namespace flexor::twin {
 nlohmann::ordered_json exact_json(double number);
 double number_of(const nlohmann::ordered_json& json);
 
-nlohmann::ordered_json exact_json(const Parameters& parameters);
-Parameters parameters_of(const nlohmann::ordered_json& json);
-
 nlohmann::ordered_json exact_json(const Motion& motion);
 Motion motion_of(const nlohmann::ordered_json& json);
 

@@ -68,7 +68,7 @@ void require_speed(const io::JsonReader& reader, double speed_deg_s) {
 
 std::size_t finger_of(const std::string& name, const io::JsonReader& reader) {
   try {
-    return static_cast<std::size_t>(finger_index(name));
+    return model::finger_index(name);
   } catch (const io::InputError& error) {
     reader.fail(error.what());
   }
@@ -147,10 +147,7 @@ Motion Motion::from_json(const std::string& text, const std::string& source) {
   const Json json = io::parse_json(text, source);
   GestureReader gesture(json, source);
   io::JsonReader& reader = gesture.reader();
-  if (!reader.has("schema") || reader.text("schema") != "flexor-gesture") {
-    reader.fail("not a gesture: \"schema\" must be \"flexor-gesture\"");
-  }
-  if (reader.number("schema_version") != 1) reader.fail("has a schema version other than 1; update Flexor");
+  reader.schema("flexor-gesture", 1);
   Motion m;
   m.document_ = text;
   Reader read{gesture, m};

@@ -144,7 +144,7 @@ TEST(Motion, RefusesAbsurdNumbersInOneLineThatNamesThem) {
 
 TEST(Motion, RefusesWhatMakesNoSense) {
   const std::string start = kStart;
-  EXPECT_NE(message("{}").find("not a gesture"), std::string::npos);
+  EXPECT_NE(message("{}").find("flexor-gesture"), std::string::npos);
   EXPECT_NE(message(start + R"({"start_s":1,"fingers":["toe"],"to":90}]})").find("unknown finger"),
             std::string::npos);
   EXPECT_NE(message(start + R"({"start_s":1,"fingers":["index"],"to":"fist"}]})").find("neither an angle"),

@@ -60,6 +60,7 @@ struct Trial {
       reading;  // in the unit of the strip's input, alpha where it feeds none; before it is tracked
   std::array<std::vector<double>, kFingers> beta_deg;
   std::array<std::vector<double>, kFingers> true_deg;
+  bool operator==(const Trial&) const = default;
 };
 
 // Throws io::InputError: a compensator without a channel for each finger, a rate above the plant's, a frame

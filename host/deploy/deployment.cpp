@@ -1,4 +1,4 @@
-#include "host/study/deployment.hpp"
+#include "host/deploy/deployment.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,20 +6,21 @@
 #include <algorithm>
 
 #include "host/deploy/images.hpp"
+#include "host/deploy/out_folder.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/model/wiring.hpp"
 #include "runtime/link/hand_end.hpp"
 #include "runtime/link/opengloves.hpp"
 
-namespace flexor::study {
+namespace flexor::deploy {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kCyclesPerMs = deploy::kClock_hz / 1000;
+constexpr double kCyclesPerMs = kClock_hz / 1000;
 
-bool has_hand(const Deployment& d) { return d.glove.output == deploy::Output::radio; }
+bool has_hand(const Deployment& d) { return d.glove.output == Output::radio; }
 
 std::string cycles(const CycleStatistic& c) {
   return fmt::format("{:.0f} mean, {} worst", c.mean(), c.worst);
@@ -45,12 +46,8 @@ std::string moved_by(const model::Model& model, const char* otherwise) {
 }
 
 std::vector<std::string> covered_fingers(const model::Model& model) {
-  const std::vector<std::string> missing = deploy::missing_fingers(model);
-  std::vector<std::string> out;
-  for (std::size_t f = 0; f < model::kFingers; ++f) {
-    const std::string& finger = model::finger_names()[f];
-    if (std::ranges::find(missing, finger) == missing.end()) out.push_back(finger);
-  }
+  std::vector<std::string> out = model::finger_names();
+  for (const std::string& finger : missing_fingers(model)) std::erase(out, finger);
   return out;
 }
 
@@ -66,24 +63,24 @@ std::string strips_of(const model::Model& model) {
 
 using Lines = std::vector<std::pair<std::string, std::string>>;  // name and value
 
-std::string pins_of(const deploy::Glove& glove) {
-  const deploy::WiringPlan plan = deploy::wiring_plan(glove.pins, glove.output, 1);
+std::string pins_of(const Deployment& d) {
+  const WiringPlan plan = wiring_plan(d.hardware, d.glove.output);
   std::vector<std::string> out;
-  for (const deploy::Connection& c : plan.boards.front().connections) {
+  for (const Connection& c : plan.boards.front().connections) {
     if (c.kind != "radio" && c.kind != "usb") out.push_back(fmt::format("{} {}", c.name, c.pin));
   }
   return fmt::format("{}", fmt::join(out, ", "));
 }
 
-std::vector<std::string> sent_joints(const deploy::Glove& glove) {
+std::vector<std::string> sent_joints(const Glove& glove) {
   std::vector<std::string> out;
-  for (const deploy::BoardOutput& o : deploy::outputs_of(glove)) {
+  for (const BoardOutput& o : outputs_of(glove)) {
     if (o.output.number >= kFingers) out.push_back(glove.model.joints[o.joint].name);
   }
   return out;
 }
 
-std::vector<std::string> joints_left_out(const deploy::Glove& glove) {
+std::vector<std::string> joints_left_out(const Glove& glove) {
   std::vector<std::string> out = model::left_out(glove.model);
   const std::vector<std::string> sent = sent_joints(glove);
   std::erase_if(out, [&](const std::string& joint) { return std::ranges::find(sent, joint) != sent.end(); });
@@ -91,8 +88,8 @@ std::vector<std::string> joints_left_out(const deploy::Glove& glove) {
 }
 
 std::string boards_of(const Deployment& d) {
-  const auto named = [](const deploy::Pins& pins) {
-    return fmt::format("{} ({})", deploy::boards_with(pins), deploy::kAtmega328p.printed);
+  const auto named = [](const Pins& pins) {
+    return fmt::format("{} ({})", boards_with(pins), kAtmega328p.printed);
   };
   const std::string glove = named(d.glove.pins);
   if (!has_hand(d)) return glove;
@@ -110,7 +107,7 @@ Lines lead(const Deployment& d) {
                      fmt::format("{}", fmt::join(left, ", ")));
   out.emplace_back("strips", strips_of(d.glove.model));
   out.emplace_back("board", boards_of(d));
-  out.emplace_back("pins", pins_of(d.glove));
+  out.emplace_back("pins", pins_of(d));
   out.emplace_back("calibration", d.calibration);
   return out;
 }
@@ -130,8 +127,8 @@ std::vector<std::string> next_for_vr(const Deployment& d) {
       "Flash it: " + flash_command(d, "glove"),
       fmt::format("Look: a serial monitor at {:g} baud shows {} lines a second; the number behind a "
                   "finger's letter, A thumb to E pinky, goes from 0 to {} as it bends.",
-                  deploy::kUsbBaud, deploy::sample_rate_hz(d.glove.model), link::kGloveTop)};
-  if (deploy::can_zero(d.glove)) out.emplace_back(kZeroWords);
+                  kUsbBaud, sample_rate_hz(d.glove.model), link::kGloveTop)};
+  if (can_zero(d.glove)) out.emplace_back(kZeroWords);
   out.push_back(
       fmt::format("In the driver: USB serial, this port for the {} hand, and {} for max_analog_value.",
                   d.glove.right_hand ? "right" : "left", link::kGloveTop));
@@ -139,10 +136,9 @@ std::vector<std::string> next_for_vr(const Deployment& d) {
 }
 
 std::string send_words(const Deployment& d) {
-  const deploy::Glove& g = d.glove;
-  return fmt::format("Another model later: flexor send MODEL --port auto --rate {}{}{}",
-                     deploy::sample_rate_hz(g.model),
-                     g.baud == 9600 ? "" : fmt::format(" --baud {:g}", g.baud),
+  const Glove& g = d.glove;
+  return fmt::format("Another model later: flexor send MODEL --port auto --rate {} --hardware {}{}",
+                     sample_rate_hz(g.model), io::shell_word(d.folder + "/" + kHardwareFile),
                      g.key ? " --key " + io::shell_word(d.folder + "/pair.key") : "");
 }
 
@@ -153,7 +149,7 @@ std::vector<std::string> next_for_hand(const Deployment& d) {
       "Flash the hand, with its radio unplugged and its motors' supply off: " + flash_command(d, "hand"),
       "Look: with both boards on, bend one finger after the other: the hand's follow. If one does not, "
       "flexor monitor on the hand's port says what is wrong with it: angle, duty and fault of each."};
-  if (deploy::can_zero(d.glove)) out.emplace_back(kZeroWords);
+  if (can_zero(d.glove)) out.emplace_back(kZeroWords);
   out.push_back(send_words(d));
   return out;
 }
@@ -162,12 +158,34 @@ std::vector<std::string> next_of(const Deployment& d) {
   return has_hand(d) ? next_for_hand(d) : next_for_vr(d);
 }
 
+// The sample period's parts, ms.
+struct TimeBudget {
+  double period_ms = 0;
+  double adc_ms = 0;
+  double compute_ms = 0;  // worst, frame sealed
+  double uart_ms = 0;     // of a frame
+  double frame_period_ms = 0;
+};
+TimeBudget time_budget(const Deployment& d) {
+  constexpr double kConversion_ms = 13 * 128 / kCyclesPerMs;  // of the ADC at 125 kHz
+  const int bytes =
+      d.glove.output != Output::radio ? line_bytes(d.glove) : link::frame_bytes(d.glove.key.has_value());
+  const double baud = d.glove.output != Output::radio ? kUsbBaud : d.glove.baud;
+  TimeBudget t;
+  t.period_ms = 1000 * d.glove.model.sample_period_s;
+  t.adc_ms = static_cast<double>(model::scan_of(d.glove.pins).size()) * kConversion_ms;
+  t.compute_ms = static_cast<double>(d.glove_figures.sample.worst) / kCyclesPerMs;
+  t.uart_ms = bytes * 10 / baud * 1000;
+  t.frame_period_ms = t.period_ms * samples_per_frame(d.glove);
+  return t;
+}
+
 double time_share(const TimeBudget& t) { return (t.adc_ms + t.compute_ms) / t.period_ms; }
 
 double flash_share(const Deployment& d) {
-  const int glove = deploy::glove_image().flash_bytes();
-  const int fuller = has_hand(d) ? std::max(glove, deploy::hand_image().flash_bytes()) : glove;
-  return static_cast<double>(fuller) / deploy::kAtmega328p.flash_bytes;
+  const int glove = glove_image().flash_bytes();
+  const int fuller = has_hand(d) ? std::max(glove, hand_image().flash_bytes()) : glove;
+  return static_cast<double>(fuller) / kAtmega328p.flash_bytes;
 }
 
 std::string budget_sentence(const Deployment& d) {
@@ -179,7 +197,7 @@ std::string budget_sentence(const Deployment& d) {
 }
 
 std::string chips_of(const Deployment& d) {
-  return fmt::format("{} with an {}", has_hand(d) ? "two boards" : "one board", deploy::kAtmega328p.printed);
+  return fmt::format("{} with an {}", has_hand(d) ? "two boards" : "one board", kAtmega328p.printed);
 }
 
 // What it costs.
@@ -195,14 +213,14 @@ Lines lines(const Deployment& d) {
   add("compared with the host to the bit",
       fmt::format("{} angles over {} samples, {} mismatches", d.glove_figures.angles, d.glove_figures.samples,
                   d.glove_figures.mismatches));
-  add("glove: flash, bytes", of_chip(deploy::glove_image().flash_bytes(), deploy::kAtmega328p.flash_bytes));
-  add("glove: static RAM, bytes", of_chip(deploy::glove_image().ram_bytes(), deploy::kAtmega328p.ram_bytes));
+  add("glove: flash, bytes", of_chip(glove_image().flash_bytes(), kAtmega328p.flash_bytes));
+  add("glove: static RAM, bytes", of_chip(glove_image().ram_bytes(), kAtmega328p.ram_bytes));
   add("glove: stack at most, bytes", fmt::format("{}", d.glove_figures.stack_bytes));
   add("glove: awake", fmt::format("{:.1f} % of the time", 100 * d.glove_figures.awake_share));
   if (has_hand(d)) {
     add("hand: tick of five loops, cycles", cycles(d.hand_figures.tick));
-    add("hand: flash, bytes", of_chip(deploy::hand_image().flash_bytes(), deploy::kAtmega328p.flash_bytes));
-    add("hand: static RAM, bytes", of_chip(deploy::hand_image().ram_bytes(), deploy::kAtmega328p.ram_bytes));
+    add("hand: flash, bytes", of_chip(hand_image().flash_bytes(), kAtmega328p.flash_bytes));
+    add("hand: static RAM, bytes", of_chip(hand_image().ram_bytes(), kAtmega328p.ram_bytes));
     add("hand: stack at most, bytes", fmt::format("{}", d.hand_figures.stack_bytes));
     add("hand: awake, link at its fullest",
         fmt::format("{:.0f} % of the time", 100 * d.hand_figures.awake_share));
@@ -218,82 +236,6 @@ Lines lines(const Deployment& d) {
 
 }  // namespace
 
-LatencyBudget budget_of(const std::vector<Latency>& edges, int asked) {
-  if (edges.empty()) throw io::JobError("no edge came through to the motor");
-  const auto over = [&](const auto& value) {
-    LatencyBudget::Stage s{0, 1e9, 0};
-    for (const Latency& edge : edges) {
-      const double ms = value(edge);
-      s.mean_ms += ms / static_cast<double>(edges.size());
-      s.min_ms = std::min(s.min_ms, ms);
-      s.max_ms = std::max(s.max_ms, ms);
-    }
-    return s;
-  };
-  LatencyBudget out;
-  out.edges = static_cast<int>(edges.size());
-  out.lost = asked - out.edges;
-  for (std::size_t i = 0; i < out.stage.size(); ++i)
-    out.stage[i] = over([i](const Latency& edge) { return edge[i]; });
-  out.total = over([](const Latency& edge) {
-    double sum = 0;
-    for (const double ms : edge) sum += ms;
-    return sum;
-  });
-  return out;
-}
-
-std::string latency_table(const LatencyBudget& b) {
-  std::string out = fmt::format("{:<22}{:>9}{:>9}{:>9}\n", "stage", "mean", "least", "most");
-  const auto row = [&](const char* name, const LatencyBudget::Stage& s) {
-    out += fmt::format("{:<22}{:>9.2f}{:>9.2f}{:>9.2f}\n", name, s.mean_ms, s.min_ms, s.max_ms);
-  };
-  for (std::size_t i = 0; i < b.stage.size(); ++i) row(kLatencyStages[i], b.stage[i]);
-  row("total", b.total);
-  return out;
-}
-
-Json to_json(const LatencyBudget& b) {
-  const auto stage = [](const LatencyBudget::Stage& s) {
-    return Json{{"mean_ms", s.mean_ms}, {"min_ms", s.min_ms}, {"max_ms", s.max_ms}};
-  };
-  Json stages = Json::array();
-  for (std::size_t i = 0; i < b.stage.size(); ++i) {
-    Json row = stage(b.stage[i]);
-    row["name"] = kLatencyStages[i];
-    stages.push_back(std::move(row));
-  }
-  return {{"edges", b.edges}, {"lost", b.lost}, {"stages", std::move(stages)}, {"total", stage(b.total)}};
-}
-
-void save_results(const LatencyBudget& b, const std::string& title, const std::filesystem::path& folder) {
-  io::make_folder(folder);
-  std::string csv = "stage,mean_ms,min_ms,max_ms\n";
-  const auto line = [&](const char* name, const LatencyBudget::Stage& s) {
-    csv += fmt::format("{},{:.4f},{:.4f},{:.4f}\n", name, s.mean_ms, s.min_ms, s.max_ms);
-  };
-  for (std::size_t i = 0; i < b.stage.size(); ++i) line(kLatencyStages[i], b.stage[i]);
-  line("total", b.total);
-  io::write_file(folder / "latency.csv", csv);
-  Json json = {{"kind", "latency"}, {"title", title}, {"version", FLEXOR_VERSION}};
-  json.update(to_json(b));
-  io::write_file(folder / "results.json", io::dump(json));
-}
-
-TimeBudget time_budget(const Deployment& d) {
-  constexpr double kConversion_ms = 13 * 128 / kCyclesPerMs;  // of the ADC at 125 kHz
-  const int bytes = d.glove.output != deploy::Output::radio ? deploy::line_bytes(d.glove)
-                                                            : link::frame_bytes(d.glove.key.has_value());
-  const double baud = d.glove.output != deploy::Output::radio ? deploy::kUsbBaud : d.glove.baud;
-  TimeBudget t;
-  t.period_ms = 1000 * d.glove.model.sample_period_s;
-  t.adc_ms = static_cast<double>(deploy::scan_of(d.glove.pins).size()) * kConversion_ms;
-  t.compute_ms = static_cast<double>(d.glove_figures.sample.worst) / kCyclesPerMs;
-  t.uart_ms = bytes * 10 / baud * 1000;
-  t.frame_period_ms = t.period_ms * deploy::samples_per_frame(d.glove);
-  return t;
-}
-
 std::string deployment_table(const Deployment& d) {
   std::string out;
   for (const auto& [name, value] : lead(d)) out += fmt::format("{:<33} {}\n", name, io::one_line(value));
@@ -308,9 +250,9 @@ std::string deployment_table(const Deployment& d) {
 Json to_json(const Deployment& d) {
   const auto statistic = [](const CycleStatistic& c) { return Json{{"mean", c.mean()}, {"worst", c.worst}}; };
   const TimeBudget t = time_budget(d);
-  Json json = {{"targets", Json::array({{{"name", deploy::kAtmega328p.name},
-                                         {"flash_bytes", deploy::glove_image().flash_bytes()},
-                                         {"ram_bytes", deploy::glove_image().ram_bytes()},
+  Json json = {{"targets", Json::array({{{"name", kAtmega328p.name},
+                                         {"flash_bytes", glove_image().flash_bytes()},
+                                         {"ram_bytes", glove_image().ram_bytes()},
                                          {"stack_bytes", d.glove_figures.stack_bytes},
                                          {"step_cycles", statistic(d.glove_figures.step)},
                                          {"worst_error_deg", d.error.worst_deg()}}})},
@@ -332,15 +274,15 @@ Json to_json(const Deployment& d) {
       has_hand(d) && d.glove.key ? Json(link::greatest_delay_ms(t.frame_period_ms)) : Json(nullptr);
   json["joints_left_out"] = joints_left_out(d.glove);
   json["fingers"] = {{"covered", covered_fingers(d.glove.model)},
-                     {"missing", deploy::missing_fingers(d.glove.model)}};
-  json["wiring"] = to_json(deploy::wiring_plan(d.glove.pins, d.glove.output, d.divider_kohm));
+                     {"missing", missing_fingers(d.glove.model)}};
+  json["wiring"] = to_json(wiring_plan(d.hardware, d.glove.output));
   json["calibration"] = d.calibration;
   json["next"] = next_of(d);
   json["budget"] = {{"time_share", time_share(t)}, {"flash_share", flash_share(d)}};
   json["hand"] = nullptr;
   if (has_hand(d)) {
-    json["hand"] = {{"flash_bytes", deploy::hand_image().flash_bytes()},
-                    {"ram_bytes", deploy::hand_image().ram_bytes()},
+    json["hand"] = {{"flash_bytes", hand_image().flash_bytes()},
+                    {"ram_bytes", hand_image().ram_bytes()},
                     {"stack_bytes", d.hand_figures.stack_bytes},
                     {"tick_cycles", statistic(d.hand_figures.tick)}};
   }
@@ -361,4 +303,4 @@ void save_results(const Deployment& d, const std::filesystem::path& folder) {
   io::write_file(folder / "results.json", io::dump(json));
 }
 
-}  // namespace flexor::study
+}  // namespace flexor::deploy

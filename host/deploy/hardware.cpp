@@ -1,0 +1,126 @@
+#include "host/deploy/hardware.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "host/io/io.hpp"
+
+namespace flexor::deploy {
+namespace {
+
+constexpr double kSameEnds = 0.1;  // of the hand's range, within which a model's ends are the hand's
+
+// Each finger's rest angle by the model; where it has no channel, the hand's lower limit.
+std::array<double, kFingers> rests(const model::Hardware& p, const model::Model& model) {
+  std::array<double, kFingers> out = p.hand_lower_deg;
+  const model::Wiring wiring = model::wiring_of(model);
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    if (!wiring.joint[i]) continue;
+    out[i] = std::clamp(model.joints[*wiring.joint[i]].rest_deg, p.hand_lower_deg[i], p.hand_upper_deg[i]);
+  }
+  return out;
+}
+
+// T = K_t V / R and b = K_t K_e / R + viscous, behind the gear: full speed T / b, time J / b.
+HandMotor motor_of(const model::Hardware& p) {
+  constexpr double kDeg_per_rad = 180 / std::numbers::pi;
+  const double kt_mNm_A = p.torque_constant_mNm_A * p.gear_ratio * p.gear_efficiency;
+  const double ke_Vs = p.torque_constant_mNm_A / 1000 * p.gear_ratio;
+  const double stall_mNm = kt_mNm_A * p.motor_V / p.resistance_ohm;
+  const double damping_mNms = kt_mNm_A * ke_Vs / p.resistance_ohm + p.viscous_mNms_rad;
+  const double inertia_mNms2 =
+      (p.rotor_inertia_gcm2 * p.gear_ratio * p.gear_ratio + p.finger_inertia_gcm2) * 1e-4;
+  return {stall_mNm / damping_mNms * kDeg_per_rad, inertia_mNms2 / damping_mNms, p.coulomb_mNm / stall_mNm,
+          p.disturbance_mNm / stall_mNm};
+}
+
+}  // namespace
+
+Glove glove_that_runs(const model::Hardware& p, const model::Model& model, const Key& key,
+                      const CalibrationDocument& calibration) {
+  Glove glove;
+  glove.model = model;
+  glove.sensor = sensors_of(model, divider(p.divider_kohm, p.flat_kohm, p.kohm_per_deg), calibration);
+  glove.baud = p.baud;
+  glove.frame_rate_hz = p.frame_rate_hz;
+  glove.key = key;
+  glove.pins = p.pins;
+  return glove;
+}
+
+Glove glove_for(const model::Hardware& p, const model::Model& model, const Key& key,
+                const CalibrationDocument& calibration) {
+  Glove glove = glove_that_runs(p, model, key, calibration);
+  Corrected corrected = with_corrections(model, glove.sensor);
+  glove.model = std::move(corrected.model);
+  glove.sensor = std::move(corrected.sensor);
+  return glove;
+}
+
+Hand unprotected_hand(const model::Hardware& p, const model::Model& model, const Key& key) {
+  Hand hand;
+  hand.lower_deg.fill(p.loop_lower_deg);
+  hand.upper_deg.fill(p.loop_upper_deg);
+  hand.rest_deg = rests(p, model);
+  hand.potentiometer_range_deg = p.potentiometer_range_deg;
+  hand.proportional_per_deg = p.loop_proportional_per_deg;
+  hand.integral_per_deg_s = p.loop_integral_per_deg_s;
+  hand.integral_limit = p.loop_integral_limit;
+  hand.feed_forward_s_per_deg = p.loop_feed_forward_s_per_deg;
+  hand.speed_deg_s = p.loop_speed_deg_s;
+  hand.duty = p.loop_duty;
+  hand.baud = p.baud;
+  hand.key = key;
+  return hand;
+}
+
+Hand safe_hand(const model::Hardware& p, const model::Model& model, const Key& key) {
+  Hand hand = unprotected_hand(p, model, key);
+  hand.lower_deg = p.hand_lower_deg;
+  hand.upper_deg = p.hand_upper_deg;
+  hand.motor = motor_of(p);
+  hand.feed_forward_s_per_deg =
+      p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.motor_V * std::numbers::pi / 180;
+  hand = within_safe_limits(hand);
+  if (hand.duty > hand.motor.friction + hand.motor.load) return hand;
+  throw io::InputError(
+      fmt::format("{}: motor.*: within the safe speed a motor gets {:.0f} % of its supply, and friction and "
+                  "load take {:.0f} %: "
+                  "less motor.supply_V, motor.coulomb_mNm or motor.disturbance_mNm, or more motor.gear_ratio",
+                  p.source, 100 * std::max(hand.duty, 0.0), 100 * (hand.motor.friction + hand.motor.load)));
+}
+
+model::Model on_hand(model::Model model, const model::Hardware& p, std::vector<std::string>& notes) {
+  const model::Wiring wiring = model::wiring_of(model);
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    if (!wiring.joint[i] || !model.joints[*wiring.joint[i]].ends) continue;
+    model::Joint& joint = model.joints[*wiring.joint[i]];
+    const model::Ends own = *joint.ends;
+    const model::Ends hand = {p.hand_lower_deg[i], p.hand_upper_deg[i]};
+    const double range_deg = hand.fist_deg - hand.open_deg;
+    const double off_deg =
+        std::max(std::abs(own.open_deg - hand.open_deg), std::abs(own.fist_deg - hand.fist_deg));
+    if (off_deg <= kSameEnds * range_deg) continue;
+    const double gain = range_deg / (own.fist_deg - own.open_deg);
+    const auto map = [&](double angle_deg) { return hand.open_deg + gain * (angle_deg - own.open_deg); };
+    const model::Saturation& limits = model::limits(model, joint);
+    const auto [lower_deg, upper_deg] = std::minmax({map(limits.lower_deg), map(limits.upper_deg)});
+    const std::string mapped = joint.name + " on the hand";
+    model.blocks.push_back({{joint.from}, mapped, model::Lti{gain, map(0), {}, {}}});
+    model.blocks.push_back({{mapped}, mapped + ", limited", model::Saturation{lower_deg, upper_deg}});
+    joint.from = mapped + ", limited";
+    joint.rest_deg = map(joint.rest_deg);
+    joint.accuracy.reset();
+    joint.ends = hand;
+    notes.push_back(
+        fmt::format("{}: the model's {:.0f} deg (open) to {:.0f} (fist) become the hand's {:.0f} to {:.0f}",
+                    joint.name, own.open_deg, own.fist_deg, hand.open_deg, hand.fist_deg));
+  }
+  model::check(model);
+  return model;
+}
+
+}  // namespace flexor::deploy

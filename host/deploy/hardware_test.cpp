@@ -1,0 +1,50 @@
+#include "host/deploy/hardware.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/io/refusal_test.hpp"
+#include "host/model/compensator.hpp"
+
+namespace flexor::deploy {
+namespace hardware_test {
+
+model::Model published_model() { return model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json"); }
+
+TEST(OnHand, OpenComesUponOpenAndFistUponFist) {
+  const model::Model model = published_model();
+  std::vector<std::string> notes;
+  EXPECT_EQ(on_hand(model, {}, notes), model) << "states no ends";
+  model::Model turned = model;
+  turned.joints[1].ends = model::Ends{113, 28};  // closes towards smaller angles
+  turned = on_hand(turned, {}, notes);
+  EXPECT_EQ(notes.size(), 1U);
+  model::Compensator<model::DoubleArithmetic> before(model);
+  model::Compensator<model::DoubleArithmetic> after(turned);
+  for (int k = 0; k < 50; ++k) {
+    const std::vector<double> readings(kFingers, 40.0 + k);
+    EXPECT_NEAR(after.step(readings)[1].angle_deg, 141 - before.step(readings)[1].angle_deg, 1e-9);
+  }
+}
+
+TEST(SafeHand, StaysOffItsEndsAndBelowTheSafeSpeed) {
+  const model::Hardware hardware;
+  const Hand hand = safe_hand(hardware, published_model(), {});
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    EXPECT_EQ(hand.lower_deg[i], hardware.hand_lower_deg[i] + 2);
+    EXPECT_EQ(hand.upper_deg[i], hardware.hand_upper_deg[i] - 2);
+  }
+  EXPECT_EQ(hand.speed_deg_s, 400);
+  EXPECT_LT(hand.duty, hardware.loop_duty);
+  EXPECT_EQ(unprotected_hand(hardware, published_model(), {}).speed_deg_s, 800);
+}
+
+TEST(SafeHand, RefusesMotorsThatCannotMoveWithinItsLimits) {
+  model::Hardware hardware;
+  hardware.source = "my.json";
+  hardware.disturbance_mNm = 200;
+  EXPECT_EQ(io::refusal_of([&] { (void)safe_hand(hardware, published_model(), {}); }).find("my.json: motor."),
+            0U);
+}
+
+}  // namespace hardware_test
+}  // namespace flexor::deploy

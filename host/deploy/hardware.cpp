@@ -86,11 +86,10 @@ Hand safe_hand(const model::Hardware& p, const model::Model& model, const Key& k
       p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.motor_V * std::numbers::pi / 180;
   hand = within_safe_limits(hand);
   if (hand.duty > hand.motor.friction + hand.motor.load) return hand;
-  throw io::InputError(
-      fmt::format("{}: motor.*: within the safe speed a motor gets {:.0f} % of its supply, and friction and "
-                  "load take {:.0f} %: "
-                  "less motor.supply_V, motor.coulomb_mNm or motor.disturbance_mNm, or more motor.gear_ratio",
-                  p.source, 100 * std::max(hand.duty, 0.0), 100 * (hand.motor.friction + hand.motor.load)));
+  throw io::InputError(fmt::format(
+      "{}: motor.*: within the safe speed a motor gets {:.0f} % of its supply, and friction and load "
+      "take {:.0f} %: less motor.coulomb_mNm or motor.disturbance_mNm, or more motor.gear_ratio",
+      p.source, 100 * std::max(hand.duty, 0.0), 100 * (hand.motor.friction + hand.motor.load)));
 }
 
 model::Model on_hand(model::Model model, const model::Hardware& p, std::vector<std::string>& notes) {

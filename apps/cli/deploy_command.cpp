@@ -20,11 +20,6 @@
 namespace flexor::cli {
 namespace deploy_command {
 
-const std::map<std::string, deploy::Output> kOutputs = {{"radio", deploy::Output::radio},
-                                                        {"opengloves", deploy::Output::opengloves},
-                                                        {"text", deploy::Output::text},
-                                                        {"log", deploy::Output::log}};
-
 struct Options {
   std::string model;
   std::optional<double> rate_hz;
@@ -167,7 +162,7 @@ deploy::Deployment plan(const Options& o, const model::Hardware& hardware, const
   d.folder = std::filesystem::path(o.out + "/").parent_path().string();
   d.glove.encoding = o.encoding == "beta" ? deploy::Encoding::beta : deploy::Encoding::alpha;
   d.glove.right_hand = o.hand == "right";
-  d.glove.output = kOutputs.at(o.output);
+  d.glove.output = deploy::kOutputs.at(o.output);
   require_of_vr(o, d.glove);
   require_fingers(o, d.glove);
   d.glove.track = o.track;
@@ -320,7 +315,7 @@ void add_deploy(CLI::App& app) {
           "--output", o->output,
           "of the glove: radio; over USB opengloves, lines for VR drivers, text, lines of angles, or "
           "log, lines of counts")
-      ->check(CLI::IsMember(kOutputs))
+      ->check(CLI::IsMember(deploy::kOutputs))
       ->capture_default_str();
   add_hardware(*command, o->hardware);
   add_glove_options(*command, *o);

@@ -27,7 +27,7 @@ void refuse_deployment(const std::string& folder) {
 
 void run(const Options& o) {
   const model::Hardware hardware = model::hardware(o.hardware);
-  const deploy::Output output = o.output == "radio" ? deploy::Output::radio : deploy::Output::opengloves;
+  const deploy::Output output = deploy::kOutputs.at(o.output);
   nlohmann::ordered_json json = to_json(deploy::wiring_plan(hardware, output));
   io::require_folder(o.out);
   refuse_deployment(o.out);
@@ -53,8 +53,10 @@ void add_wiring(CLI::App& app) {
       app, "wiring", "What to solder where, with pictures and parts, and the sketch that logs a glove", run);
   command->add_option("--out", o->out, "write pictures, list and sketch into this folder")->required();
   add_hardware(*command, o->hardware);
-  command->add_option("--output", o->output, "of the glove: radio, or opengloves, a cable to the PC")
-      ->check(CLI::IsMember({"radio", "opengloves"}))
+  command
+      ->add_option("--output", o->output,
+                   "of the glove: radio, or over a cable to the PC opengloves, text, log")
+      ->check(CLI::IsMember(deploy::kOutputs))
       ->capture_default_str();
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,6 +30,10 @@ inline constexpr double kLeastBaudWithKey = 4800;  // of the radio
 using Key = std::optional<link::Key>;  // none: plain frames
 
 using glove::Output;
+inline const std::map<std::string, Output> kOutputs = {{"radio", Output::radio},
+                                                       {"opengloves", Output::opengloves},
+                                                       {"text", Output::text},
+                                                       {"log", Output::log}};
 using model::Pins;
 // Of the text for VR drivers: a number for each finger; or the model's other joints as well, which a driver
 // from 0.5 on reads.

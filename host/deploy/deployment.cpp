@@ -98,8 +98,10 @@ std::string boards_of(const Deployment& d) {
 
 // What a user wants to know first.
 Lines lead(const Deployment& d) {
-  Lines out = {
-      {"fingers", moved_by(d.glove.model, has_hand(d) ? "rests" : "is missing, and sent as straight")}};
+  Lines out = {{"fingers", moved_by(d.glove.model, has_hand(d) ? "rests"
+                                                   : d.glove.output == Output::opengloves
+                                                       ? "is missing, and sent as straight"
+                                                       : "is missing")}};
   if (const auto sent = sent_joints(d.glove); !sent.empty())
     out.emplace_back("joints beside them", fmt::format("{}", fmt::join(sent, ", ")));
   if (const auto left = joints_left_out(d.glove); !left.empty())
@@ -121,17 +123,33 @@ constexpr const char* kZeroWords =
     "LED blinks slowly, then a fist for three while it blinks quickly; steady light: it is kept, "
     "trembling: refused, try again.";
 
-std::vector<std::string> next_for_vr(const Deployment& d) {
+// What a line of text holds, for the eye.
+std::string line_words(const Glove& glove) {
+  if (glove.output == Output::text)
+    return "its time in ms and an angle in degrees of each finger, thumb to pinky, which grows as it bends; "
+           "one that is not sensed is "
+           "empty";
+  if (glove.output == Output::log)
+    return "its time in ms and the counts of each sensor, thumb to pinky, which change as a finger bends";
+  return fmt::format(
+      "a number behind each finger's letter, A thumb to E pinky, which goes from 0 to {} as it bends",
+      link::kGloveTop);
+}
+
+std::vector<std::string> next_for_text(const Deployment& d) {
   std::vector<std::string> out = {
       "Wire the glove: wiring_glove.svg; parts and pins are in wiring.md.",
       "Flash it: " + flash_command(d, "glove"),
-      fmt::format("Look: a serial monitor at {:g} baud shows {} lines a second; the number behind a "
-                  "finger's letter, A thumb to E pinky, goes from 0 to {} as it bends.",
-                  kUsbBaud, sample_rate_hz(d.glove.model), link::kGloveTop)};
+      fmt::format("Look: a serial monitor at {:g} baud shows {} lines a second: {}.", kUsbBaud,
+                  sample_rate_hz(d.glove.model), line_words(d.glove))};
   if (can_zero(d.glove)) out.emplace_back(kZeroWords);
-  out.push_back(
-      fmt::format("In the driver: USB serial, this port for the {} hand, and {} for max_analog_value.",
-                  d.glove.right_hand ? "right" : "left", link::kGloveTop));
+  if (d.glove.output == Output::opengloves) {
+    out.push_back(
+        fmt::format("In the driver: USB serial, this port for the {} hand, and {} for max_analog_value.",
+                    d.glove.right_hand ? "right" : "left", link::kGloveTop));
+  } else {
+    out.emplace_back("Record it: flexor record log.csv --port auto.");
+  }
   return out;
 }
 
@@ -155,7 +173,7 @@ std::vector<std::string> next_for_hand(const Deployment& d) {
 }
 
 std::vector<std::string> next_of(const Deployment& d) {
-  return has_hand(d) ? next_for_hand(d) : next_for_vr(d);
+  return has_hand(d) ? next_for_hand(d) : next_for_text(d);
 }
 
 // The sample period's parts, ms.

@@ -37,10 +37,22 @@ HandMotor motor_of(const model::Hardware& p) {
           p.disturbance_mNm / stall_mNm};
 }
 
+// A board's converter counts to 1023, whatever the one of the log counted to.
+void check_bits(const model::Model& model) {
+  for (const model::Input& input : model.inputs) {
+    if (input.unit == "count" && input.valid_max > sensor::kAdcTop)
+      throw io::InputError(
+          fmt::format("{}: its log counts to {:g}, an {} to {}: record the glove with that board, or flexor "
+                      "export --to cpp for firmware of your own",
+                      input.name, input.valid_max, kAtmega328p.printed, sensor::kAdcTop));
+  }
+}
+
 }  // namespace
 
 Glove glove_that_runs(const model::Hardware& p, const model::Model& model, const Key& key,
                       const CalibrationDocument& calibration) {
+  check_bits(model);
   Glove glove;
   glove.model = model;
   glove.sensor = sensors_of(model, divider(p.divider_kohm, p.flat_kohm, p.kohm_per_deg), calibration);

@@ -47,4 +47,11 @@ TEST(SafeHand, RefusesMotorsThatCannotMoveWithinItsLimits) {
 }
 
 }  // namespace hardware_test
+TEST(Hardware, CountsOfTwelveBitsAreNoBoards) {
+  model::Model model = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+  model.inputs[1].unit = "count";
+  model.inputs[1].valid_max = 4094;
+  EXPECT_THROW((void)glove_for(model::preset("flexor"), model, {}), io::InputError);
+}
+
 }  // namespace flexor::deploy

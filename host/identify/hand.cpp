@@ -1020,13 +1020,10 @@ std::vector<Files> read_takes(HandRequest& request, std::vector<std::string>& wa
 
 }  // namespace
 
-double JointResult::line_rmse_deg() const {
-  double least = std::numeric_limits<double>::infinity();
-  for (const char* which : {"line", "limited_line"}) {
-    if (const auto line = baselines.find(which); line != baselines.end())
-      least = std::min(least, line->second.rmse_deg);
-  }
-  return least;
+ScoreRow JointResult::all() const {
+  ScoreRow out{name, holdout.samples, holdout.rmse_deg, {}};
+  for (const auto& [baseline, score] : baselines) out.baseline_deg[baseline] = score.rmse_deg;
+  return out;
 }
 
 Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, HandRecordings& files,

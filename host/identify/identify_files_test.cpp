@@ -109,6 +109,18 @@ TEST_F(RealRecordings, WhatIsAdvisedForADriftIsFittedAndHoldsStill) {
   EXPECT_LT(identify_hand(r, {}).joints[0].hold_drift_deg, kMostDrift_deg);
 }
 
+// Of readings that span a twentieth of the converter's range.
+TEST_F(RealRecordings, ASteepLineFitsABoard) {
+  HandRequest r = request("sensors/bender_9_17.csv", "index=ADC Value:IMU Angle (deg)");
+  for (const char* structure : {"line", "linear-dynamic"}) {
+    r.structure = structure;
+    const HandIdentification found = identify_hand(r, {});
+    EXPECT_NO_THROW(model::check_fixed(found.model)) << structure;
+    if (r.structure == "line")
+      EXPECT_NEAR(found.joints[0].holdout.rmse_deg, found.joints[0].baselines.at("line").rmse_deg, 1e-9);
+  }
+}
+
 TEST_F(RealRecordings, SensorsThatAModelCannotHoldAreRefusedBeforeTheSearch) {
   HandRequest r =
       request("cases/05-six-sensors/six.csv", "index=s0_adc+s1_adc+s2_adc+s3_adc+s4_adc+s5_adc:index_deg");

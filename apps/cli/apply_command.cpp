@@ -9,7 +9,6 @@
 #include "apps/cli/commands.hpp"
 #include "host/identify/estimator.hpp"
 #include "host/io/io.hpp"
-#include "host/model/range_count.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
@@ -131,41 +130,6 @@ std::string to_json(const std::vector<model::Followed>& followed) {
   return out.dump();
 }
 
-// Throws Doubt, one line, where the model hardly knows what the log holds.
-void check_ranges(const model::Model& model, const recording::CsvReader& reader,
-                  const model::RangeCount& ranges) {
-  std::vector<std::string> columns;
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    const model::InputCount& count = ranges.counts()[i];
-    const model::Input& input = model.inputs[i];
-    const std::string read = fmt::format("of {} readings, which span {:g} to {:g}, lie outside of the",
-                                         count.readings, count.low, count.high);
-    const std::string outside =
-        fmt::format("column \"{}\": {} {} model's range {:g} to {:g}", reader.columns()[i], count.outside,
-                    read, input.valid_min, input.valid_max);
-    if (count.mostly_outside()) {
-      columns.push_back(outside);
-    } else if (count.mostly_beyond()) {
-      columns.push_back(fmt::format("column \"{}\": {} {} {:g} to {:g} that the model was made from",
-                                    reader.columns()[i], count.beyond, read, input.readings->reading.front(),
-                                    input.readings->reading.back()));
-    } else if (count.readings > 0 && 10 * count.outside >= count.readings) {
-      log(fmt::format("warning: {}: {}", reader.name(), outside));
-    }
-  }
-  std::string mend = "another board or divider, or a sensor that is not plugged in?";
-  if (const auto pair = ranges.exchanged()) {
-    const std::string& one = reader.columns()[pair->first];
-    const std::string& other = reader.columns()[pair->second];
-    mend = fmt::format(
-        "\"{}\" and \"{}\" seem to be exchanged: exchange them with --input, and check the others", one,
-        other);
-    if (columns.empty()) columns.push_back("each reads as the other did when the model was made");
-  }
-  if (columns.empty()) return;
-  throw Doubt(fmt::format("{}: {}: {}", reader.name(), fmt::join(columns, "; "), mend));
-}
-
 // A list of numbers that may be long, kept in a file without a name until its turn comes.
 class Spool {
  public:
@@ -229,7 +193,7 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
   print("}");
   if (o.track) print(",\"tracking\":" + to_json(done.followed));
   print(fmt::format(",\"version\":\"{}\"}}\n", FLEXOR_VERSION));
-  check_ranges(model, reader, done.ranges);
+  check_ranges(model, reader.name(), reader.columns(), done.ranges);
 }
 
 void require_accuracy(const Options& o, const model::Model& model) {
@@ -254,7 +218,7 @@ void run(const Options& o) {
   const Done done = follow(o, model, reader, std::ref(sink));
   sink.flush();
   say(done.followed);
-  check_ranges(model, reader, done.ranges);
+  check_ranges(model, reader.name(), reader.columns(), done.ranges);
 }
 
 }  // namespace apply_command

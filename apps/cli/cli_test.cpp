@@ -245,6 +245,24 @@ TEST_F(Cli, OutputsThatCannotBeWrittenAreRefused) {
 }
 
 // Two clocks give figures that look like a bad compensator: the lag at the search's edge tells them.
+TEST_F(Cli, ScorePairsTheColumnsOfOneName) {
+  const auto log = [&](const std::string& name, const std::string& header, double off_deg) {
+    std::string text = "t_s," + header + "\n";
+    for (int k = 0; k < 200; ++k) {
+      const double a_deg = 50 + 40 * std::sin(0.1 * k);
+      text += std::to_string(0.1 * k) + "," + std::to_string(a_deg + off_deg) + "," + std::to_string(a_deg) +
+              "\n";
+    }
+    write(name, text);
+  };
+  log("a.csv", "thumb_deg,index_deg", 0);
+  log("b.csv", "thumb_deg,index_deg", 2);
+  const Finished r = run("score '" + path("a.csv") + "' '" + path("b.csv") + "' --json");
+  const auto joints = nlohmann::json::parse(r.out).at("joints");
+  EXPECT_NEAR(joints.at("thumb").at("rmse_deg").get<double>(), 2, 1e-3);
+  EXPECT_NEAR(joints.at("index").at("rmse_deg").get<double>(), 0, 1e-3);
+}
+
 TEST_F(Cli, ScoreWarnsOfTwoClocks) {
   const auto log = [](double late_s) {
     std::string text = "t_s,a_deg\n";

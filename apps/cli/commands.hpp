@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "host/io/worker.hpp"
+#include "host/model/range_count.hpp"
 #include "host/recording/time.hpp"
 #include "host/study/boards.hpp"
 
@@ -87,6 +88,10 @@ std::string seed_fault(const std::string& text);
 // either states none, a note says so. `unit` is that of the column for the model's input.
 void check_unit(const model::Input& input, const std::string& file, const std::string& column,
                 const std::string& unit);
+
+// Throws Doubt, one line, where the model hardly knows what the columns of the log hold; warns where it knows a part.
+void check_ranges(const model::Model& model, const std::string& file, const std::vector<std::string>& columns,
+                  const model::RangeCount& ranges);
 
 // `given`, or the folder that flexor live keeps its sessions in. Throws io::InputError.
 std::filesystem::path sessions_folder(const std::string& given);

@@ -102,33 +102,47 @@ std::filesystem::path angles_of_video(const Options& o, io::Worker& camera,
 
 // All candidates of a joint that stands alone.
 void show_structures(const identify::JointFit& joint) {
-  print(fmt::format("\n{:>4}{:>12}{:>12}    {}\n", "par.", "fitted", "cross-val.", "structure"));
+  print(fmt::format("\n{:>4}{:>12}{:>12}{:>18}    {}\n", "par.", "fitted", "cross-val.", "fold loss",
+                    "structure"));
   for (const identify::CandidateRow& row : joint.rows) {
     const auto degrees = [](double value) {
       return std::isnan(value) ? "-" : fmt::format("{:.2f} deg", value);
     };
-    print(fmt::format("{:>4.0f}{:>12}{:>12}  {} {}\n", row.parameters, degrees(row.fitted_rmse_deg),
-                      degrees(row.cross_validated_deg.value_or(std::nan(""))), row.chosen ? "*" : " ",
-                      row.structure));
-    if (!row.refusal.empty()) print(fmt::format("{:32}refused: {}\n", "", row.refusal));
+    print(fmt::format("{:>4.0f}{:>12}{:>12}{:>18}  {} {}\n", row.parameters, degrees(row.fitted_rmse_deg),
+                      degrees(row.cross_validated_deg.value_or(std::nan(""))),
+                      row.fold_loss ? fmt::format("{:.3g} +- {:.2g}", *row.fold_loss, row.fold_loss_se) : "-",
+                      row.chosen ? "*" : " ", row.structure));
+    if (!row.refusal.empty()) print(fmt::format("{:50}not: {}\n", "", row.refusal));
   }
+  print("*: of those whose loss over the folds is within 3 % of the least the smallest that can be worn\n");
+}
+
+// The compensator's RMSE and each baseline's under its own name.
+std::string scores_header(const std::string& what, int width) {
+  return fmt::format("\n{:<{}}{:>12}{:>10}{:>14}{:>14}{:>14}{:>12}", what, width, "compensator", "line",
+                     "limited line", "line + lead", "static curve", "published");
+}
+
+std::string scores_row(const identify::ScoreRow& row, int width) {
+  std::string out = fmt::format("{:<{}}{:>8.2f} deg", row.name, width, row.rmse_deg);
+  for (const auto& [name, column] : {std::pair("line", 10),
+                                     {"limited_line", 14},
+                                     {"line_lead", 14},
+                                     {"static_curve", 14},
+                                     {"published_form", 12}}) {
+    const auto it = row.baseline_deg.find(name);
+    out += fmt::format("{:>{}}", it == row.baseline_deg.end() ? "-" : fmt::format("{:.2f} deg", it->second),
+                       column);
+  }
+  return out;
 }
 
 // A row for each pair or part that was left out.
 void show_rows(const std::string& joint, const std::string& what,
                const std::vector<identify::ScoreRow>& rows) {
-  print(fmt::format("\n{:<40}{:>12}{:>10}{:>14}{:>14}{:>12}\n", joint + ", " + what, "compensator", "line",
-                    "line + lead", "static curve", "published"));
-  for (const identify::ScoreRow& row : rows) {
-    print(fmt::format("{:<40}{:>8.2f} deg", row.name, row.rmse_deg));
-    for (const auto& [name, width] :
-         {std::pair("line", 10), {"line_lead", 14}, {"static_curve", 14}, {"published_form", 12}}) {
-      const auto it = row.baseline_deg.find(name);
-      print(fmt::format("{:>{}}", it == row.baseline_deg.end() ? "-" : fmt::format("{:.2f} deg", it->second),
-                        width));
-    }
-    print("\n");
-  }
+  constexpr int kName = 40;
+  print(scores_header(joint + ", " + what, kName) + "\n");
+  for (const identify::ScoreRow& row : rows) print(scores_row(row, kName) + "\n");
 }
 
 void show(const identify::HandIdentification& r) {
@@ -143,18 +157,11 @@ void show(const identify::HandIdentification& r) {
     }
   }
   if (r.joints.size() == 1) show_structures(r.joints.front());
-  print(fmt::format("\n{:<16}{:>12}{:>10}{:>14}{:>14}{:>12}{:>12}  {}\n", "held out, RMSE", "compensator",
-                    "line", "line + lead", "static curve", "published", "hold drift", "structure"));
-  for (const identify::JointResult& joint : r.joints) {
-    const auto baseline = [&](const char* name) {
-      const auto it = joint.baselines.find(name);
-      return it == joint.baselines.end() ? std::string("-") : fmt::format("{:.2f} deg", it->second.rmse_deg);
-    };
-    print(fmt::format("{:<16}{:>8.2f} deg{:>10}{:>14}{:>14}{:>12}{:>8.2f} deg  {}\n", joint.name,
-                      joint.holdout.rmse_deg, fmt::format("{:.2f} deg", joint.line_rmse_deg()),
-                      baseline("line_lead"), baseline("static_curve"), baseline("published_form"),
-                      joint.hold_drift_deg, joint.structure));
-  }
+  constexpr int kName = 16;
+  print(fmt::format("{}{:>12}  {}\n", scores_header("held out, RMSE", kName), "hold drift", "structure"));
+  for (const identify::JointResult& joint : r.joints)
+    print(fmt::format("{}{:>8.2f} deg  {}\n", scores_row(joint.all(), kName), joint.hold_drift_deg,
+                      joint.structure));
   for (const identify::JointResult& joint : r.joints)
     print(fmt::format("{}: {}\n", joint.name, score::in_words(joint.verdict)));
   for (const model::Joint& joint : r.model.joints) {
@@ -373,10 +380,7 @@ void add_pairs(CLI::App& command, Options& o) {
       "--poses", o.poses,
       "LOG of held poses, for a glove without a camera: the open hand for three seconds, a fist for "
       "three, and again; a straight line for each sensor, its angles not measured");
-  command
-      .add_option(
-          "--first-pose", o.first_pose,
-          "the pose that --poses begins with (default: open; fist where all readings fall to the other)")
+  command.add_option("--first-pose", o.first_pose, "the pose that --poses begins with (default: open)")
       ->check(CLI::IsMember({"open", "fist"}));
   command
       .add_option("--pose-angles", o.pose_angles,

@@ -56,6 +56,13 @@ TEST_F(Json, OfRecalibrationAndWhatItLeavesAsItWas) {
   EXPECT_FALSE(refused.at("applied").get<bool>());
   EXPECT_FALSE(refused.at("wanted").empty());
   EXPECT_EQ(content(folder_ / "n.json"), content(folder_ / "m.json")) << "to the byte";
+  std::string twelve_bits = "t_s,index_count\n";
+  for (int k = 0; k < 400; ++k)
+    twelve_bits += std::to_string(k * 0.05) + "," + std::to_string(2000 + 9 * (k % 100)) + "\n";
+  write("twelve.csv", twelve_bits);
+  expect_refused("recalibrate " + path("m.json") + " --recording " + path("twelve.csv") +
+                     " --input index_count --out " + path("p.json"),
+                 3, "lie outside of the model's range");
 }
 
 TEST_F(Json, OfTheCommandsForTheTwin) {

@@ -22,6 +22,7 @@
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
+#include "host/recording/line_format.hpp"
 #include "host/report/gnuplot.hpp"
 #include "host/report/render.hpp"
 
@@ -83,6 +84,49 @@ void parse(CLI::App& app, int argc, char** argv) {
 }
 
 }  // namespace
+
+void check_ranges(const model::Model& model, const std::string& file, const std::vector<std::string>& columns,
+                  const model::RangeCount& ranges) {
+  std::vector<std::string> doubts;
+  std::vector<std::string> turned;
+  std::string mend = "another board or divider, or a sensor that is not plugged in?";
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    const model::InputCount& count = ranges.counts()[i];
+    const model::Input& input = model.inputs[i];
+    const std::string read = fmt::format("of {} readings, which span {:g} to {:g}, lie outside of the",
+                                         count.readings, count.low, count.high);
+    const std::string outside = fmt::format("column \"{}\": {} {} model's range {:g} to {:g}", columns[i],
+                                            count.outside, read, input.valid_min, input.valid_max);
+    if (count.mostly_outside()) {
+      doubts.push_back(outside);
+    } else if (count.mostly_beyond()) {
+      doubts.push_back(fmt::format("column \"{}\": {} {} {:g} to {:g} that the model was made from",
+                                   columns[i], count.beyond, read, input.readings->reading.front(),
+                                   input.readings->reading.back()));
+    } else if (count.readings > 0 && 10 * count.outside >= count.readings) {
+      log(fmt::format("warning: {}: {}", file, outside));
+    }
+    if (ranges.mirrored(i)) turned.push_back(columns[i]);
+  }
+  if (const auto pair = ranges.exchanged()) {
+    const std::string& one = columns[pair->first];
+    const std::string& other = columns[pair->second];
+    mend = fmt::format(
+        "\"{}\" and \"{}\" seem to be exchanged: exchange them with --input, and check the others", one,
+        other);
+    if (doubts.empty()) doubts.push_back("each reads as the other did when the model was made");
+  }
+  if (!turned.empty()) {
+    mend = fmt::format(
+        "{}: the converter's full scale minus the reading is what the model was made from: is the divider "
+        "wired "
+        "the other way round?",
+        recording::listed(turned));
+    if (doubts.empty()) log(fmt::format("warning: {}: {}", file, mend));
+  }
+  if (doubts.empty()) return;
+  throw Doubt(fmt::format("{}: {}: {}", file, fmt::join(doubts, "; "), mend));
+}
 
 void check_unit(const model::Input& input, const std::string& file, const std::string& column,
                 const std::string& unit) {

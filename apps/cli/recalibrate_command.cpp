@@ -53,6 +53,8 @@ void run(Options& o) {
     throw io::InputError("--json goes to standard output: another --out, or leave out --json");
   const std::string old = io::read_file(o.request.model);
   const identify::Recalibration r = identify::recalibrate_files(o.request);
+  for (const identify::LogRanges& log : r.logs)
+    if (!r.applied) check_ranges(r.model, log.file, log.columns, log.ranges);
   // Where nothing is applied the very bytes: what was signed, compared or committed stays as it was.
   io::write_file(o.out, r.applied ? model::to_json(r.model) : old);
   if (o.json) return print(io::dump(to_json(r)));

@@ -20,6 +20,7 @@ struct Options {
 };
 
 constexpr double kPatience_s = 10;  // without a sample since the port was opened
+constexpr double kSilence_s = 3;    // of a glove that spoke before
 
 void take(std::vector<listen::Sample>& samples, const listen::Source& source, const std::string& out,
           std::unique_ptr<listen::Log>& log) {
@@ -28,18 +29,18 @@ void take(std::vector<listen::Sample>& samples, const listen::Source& source, co
   samples.clear();
 }
 
-std::string how_it_goes(const listen::Source& source, const listen::Log& log, double for_s) {
+std::string how_it_goes(const listen::Source& source, const listen::Log& log, double left_s) {
   const listen::Tally& tally = source.tally();
   std::string text = fmt::format("{:.0f} s, {} rows", log.duration_s(), log.rows());
   if (tally.torn > 0) text += fmt::format(", {} malformed", tally.torn);
   if (tally.lost.value_or(0) > 0) text += ", " + listen::lost_in_words(tally);
-  return text + (for_s > 0 ? fmt::format(", {:.0f} s left", std::max(0.0, for_s - log.duration_s()))
-                           : ", Ctrl-C ends it");
+  return text + (left_s > 0 ? fmt::format(", {:.0f} s left", left_s) : ", Ctrl-C ends it");
 }
 
 struct Recorded {
   std::unique_ptr<listen::Log> log;
-  int unplugged = 0;  // times
+  int unplugged = 0;    // times
+  double silent_s = 0;  // at its end
 };
 
 // Until the time is over, the source is at its end, or a signal.
@@ -49,18 +50,25 @@ Recorded record(const Options& o, listen::Source& source, const std::atomic<bool
   ProgressLine line;
   std::unique_ptr<listen::Log>& log = out.log;
   listen::Event event = listen::Event::quiet;
-  while (!stop && event != listen::Event::ended && !(log && o.for_s > 0 && log->duration_s() >= o.for_s)) {
+  listen::Span span(o.for_s);
+  bool is_silent = false;
+  while (!stop && event != listen::Event::ended && !span.is_over(source.now_s()) &&
+         !(log && o.for_s > 0 && log->duration_s() >= o.for_s)) {
     event = source.wait(0.1, samples);
     if (event == listen::Event::gone) {
       cli::log("the port has gone: plug the board in again, the recording goes on");
       ++out.unplugged;
     }
     if (event == listen::Event::back) cli::log("the port is back");
+    if (!samples.empty()) span.add_sample(source.now_s());
     take(samples, source, o.out, log);
+    out.silent_s = event == listen::Event::ended ? 0 : span.silent_s(source.now_s());
+    if (!std::exchange(is_silent, out.silent_s >= kSilence_s) && is_silent)
+      cli::log(fmt::format("warning: nothing has come for {:g} s: is the glove still running?", kSilence_s));
     if (log) log->flush_if_due(source.now_s());
     if (!log && (event == listen::Event::ended || source.now_s() > kPatience_s))
       throw io::JobError("no sample came: the glove is heard but says nothing that can be recorded");
-    if (log) line.show(how_it_goes(source, *log, o.for_s));
+    if (log) line.show(how_it_goes(source, *log, span.left_s(source.now_s())));
   }
   if (log) log->flush();
   return out;
@@ -72,7 +80,7 @@ void run(const Options& o) {
     throw io::InputError(o.out + ": is there already: a recording is never written over, name another");
   const std::unique_ptr<listen::Source> source = open_glove(o.glove);
   StopOnSignal stop;
-  const auto [log, unplugged] = record(o, *source, *stop.flag());
+  const auto [log, unplugged, silent_s] = record(o, *source, *stop.flag());
   if (!log) stop.end();
   const listen::Tally& tally = source->tally();
   if (o.json) {
@@ -82,15 +90,20 @@ void run(const Options& o) {
                  {"rows", log->rows()},
                  {"duration_s", log->duration_s()},
                  {"torn", tally.torn},
+                 {"late", tally.late},
                  {"lost", tally.lost ? nlohmann::ordered_json(*tally.lost) : nlohmann::ordered_json(nullptr)},
                  {"board_restarts", log->restarts()},
                  {"unplugged", unplugged},
                  {"version", FLEXOR_VERSION}});
-    return print(io::dump(json));
+    print(io::dump(json));
+  } else {
+    print(fmt::format(
+        "{}: {} rows in {:.1f} s, {} malformed, {}, {} restarts of the board, {} times unplugged\n", o.out,
+        log->rows(), log->duration_s(), tally.torn, listen::lost_in_words(tally), log->restarts(),
+        unplugged));
   }
-  print(fmt::format(
-      "{}: {} rows in {:.1f} s, {} malformed, {}, {} restarts of the board, {} times unplugged\n", o.out,
-      log->rows(), log->duration_s(), tally.torn, listen::lost_in_words(tally), log->restarts(), unplugged));
+  if (silent_s >= kSilence_s)
+    throw Doubt(fmt::format("{}: the glove fell silent {:.0f} s before the end", o.out, silent_s));
 }
 
 }  // namespace record_command

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -8,6 +9,7 @@
 #include "host/recording/csv.hpp"
 #include "host/recording/pair.hpp"
 #include "host/recording/resample.hpp"
+#include "host/recording/unit.hpp"
 #include "host/score/score.hpp"
 
 namespace flexor::cli {
@@ -36,53 +38,66 @@ std::string pick(const recording::Recording& r, const char* option) {
   throw io::InputError(fmt::format("{}: which column? give {}; there are: {}", r.source, option, names));
 }
 
-struct Angles {
-  recording::Recording recording;
-  std::string column;
-  score::Angles angles() const {
-    const recording::Series s = recording.series(column);
-    return {s.t_s, s.value, recording::default_max_gap_s(s.t_s)};
+// Measured and estimated column: those that were named, else all angles that both files have by one name, else the only ones.
+std::vector<std::pair<std::string, std::string>> columns_of(const Options& o,
+                                                            const recording::Recording& reference,
+                                                            const recording::Recording& estimate) {
+  std::vector<std::pair<std::string, std::string>> out;
+  for (const recording::Column& c : reference.columns) {
+    const bool is_angle = c.name.ends_with("_deg") && !c.name.ends_with("_se_deg");
+    if (is_angle && std::ranges::count(estimate.columns, c.name, &recording::Column::name) > 0)
+      out.emplace_back(c.name, c.name);
   }
-};
-
-Angles read(const std::string& path, const std::string& column, const char* option,
-            const recording::TimeOptions& time) {
-  Angles a{column.empty() ? recording::read_csv(path, {}, time) : recording::read_angle(path, column, time),
-           column};
-  if (column.empty()) recording::leave_out_lost(a.recording, a.column = pick(a.recording, option));
-  recording::to_degrees(a.recording, a.column, "");
-  for (const std::string& warning : a.recording.warnings) log("note: " + warning);
-  return a;
+  if (!out.empty() && o.reference_column.empty() && o.estimate_column.empty()) return out;
+  return {{o.reference_column.empty() ? pick(reference, "--reference-column") : o.reference_column,
+           o.estimate_column.empty() ? pick(estimate, "--estimate-column") : o.estimate_column}};
 }
 
-void run(const Options& o) {
-  if (!std::isfinite(o.estimate_offset_s))
-    throw io::InputError("--estimate-offset must be a number of seconds");
-  const Angles measured = read(o.reference, o.reference_column, "--reference-column", o.time);
-  Angles estimated = read(o.estimate, o.estimate_column, "--estimate-column", o.time);
-  for (double& t : estimated.recording.t_s) t += o.estimate_offset_s;
+recording::Recording read(const std::string& path, const std::string& column,
+                          const recording::TimeOptions& time) {
+  recording::Recording out =
+      column.empty() ? recording::read_csv(path, {}, time) : recording::read_angle(path, column, time);
+  for (const std::string& warning : out.warnings) log("note: " + warning);
+  out.warnings.clear();
+  return out;
+}
+
+recording::Recording angle_of(recording::Recording all, const std::string& column) {
+  recording::leave_out_lost(all, column);
+  recording::to_degrees(all, column, "");
+  for (const std::string& warning : all.warnings) log("note: " + warning);
+  return all;
+}
+
+// `name`: of the joint, before its messages; empty: there is one alone.
+score::Score score_of(const Options& o, const recording::Recording& measured, const std::string& column,
+                      const recording::Recording& estimated, const std::string& of, const std::string& name) {
+  const auto angles = [](const recording::Recording& r, const std::string& c) {
+    const recording::Series s = r.series(c);
+    return score::Angles{s.t_s, s.value, recording::default_max_gap_s(s.t_s)};
+  };
   score::Score s;
   try {
-    s = score::compare(measured.angles(), estimated.angles());
+    s = score::compare(angles(measured, column), angles(estimated, of));
   } catch (const io::InputError& error) {
-    throw io::InputError(fmt::format("{} and {}: {}; shift one with --estimate-offset", o.reference,
-                                     o.estimate, error.what()));
+    throw io::InputError(fmt::format("{} and {}: {}{}; shift one with --estimate-offset", o.reference,
+                                     o.estimate, name, error.what()));
   }
   if (s.left_out > 0) {
     log(fmt::format(
-        "note: {} of {} samples of the estimate lie in gaps of the measured angle and are left out",
+        "note: {}{} of {} samples of the estimate lie in gaps of the measured angle and are left out", name,
         s.left_out, s.left_out + s.samples));
   }
   if (s.lag_at_edge) {
-    log("warning: the best lag lies at the edge of the search: are the two on the same clock? "
-        "--estimate-offset shifts one");
+    log(
+        fmt::format("warning: {}the best lag lies at the edge of the search: are the two on the same clock? "
+                    "--estimate-offset shifts one",
+                    name));
   }
-  if (o.json) {
-    nlohmann::ordered_json json = score::to_json(s);
-    json["version"] = FLEXOR_VERSION;
-    print(io::dump(json));
-    return;
-  }
+  return s;
+}
+
+void show(const score::Score& s) {
   print(
       fmt::format("samples           {}\n"
                   "RMSE              {:.3f} deg\n"
@@ -97,6 +112,32 @@ void run(const Options& o) {
                   s.best_lag_s, s.lag_removed_rmse_deg, s.lag_removed_iae_deg_s));
 }
 
+void run(const Options& o) {
+  if (!std::isfinite(o.estimate_offset_s))
+    throw io::InputError("--estimate-offset must be a number of seconds");
+  const recording::Recording reference = read(o.reference, o.reference_column, o.time);
+  recording::Recording estimate = read(o.estimate, o.estimate_column, o.time);
+  for (double& t : estimate.t_s) t += o.estimate_offset_s;
+  const auto columns = columns_of(o, reference, estimate);
+  nlohmann::ordered_json joints = nlohmann::ordered_json::object();
+  std::string table = fmt::format("{:<16}{:>9}{:>12}{:>12}{:>10}{:>12}\n", "", "samples", "RMSE", "largest",
+                                  "fit", "best lag");
+  for (const auto& [measured, estimated] : columns) {
+    const std::string joint = recording::without_unit(measured);
+    const score::Score s = score_of(o, angle_of(reference, measured), measured, angle_of(estimate, estimated),
+                                    estimated, columns.size() > 1 ? joint + ": " : "");
+    if (columns.size() == 1 && !o.json) return show(s);
+    joints[joint] = score::to_json(s);
+    table += fmt::format("{:<16}{:>9}{:>8.3f} deg{:>8.3f} deg{:>8.2f} %{:>10.3f} s\n", joint, s.samples,
+                         s.rmse_deg, s.max_abs_deg, s.fit_percent, s.best_lag_s);
+  }
+  if (!o.json) return print(table);
+  nlohmann::ordered_json json =
+      columns.size() == 1 ? joints.front() : nlohmann::ordered_json{{"joints", joints}};
+  json["version"] = FLEXOR_VERSION;
+  print(io::dump(json));
+}
+
 }  // namespace score_command
 
 void add_score(CLI::App& app) {
@@ -104,8 +145,10 @@ void add_score(CLI::App& app) {
   const auto [o, command] = add_command(app, "score", "Compare two CSV files of angles", run);
   command->add_option("reference", o->reference, "CSV with the measured angle")->required();
   command->add_option("estimate", o->estimate, "CSV with the estimated angle, on the same clock")->required();
-  command->add_option("--reference-column", o->reference_column, "its column (default: the only angle)");
-  command->add_option("--estimate-column", o->estimate_column, "its column (default: the only angle)");
+  command->add_option("--reference-column", o->reference_column,
+                      "its column (default: all angles that both have by one name, or the only one)");
+  command->add_option("--estimate-column", o->estimate_column,
+                      "its column (default: all angles that both have by one name, or the only one)");
   command->add_option("--estimate-offset", o->estimate_offset_s, "seconds to add to the estimate's clock")
       ->capture_default_str();
   add_time_options(*command, o->time);

@@ -174,6 +174,25 @@ class ChainFitter {
     for (double& knot : channel.output_curve->x) knot *= share;
   }
 
+  // A line so steep that a board cannot hold what it makes of every reading is a curve of two knots between the limits of the
+  // angle, beyond which nothing counts; before dynamics a whole span beyond them.
+  static void bound_line(const model::Input& input, model::Channel& channel) {
+    constexpr double kMost_deg = 1000;
+    const auto angle = [&](double u) { return channel.lti.gain * u + channel.lti.offset; };
+    if (channel.dead_zone || channel.input_curve || channel.output_curve || channel.lti.gain == 0 ||
+        std::max(std::abs(angle(input.valid_min)), std::abs(angle(input.valid_max))) <= kMost_deg)
+      return;
+    const auto [lower, upper] = channel.saturation;
+    const double room = channel.lti.poles_rad_s.empty() ? 0 : upper - lower;
+    const auto reading = [&](double deg) {
+      return std::clamp((deg - channel.lti.offset) / channel.lti.gain, input.valid_min, input.valid_max);
+    };
+    const auto [from, to] = std::minmax({reading(lower - room), reading(upper + room)});
+    channel.input_curve = model::Curve{{from, to}, {angle(from), angle(to)}};
+    channel.lti.gain = 1;
+    channel.lti.offset = 0;
+  }
+
   // The channel's blocks behind the joint's own input, whose readings a board takes in about the converter's steps.
   void add_blocks(const Chain& chain, const model::Channel& fitted, model::Model& model) const {
     model::Input& input = model.inputs.front();
@@ -189,6 +208,7 @@ class ChainFitter {
       for (double& weight : channel.hysteresis->weights)
         weight = rounded(weight, compensator::kHysteresisWeightFraction);
     }
+    bound_line(input, channel);
     if (channel.output_curve) scale_for_board(input, model.sample_period_s, channel);
     channel.name = joint_.joint;
     channel.input_column = joint_.sensors.front();
@@ -234,6 +254,7 @@ class ChainFitter {
     }
     out.cross_validated_deg = std::sqrt(squares / static_cast<double>(estimates.size()));
     out.rows.front().cross_validated_deg = out.cross_validated_deg;
+    out.rows.front().set_loss(out.fold_loss);
     out.model.joints.front().accuracy = accuracy_of(std::move(estimates));
   }
 

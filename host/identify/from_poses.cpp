@@ -244,25 +244,19 @@ bool tells_apart(const Sensor& sensor, std::size_t i, const Holds& holds,
   return is_one;
 }
 
-// Brings the open hand first.
+// Brings the open hand first: the order that was asked for, whatever the readings do. What speaks against it is said.
 void order(Holds& holds, FirstPose first, const std::vector<Sensor>& sensors,
            std::vector<std::string>& warnings) {
   std::vector<std::string> fall;
   for (std::size_t i = 0; i < sensors.size(); ++i)
     if (median_of(holds.fist, i) < median_of(holds.open, i)) fall.push_back(sensors[i].column);
-  const bool falls = fall.size() == sensors.size();
-  if (first == FirstPose::found && !falls && !fall.empty())
-    warnings.push_back(
-        fmt::format("{} fall from the first pose to the second, the others rise: the first is taken for the "
-                    "open hand; if it was the fist, add --first-pose fist",
-                    recording::listed(fall)));
-  if (first == FirstPose::found && falls) {
-    first = FirstPose::fist;
-    warnings.push_back(
-        "all readings fall from the first pose to the second: the first is taken for the fist, as of strips "
-        "to GND, "
-        "which rise as they bend; if the open hand was first, add --first-pose open");
-  }
+  if (first == FirstPose::unstated && !fall.empty())
+    warnings.push_back(fmt::format(
+        "{} from the first pose to the second; strips that are wired as flexor wiring says rise as they "
+        "bend: "
+        "the first is taken for the open hand, as asked for; if it was the fist, add --first-pose fist",
+        fall.size() == sensors.size() ? "all readings fall"
+                                      : recording::listed(fall) + " fall, the others rise,"));
   if (first == FirstPose::fist) std::swap(holds.open, holds.fist);
 }
 

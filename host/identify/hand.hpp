@@ -112,7 +112,7 @@ struct JointResult : JointFit {
   std::optional<score::Verdict> left_out_verdict;  // over all of these, where every part could be left out
   std::vector<JointSamples> samples;  // of each pair; the estimates are of what the scores are of
 
-  double line_rmse_deg() const;  // of the better straight line
+  ScoreRow all() const;  // over all of what is held out, by the joint's name
 };
 
 struct HandIdentification {

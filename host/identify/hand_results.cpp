@@ -140,8 +140,8 @@ std::string scores_csv(const HandIdentification& r) {
                          rmse_deg);
   };
   for (const JointResult& joint : r.joints) {
-    ScoreRow all{"all", joint.holdout.samples, joint.holdout.rmse_deg, {}};
-    for (const auto& [name, score] : joint.baselines) all.baseline_deg[name] = score.rmse_deg;
+    ScoreRow all = joint.all();
+    all.name = "all";
     add(joint.name, "held out", all, &joint.verdict);
     for (const ScoreRow& row : joint.pairs) add(joint.name, "held out", row, nullptr);
     for (const ScoreRow& row : joint.left_out) add(joint.name, "left out", row, nullptr);

@@ -15,6 +15,7 @@
 
 #include "host/identify/line_estimate.hpp"
 #include "host/model/model.hpp"
+#include "host/model/range_count.hpp"
 #include "host/recording/clock.hpp"
 
 namespace flexor::identify {
@@ -58,6 +59,13 @@ struct RecalibratedJoint {
   double se_deg = 0;          // that is left
 };
 
+// What a log holds beside what the model knows.
+struct LogRanges {
+  std::string file;
+  std::vector<std::string> columns;
+  model::RangeCount ranges;
+};
+
 struct Recalibration {
   model::Model model;  // as it was, where nothing was applied
   bool applied = false;
@@ -67,6 +75,7 @@ struct Recalibration {
   std::vector<std::string> misfits;  // sensors that no donning explains
   std::vector<std::string> notes;
   std::optional<recording::Clock> clock;  // of files with a camera
+  std::vector<LogRanges> logs;            // of files
 };
 
 // Throws io::InputError: no evidence, a model that does not say what it was made from.

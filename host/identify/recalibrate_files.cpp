@@ -250,9 +250,8 @@ void add_lack(RecalibrationRequest& request, std::vector<std::string>& notes, co
 }
 
 // The glove's log of a pair that cannot be put on one clock says nothing either: it was given for the camera.
-std::optional<Clock> add_pair(const RecalibrationFiles& files, RecalibrationRequest& request,
-                              std::vector<std::string>& notes) {
-  const recording::Recording log = read_log(files.pair_sensor, files, request.model, notes);
+std::optional<Clock> add_pair(const RecalibrationFiles& files, const recording::Recording& log,
+                              RecalibrationRequest& request, std::vector<std::string>& notes) {
   const std::string wanted =
       "glove and camera of one motion once more: twenty seconds in which the joints that the camera sees "
       "bend, not evenly";
@@ -326,7 +325,18 @@ Recalibration recalibrate_files(const RecalibrationFiles& files) {
   if (!files.prior.empty())
     request.prior = prior_from_json(io::read_document(files.prior), files.prior.string());
   std::vector<std::string> notes;
-  const auto log_of = [&](const auto& path) { return read_log(path, files, request.model, notes); };
+  std::vector<LogRanges> logs;
+  const auto log_of = [&](const auto& path) {
+    recording::Recording log = read_log(path, files, request.model, notes);
+    LogRanges& of = logs.emplace_back(LogRanges{log.source, {}, model::RangeCount(request.model)});
+    for (const recording::Column& column : log.columns) of.columns.push_back(column.name);
+    std::vector<double> row(log.columns.size());
+    for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+      for (std::size_t i = 0; i < row.size(); ++i) row[i] = log.columns[i].value[k];
+      of.ranges.add(row);
+    }
+    return log;
+  };
   if (!files.recording.empty()) request.motion.push_back(motion_in(log_of(files.recording), request.model));
   if (!files.poses_log.empty()) {
     const recording::Recording log = log_of(files.poses_log);
@@ -337,10 +347,11 @@ Recalibration recalibrate_files(const RecalibrationFiles& files) {
     }
   }
   std::optional<Clock> clock;
-  if (!files.pair_sensor.empty()) clock = add_pair(files, request, notes);
+  if (!files.pair_sensor.empty()) clock = add_pair(files, log_of(files.pair_sensor), request, notes);
   Recalibration out = recalibrate(request);
   out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
   out.clock = clock;
+  out.logs = std::move(logs);
   return out;
 }
 

@@ -40,6 +40,14 @@ class WrappingClock {
     return total_ms_ / 1000;
   }
 
+  // By how much less than the last time it is, of one that came soon after it; none: it is later, or a clock that started anew.
+  std::optional<int> behind_ms(std::uint16_t now_ms, double host_s) const {
+    constexpr int kMost_ms = 250;
+    const int behind = static_cast<std::int16_t>(last_ms_ - now_ms);
+    if (!started_ || host_s - host_s_ > 1 || behind < 0 || behind > kMost_ms) return std::nullopt;
+    return behind;
+  }
+
  private:
   bool started_ = false;
   std::uint16_t last_ms_ = 0;
@@ -80,6 +88,7 @@ class FrameDecoder : public Decoder {
   virtual bool is_its_own() = 0;  // the frame is of this board
   virtual bool is_sample() const = 0;
   virtual bool read(std::uint16_t& time_ms, Sample& sample) = 0;
+  virtual bool has_counter() const { return true; }
 
   bool is_state_of(link::BoardKind board) const {
     return packet_.type() == link::Type::state && packet_.body_bytes() == link::State::kBytes &&
@@ -105,6 +114,13 @@ class FrameDecoder : public Decoder {
       ++tally_.torn;
       return;
     }
+    const std::optional<int> behind_ms = clock_.behind_ms(time_ms, host_s);
+    if (behind_ms && (*behind_ms > 0 || packet_.sequence() == last_sequence_)) {
+      ++tally_.late;
+      return;
+    }
+    last_sequence_ = packet_.sequence();
+    if (has_counter()) count_gap();
     sample.host_s = host_s;
     sample.board_s = clock_.seconds(time_ms, host_s);
     count_sample();
@@ -114,6 +130,7 @@ class FrameDecoder : public Decoder {
   WrappingClock clock_;
   std::uint64_t held_ = 0;
   std::uint16_t next_ = 0;
+  std::uint16_t last_sequence_ = 0;  // of a sample
 };
 
 const char* remark_of(link::SensorStatus status) {
@@ -143,6 +160,7 @@ class GloveFrames : public FrameDecoder {
   bool read(std::uint16_t& time_ms, Sample& sample) override {
     return wanted_ == link::Type::angles ? angles(time_ms, sample) : readings(time_ms, sample);
   }
+  bool has_counter() const override { return wanted_ == link::Type::angles; }
 
  private:
   bool angles(std::uint16_t& time_ms, Sample& sample) {
@@ -155,7 +173,6 @@ class GloveFrames : public FrameDecoder {
       sample.value.push_back(angle.at(i) / 16.0);
       sample.remark.emplace_back(remark_of(status.at(i)));
     }
-    count_gap();
     return true;
   }
 
@@ -230,7 +247,6 @@ class HandFrames : public FrameDecoder {
     }
     sample.value.back() = body[2];
     sample.remark.back() = remark_of_board(body[2]);
-    count_gap();
     return true;
   }
 };
@@ -360,7 +376,8 @@ std::optional<Guess> judge(std::span<const std::uint8_t> bytes, Format format, b
 }  // namespace
 
 std::string lost_in_words(const Tally& tally) {
-  return tally.lost ? fmt::format("{} lost", *tally.lost) : "not known how many were lost";
+  return (tally.lost ? fmt::format("{} lost", *tally.lost) : "not known how many were lost") +
+         (tally.late > 0 ? fmt::format(", {} twice or late", tally.late) : "");
 }
 
 std::string misfit_in_words(const Misfit& misfit) {

@@ -42,11 +42,13 @@ struct Tally {
   std::uint64_t understood = 0;  // bytes of whole frames and lines
   std::uint64_t samples = 0;
   std::uint64_t torn = 0;  // frames and lines that were no whole ones
+  std::uint64_t late = 0;  // frames that came twice, or after one that was sent later: no samples
   std::optional<std::uint64_t> lost =
       {};  // samples, by the gaps in their counter; none: they have no counter
   std::optional<Misfit> misfit =
       {};  // of the rows that come now: two alike, since one may be torn; none: they fit
 };
+// "2 lost", with ", 1 twice or late" where there are such.
 std::string lost_in_words(const Tally& tally);
 std::string misfit_in_words(const Misfit& misfit);  // "the rows that come have 3 values, and 5 are expected"
 

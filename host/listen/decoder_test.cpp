@@ -93,6 +93,26 @@ TEST(Frames, LostOnesAreCountedAndTornOnesSkipped) {
   EXPECT_LT(decoder->tally().understood, decoder->tally().bytes);
 }
 
+TEST(Frames, ThatComeTwiceOrInAnotherOrderAreNoSamplesAndNoRestarts) {
+  const auto decoder = make_decoder(Format::frames);
+  link::GloveEnd glove(nullptr);
+  const auto first = frame(glove, 10, 0), second = frame(glove, 20, 0), third = frame(glove, 30, 0);
+  EXPECT_EQ(decoded(*decoder, first, 1.01).size(), 1U);
+  EXPECT_TRUE(decoded(*decoder, first, 1.01).empty());
+  EXPECT_EQ(*decoded(*decoder, third, 1.03).at(0).board_s, 0.03);
+  EXPECT_TRUE(decoded(*decoder, second, 1.03).empty());
+  EXPECT_EQ(*decoded(*decoder, frame(glove, 40, 0), 1.04).at(0).board_s, 0.04) << "the clock did not wrap";
+  EXPECT_EQ(decoder->tally().late, 2U);
+  EXPECT_EQ(decoder->tally().lost, 1U);
+}
+
+TEST(Lines, NoiseBeforeAHeaderIsNoPartOfAName) {
+  const auto decoder = make_decoder(Format::lines);
+  decoder->cut();  // as of a port that was just opened
+  decoded(*decoder, bytes_of("\xbe\xddq'q\xf3time_ms,thumb_deg,index_deg\r\n0,1,2\r\n10,3,4\r\n"));
+  EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"thumb_deg", "index_deg"}));
+}
+
 // As a glove says them, who counts its frames of angles alone.
 std::vector<std::uint8_t> readings_frame(std::uint16_t time_ms, std::uint16_t thumb) {
   const std::array<std::uint16_t, link::kFingers> counts = {thumb, 200, 300, 400, 500};

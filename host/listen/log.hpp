@@ -5,6 +5,7 @@
 // lines that it had room for.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -14,6 +15,26 @@
 #include "host/listen/sample_clock.hpp"
 
 namespace flexor::listen {
+
+// When a recording ends, by the source's clock, of which samples are no measure: they may cease.
+class Span {
+ public:
+  explicit Span(double for_s) : for_s_(for_s) {}  // 0: without an end
+  void add_sample(double now_s) {
+    if (!has_begun_) first_s_ = now_s;
+    has_begun_ = true;
+    last_s_ = now_s;
+  }
+  bool is_over(double now_s) const { return for_s_ > 0 && has_begun_ && now_s - first_s_ >= for_s_; }
+  double silent_s(double now_s) const { return has_begun_ ? now_s - last_s_ : 0; }
+  double left_s(double now_s) const { return std::max(0.0, for_s_ - (has_begun_ ? now_s - first_s_ : 0)); }
+
+ private:
+  double for_s_;
+  bool has_begun_ = false;
+  double first_s_ = 0;
+  double last_s_ = 0;
+};
 
 class Log {
  public:

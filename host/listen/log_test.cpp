@@ -19,6 +19,18 @@ Sample at(double host_s, std::optional<double> board_s, double value) {
   return {host_s, board_s, {value}, {}};
 }
 
+TEST(Span, EndsByTheSourcesClockWhetherSamplesComeOrNot) {
+  Span span(4);
+  EXPECT_FALSE(span.is_over(100)) << "nothing came yet";
+  span.add_sample(100);
+  span.add_sample(101);
+  EXPECT_FALSE(span.is_over(103.9));
+  EXPECT_EQ(span.silent_s(103), 2);
+  EXPECT_EQ(span.left_s(103), 1);
+  EXPECT_TRUE(span.is_over(104));
+  EXPECT_FALSE(Span(0).is_over(1e9));
+}
+
 TEST(Log, HasTheBoardsClockBesideTheHosts) {
   const io::TemporaryFolder folder;
   const fs::path file = folder.path() / "log.csv";

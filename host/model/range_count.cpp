@@ -7,6 +7,8 @@ namespace flexor::model {
 namespace {
 
 constexpr std::size_t kMostKept = 1024;  // rows; then every other goes
+constexpr double kCloser = 3;
+constexpr double kFar = 0.15;  // of the span; a glove that was put on anew moves its readings by a seventh
 
 Spread known(const Input& input) {
   return input.readings.value_or(Spread{{0, 1}, {input.valid_min, input.valid_max}});
@@ -37,10 +39,12 @@ void RangeCount::add(std::span<const double> reading) {
 }
 
 // Mean difference of the column's quantiles from those of the input's readings, in spans of these.
-double RangeCount::distance(std::size_t column, std::size_t input) const {
+double RangeCount::distance(std::size_t column, std::size_t input, bool mirrored) const {
   std::vector<double> sorted;
   for (const auto& row : kept_) {
-    if (!std::isnan(row[column])) sorted.push_back(row[column]);
+    if (std::isnan(row[column])) continue;
+    sorted.push_back(mirrored ? inputs_[input].valid_min + inputs_[input].valid_max - row[column]
+                              : row[column]);
   }
   if (sorted.empty()) return 0;
   std::ranges::sort(sorted);
@@ -53,16 +57,20 @@ double RangeCount::distance(std::size_t column, std::size_t input) const {
   return sum / static_cast<double>(spread.share.size()) / spread.span();
 }
 
+bool RangeCount::mirrored(std::size_t input) const {
+  const double before = distance(input, input);
+  return inputs_[input].readings && inputs_[input].unit == "count" && before >= kFar &&
+         kCloser * distance(input, input, true) <= before;
+}
+
 std::optional<std::pair<std::size_t, std::size_t>> RangeCount::exchanged() const {
-  constexpr double kCloser = 3;
-  constexpr double kFar = 0.3;  // both together; a glove that was put on anew moves each by a seventh
   std::optional<std::pair<std::size_t, std::size_t>> best;
   double most_saved = 0;
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     for (std::size_t j = i + 1; j < inputs_.size(); ++j) {
       const double before = distance(i, i) + distance(j, j);
       const double after = distance(i, j) + distance(j, i);
-      if (before < kFar || kCloser * after > before || before - after <= most_saved) continue;
+      if (before < 2 * kFar || kCloser * after > before || before - after <= most_saved) continue;
       most_saved = before - after;
       best = {i, j};
     }

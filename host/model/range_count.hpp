@@ -1,5 +1,5 @@
 // Whether a log's readings are those that a model knows: within its inputs' ranges and where they lay when it was made, and
-// which two columns were exchanged.
+// which two columns were exchanged, or one turned round.
 #pragma once
 
 #include <cstdint>
@@ -31,9 +31,12 @@ class RangeCount {
   // Two inputs whose readings lie where the other's lay when the model was made: their columns' quantiles are three times
   // closer to it so. Where the model says nothing of its readings, where the valid range ends takes their place.
   std::optional<std::pair<std::size_t, std::size_t>> exchanged() const;
+  // Whether this input's readings, subtracted from the converter's full scale, are three times closer to those that the model was
+  // made from: its divider is wired the other way round. Only of counts, and where the model says what it was made from.
+  bool mirrored(std::size_t input) const;
 
  private:
-  double distance(std::size_t column, std::size_t input) const;
+  double distance(std::size_t column, std::size_t input, bool mirrored = false) const;
 
   const std::vector<Input> inputs_;
   std::vector<InputCount> counts_;

@@ -56,5 +56,19 @@ TEST(RangeCount, WhatTheModelWasMadeFromTellsReadingsThatAreWithinTheValidRange)
   EXPECT_FALSE(eight_bits.exchanged());
 }
 
+TEST(RangeCount, ADividerTheOtherWayRoundIsFoundThoughAllReadingsAreWithinTheRange) {
+  Model model;
+  model.inputs = {{"a", "", "count", "", 1, 1022}};
+  model.inputs[0].readings = Spread{{0.02, 0.5, 0.98}, {346, 484, 612}};
+  const auto mirrored = [&](double gain, double offset) {
+    RangeCount count(model);
+    for (int k = 0; k <= 100; ++k) count.add(std::vector{offset + gain * (340 + 2.8 * k)});
+    return count.mirrored(0);
+  };
+  EXPECT_TRUE(mirrored(-1, 1023));
+  EXPECT_FALSE(mirrored(1, 0));
+  EXPECT_FALSE(mirrored(1, 40)) << "put on anew";
+}
+
 }  // namespace
 }  // namespace flexor::model

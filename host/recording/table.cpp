@@ -305,6 +305,7 @@ class Finder : public TableState {
         cells_, [&](const std::string& c) { return is_missing(c) || is_number_or_time(c, separator_); });
     if (has_header_) {
       ++first_;
+      cut_noise(header_[0]);
       name_by_titles();
     } else {
       has_header_ = comment_is_header(at(0)->comment);
@@ -315,6 +316,24 @@ class Finder : public TableState {
     if (has_header_) return;
     note(fmt::format("has no header: the columns are called {} to {} in their order", header_.front(),
                      header_.back()));
+  }
+
+  // Bytes that a line caught before its board began to send are Latin-1 or control characters; a name that states a time or a unit
+  // stands behind the last of them.
+  void cut_noise(std::string& name) {
+    std::size_t begin = 0;
+    for (std::size_t i = 0; i < name.size(); ++i) {
+      const auto c = static_cast<unsigned char>(name[i]);
+      const bool is_latin1 = i > 0 && c >= 0x80 && (name[i - 1] == '\xC2' || name[i - 1] == '\xC3');
+      if (c < ' ' || c == 0x7F || is_latin1) begin = i + 1;
+    }
+    const std::string rest = name.substr(begin);
+    std::optional<double> unused;
+    const bool is_name =
+        is_time_name(rest, unused) || (options_.from == From::port && !unit_of(rest).empty());
+    if (begin == 0 || !is_name) return;
+    note(fmt::format("what stands before \"{}\" in the header is noise and is left out", excerpt(rest)));
+    name = rest;
   }
 
   // Columns without a name, or of one name, get that of the nearest title that spans them.

@@ -46,12 +46,12 @@ TEST(SafeHand, RefusesMotorsThatCannotMoveWithinItsLimits) {
             0U);
 }
 
-}  // namespace hardware_test
 TEST(Hardware, CountsOfTwelveBitsAreNoBoards) {
-  model::Model model = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+  model::Model model = published_model();
   model.inputs[1].unit = "count";
   model.inputs[1].valid_max = 4094;
   EXPECT_THROW((void)glove_for(model::preset("flexor"), model, {}), io::InputError);
 }
 
+}  // namespace hardware_test
 }  // namespace flexor::deploy

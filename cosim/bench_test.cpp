@@ -62,20 +62,6 @@ class Worn {
     const std::lock_guard lock(mutex_);
     return views_;
   }
-  // Means over so much simulated time from now on.
-  std::array<double, 5> mean_counts(std::int64_t ms) {
-    std::array<double, 5> sum{};
-    const std::int64_t begin_ms = views().back().now_ms;
-    std::int64_t now_ms = begin_ms;
-    int n = 0;
-    for (; now_ms < begin_ms + ms; ++n) {
-      const BenchView view = change({});
-      now_ms = view.now_ms;
-      for (std::size_t i = 0; i < 5; ++i) sum[i] += view.counts[i];
-    }
-    for (double& s : sum) s /= n;
-    return sum;
-  }
 
   study::Bench bench;
 
@@ -157,10 +143,6 @@ void expect_runs(const std::string& port, const deploy::Glove& glove) {
 class Bench : public testing::Test {
  protected:
   void SetUp() override { FLEXOR_NEEDS_TERMINALS(); }
-  void need_bootloader(const study::Bench& bench) const {
-    if (!bench.has_bootloader() || io::find_program("avrdude").empty())
-      GTEST_SKIP() << "arduino-core-avr or avrdude is not installed: script/bootstrap tests";
-  }
   // As `flexor send`.
   Finished send(const study::Bench& bench, const fs::path& model) const {
     const fs::path key = folder_.path() / "pair.key";
@@ -239,22 +221,6 @@ TEST_F(Bench, TakesASmallModelWhileItRuns) {
   expect_runs(worn.bench.port(), glove);
 }
 
-TEST_F(Bench, TakesAnIdentifiedModelThroughTheBootloader) {
-  Worn worn(options());
-  need_bootloader(worn.bench);
-  ASSERT_EQ(flexor({"twin", "record", "--out", folder_.path().string()}).exit, 0);
-  const Finished fit =
-      flexor({"identify", "--pair", file("glove-1.csv").string(), file("camera-1.csv").string(), "--rate",
-              "10", "--fit-all", "--model", file("model.json").string()});
-  ASSERT_EQ(fit.exit, 0) << fit.err;
-  const Finished r = send(worn.bench, file("model.json"));
-  ASSERT_EQ(r.exit, 0) << r.err;
-  EXPECT_EQ(nlohmann::json::parse(r.out).at("bootloader"), true);
-  deploy::Glove glove = worn.bench.glove();
-  glove.model = model::load(file("model.json"));
-  expect_runs(worn.bench.port(), glove);
-}
-
 TEST_F(Bench, IsUnpluggedAndPluggedInAgainUnderTheSameName) {
   study::BenchOptions o = options();
   o.port_link = file("glove");
@@ -280,83 +246,6 @@ TEST_F(Bench, IsUnpluggedAndPluggedInAgainUnderTheSameName) {
   EXPECT_LT(said.at("rows"), 55);
 }
 
-TEST_F(Bench, ASlipOfEightDegreesShowsInTheReadings) {
-  Worn worn(options(), "rest");
-  const twin::Divider divider(options().parameters);
-  (void)worn.mean_counts(2500);
-  const auto before = worn.mean_counts(1500);
-  BenchChange slip;
-  slip.slip_deg = 8;
-  worn.change(slip);
-  (void)worn.mean_counts(200);
-  const auto after = worn.mean_counts(1500);
-  for (std::size_t i = 0; i < 5; ++i) {
-    const double moved = divider.alpha_deg(static_cast<int>(std::lround(after[i]))) -
-                         divider.alpha_deg(static_cast<int>(std::lround(before[i])));
-    EXPECT_NEAR(moved, 8, 1.5) << i;
-  }
-}
-
-TEST_F(Bench, AMotionIsTheSameEachTime) {
-  study::Bench bench(fs::absolute(FLEXOR_COSIM), options());
-  const twin::Motion grab = *study::bench_motion("calibration");
-  const twin::Variation person = twin::draw_variation(options().parameters, twin::seed_of(1, 0));
-  for (int round = 0; round < 2; ++round) {
-    BenchChange begin;
-    begin.ms = 10;
-    begin.motion = "calibration";
-    begin.restart = true;
-    BenchChange on;
-    on.ms = 10;
-    int seen = 0;
-    for (BenchView view = bench.advance(begin); seen < 150; view = bench.advance(on)) {
-      if (view.motion_s.value() < 1) continue;  // nothing moves before
-      if (std::llround(1000 * *view.motion_s) % 10 != 0) continue;
-      ++seen;
-      for (int i = 0; i < 5; ++i) {
-        EXPECT_NEAR(view.finger_deg[static_cast<std::size_t>(i)], grab.angle(i, *view.motion_s, person),
-                    1e-3);
-      }
-    }
-  }
-}
-
-TEST_F(Bench, ScoresAsTheExperimentDoesOnSimulatedBoards) {
-  study::BenchOptions o = options();
-  twin::assign(o.parameters, "sensor.drift_deg_per_min=0");  // there every gesture is the first
-  study::Bench bench(fs::absolute(FLEXOR_COSIM), o);
-  const auto begin = Clock::now();
-  std::size_t steps = 0;
-  const std::vector<double> scores = bench.score({1, 2, 3, 4, 5, 6}, [&](std::size_t done, std::size_t of) {
-    EXPECT_LE(done, of);
-    ++steps;
-    return true;
-  });
-  const std::chrono::duration<double> took = Clock::now() - begin;
-  std::printf("six gestures in %.1f s\n", took.count());
-  EXPECT_GT(steps, 10U);
-  study::Boards boards(fs::absolute(FLEXOR_COSIM));
-  ASSERT_EQ(scores.size(), 6U);
-  double all = 0;
-  double all_experiment = 0;
-  for (std::size_t g = 0; g < 6; ++g) {
-    // The experiment draws another donning for each gesture; here it is the bench's.
-    const twin::TrialInput input{o.parameters, *study::bench_motion(std::to_string(g + 1)), o.model, 1};
-    const twin::Trial trial = boards.simulate(input, 0, 1).front();
-    const double experiment =
-        score::score_trial(trial.glove_deg, trial.hand_deg, 1 / input.parameters.camera_rate_hz)
-            .total_error_deg_s;
-    std::printf("gesture %zu: %.1f here, %.1f in the experiment\n", g + 1, scores[g], experiment);
-    all += scores[g];
-    all_experiment += experiment;
-    // Of the same gesture again and again: up to a tenth to either side, by the radio's jitter.
-    EXPECT_NEAR(scores[g], experiment, 0.18 * experiment) << g + 1;
-  }
-  EXPECT_NEAR(all, all_experiment, 0.04 * all_experiment);
-  // It is still there, and in touch.
-  EXPECT_EQ(bench.advance({}).fault, (std::array<int, 5>{}));
-}
-
 TEST_F(Bench, AScoreThatIsStoppedLeavesTheBenchAsItWas) {
   study::Bench bench(fs::absolute(FLEXOR_COSIM), options());
   EXPECT_THROW((void)bench.score({1, 2, 3, 4, 5, 6}, [](std::size_t, std::size_t) { return false; }),
@@ -364,40 +253,6 @@ TEST_F(Bench, AScoreThatIsStoppedLeavesTheBenchAsItWas) {
   const BenchView before = bench.advance({});
   EXPECT_EQ(before.motion, "rest");
   EXPECT_EQ(bench.advance({}).now_ms, before.now_ms + 20);
-}
-
-TEST_F(Bench, EndsWithWhoeverStartedIt) {
-  const io::Pipe out;
-  const std::string link = file("glove").string();
-  const std::string program = fs::absolute(FLEXOR_PROGRAM).string();
-  io::Process wear(program, {program, "twin", "wear", "--port-link", link}, {});
-  const auto until = [](const auto& is, double seconds) {
-    const auto end = Clock::now() + std::chrono::duration<double>(seconds);
-    while (!is() && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    return is();
-  };
-  ASSERT_TRUE(until([&] { return fs::exists(link); }, 30));
-  const fs::path terminal = fs::read_symlink(link);
-  wear.kill();
-  (void)wear.wait();
-  EXPECT_TRUE(until([&] { return !fs::exists(terminal); }, 5)) << terminal;
-}
-
-TEST_F(Bench, SaysWhatMotionsThereAre) {
-  try {
-    (void)study::bench_motion("wave");
-    FAIL();
-  } catch (const io::InputError& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "no motion \"wave\": rest, bends, calibration, held, ordinary, protocol, or 1 to 6 of the published "
-        "gestures");
-  }
-  study::BenchOptions o = options();
-  io::write_file(file("glove"), "mine");
-  o.port_link = file("glove");
-  EXPECT_THROW(study::Bench(fs::absolute(FLEXOR_COSIM), o), io::InputError);
-  EXPECT_EQ(io::read_file(file("glove")), "mine");
 }
 
 }  // namespace

@@ -384,24 +384,5 @@ TEST_F(SendThroughBootloader, TheBoardRunsTheNewModelAndThenTheNext) {
     ASSERT_EQ(static_cast<std::uint8_t>(flash[i]), before.bytes[i]) << "byte " << i;
 }
 
-// Also that patched bytes count: the compiler has folded no key into the code.
-TEST_F(Pair, ADeploymentGetsTheKeyAndTheImageSpeaksWithIt) {
-  const fs::path deployment = folder_ / "pair";
-  const Finished r = flexor({"pair", deployment});
-  ASSERT_EQ(r.exit, 0) << r.err;
-  const link::Key now = deploy::load_key(deployment / "pair.key");
-  for (const char* name : {"glove", "hand"}) {
-    const deploy::FlashContent image = deploy::read_image(deployment / (std::string(name) + ".hex"));
-    expect_key(deploy::key_in(image, name), now);
-  }
-  deploy::Glove glove = published();
-  const Firmware firmware(deploy::read_image(deployment / "glove.hex"), deploy::glove_image().symbols);
-  glove.key = now;
-  EXPECT_EQ(replay(firmware, glove, exercise(50, 1)).mismatches, 0U);
-  glove.key = key_;
-  EXPECT_EQ(replay(firmware, glove, exercise(50, 1)).frames, 0U)
-      << "it answers no challenge under the old key";
-}
-
 }  // namespace
 }  // namespace flexor::cosim

@@ -459,58 +459,6 @@ TEST_F(Replay, AZeroedGloveReadsAsTheModelsGloveDid) {
   EXPECT_NEAR(index_deg(60), expected_deg, 1.5) << "it is kept";
 }
 
-// With the core of the Arduino IDE, as the user compiles it.
-TEST_F(Replay, TheLoggingSketchWritesWhatFlexorReads) {
-  const fs::path core = "/usr/share/arduino/hardware/arduino/avr";
-  if (!fs::exists(core)) GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
-  deploy::write_logger({{5, 3, 2, 1, 0}, {}, {}}, folder_);
-  std::vector<std::string> command = {"avr-g++",
-                                      "-mmcu=atmega328p",
-                                      "-DF_CPU=16000000L",
-                                      "-DARDUINO=10819",
-                                      "-DARDUINO_AVR_NANO",
-                                      "-DARDUINO_ARCH_AVR",
-                                      "-DDECIMAL_DIG=__DECIMAL_DIG__",  // avr-gcc 5.4 keeps it from C++
-                                      "-Os",
-                                      "-std=gnu++11",
-                                      "-fpermissive",
-                                      "-fno-exceptions",
-                                      "-ffunction-sections",
-                                      "-fdata-sections",
-                                      "-fno-threadsafe-statics",
-                                      "-w",
-                                      "-I" + (core / "cores/arduino").string(),
-                                      "-I" + (core / "variants/eightanaloginputs").string(),
-                                      "-I" + (core / "variants/standard").string(),
-                                      "-x",
-                                      "c++",
-                                      (folder_ / "flexor_logger/flexor_logger.ino").string()};
-  for (const auto& entry : fs::directory_iterator(core / "cores/arduino")) {
-    const std::string kind = entry.path().extension();
-    if (kind != ".cpp" && kind != ".c") continue;
-    command.insert(command.end(), {"-x", kind == ".c" ? "c" : "c++", entry.path().string()});
-  }
-  command.emplace_back("-Wl,--gc-sections");
-  const Firmware firmware = compiled(command).firmware();
-  Board board(firmware);
-  std::string log;
-  board.on_byte = [&](Cycles, std::uint8_t byte) { log += static_cast<char>(byte); };
-  board.on_sample = [](Cycles, int channel) { return 100 * channel + 50; };
-  board.run_until(3000 * kCyclesPerMs);
-  io::write_file(folder_ / "log.csv", log.substr(0, log.rfind('\n') + 1));
-  std::vector<std::string> columns;
-  for (const std::string& finger : model::finger_names()) columns.push_back(finger + "_count");
-  const recording::Recording r = recording::read_csv(folder_ / "log.csv", columns);
-  EXPECT_TRUE(r.warnings.empty()) << r.warnings.front();
-  ASSERT_NEAR(static_cast<double>(r.t_s.size()), 300, 5);
-  for (std::size_t k = 1; k < r.t_s.size(); ++k) ASSERT_NEAR(r.t_s[k] - r.t_s[k - 1], 0.01, 0.0005);
-  const std::array<double, 5> expected = {550, 350, 250, 150, 50};
-  for (std::size_t i = 0; i < 5; ++i) {
-    EXPECT_EQ(r.columns[i].unit, "count");
-    EXPECT_EQ(r.columns[i].value.back(), expected[i]) << columns[i];
-  }
-}
-
 // runtime/link/golden.txt once more, this time its angles, encoded by the microcontroller.
 TEST_F(Replay, TheMicrocontrollerSpeaksTheGoldenVectors) {
   std::ifstream file(std::string(FLEXOR_SOURCE_DIR) + "/runtime/link/golden.txt");

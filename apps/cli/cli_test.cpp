@@ -400,8 +400,7 @@ TEST_F(Cli, DeployForVrSpeaksText) {
   EXPECT_NE(json.at("next").back().get<std::string>().find("left hand"), std::string::npos);
   EXPECT_GT(json.at("budget").at("flash_share"), 0.1);
   EXPECT_LT(json.at("budget").at("time_share"), 0.3);
-  for (const char* file :
-       {"glove.hex", "wiring.md", "wiring_glove.svg", "arduino/flexor_logger/flexor_logger.ino"})
+  for (const char* file : {"glove.hex", "wiring.md", "wiring_glove.svg"})
     EXPECT_TRUE(fs::exists(path("d") + "/" + file)) << file;
   for (const char* file : {"hand.hex", "wiring_hand.svg", "bench"})
     EXPECT_FALSE(fs::exists(path("d") + "/" + file)) << file;
@@ -450,8 +449,6 @@ TEST_F(Cli, WiringIsThereBeforeAModelIs) {
   const Finished r = run("wiring --hardware '" + path("mine.json") + "' --json --out '" + path("w") + "'");
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_EQ(nlohmann::json::parse(r.out).at("pins").at("pinky"), "A4");
-  EXPECT_NE(content(path("w/flexor_logger/flexor_logger.ino")).find("{\"pinky_count\", A4}"),
-            std::string::npos);
   EXPECT_NE(content(path("w/wiring_glove.svg")).find("47 kΩ"), std::string::npos);
   EXPECT_NE(content(path("w/wiring.md")).find("resistor 47 kOhm"), std::string::npos);
   hardware["pins"]["thumb"] = "A4";

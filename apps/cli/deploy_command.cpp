@@ -137,9 +137,24 @@ void require_of_vr(const Options& o, const deploy::Glove& glove) {
     throw io::InputError("--encoding: is of text for VR drivers: add --output opengloves");
 }
 
+// For a glove that logs: nothing of it leaves the board but counts.
+model::Model logging_model() {
+  model::Model out;
+  out.name = "log";
+  out.sample_period_s = 0.01;
+  for (const std::string& finger : model::finger_names()) {
+    out.inputs.push_back({finger, finger + "_count", "count", finger, 1, 1022});
+    out.blocks.push_back({{finger}, finger + " line", model::Curve{{0, 1023}, {0, 90}}});
+    out.blocks.push_back({{finger + " line"}, finger + " angle", model::Saturation{0, 90}});
+    out.joints.push_back({finger, finger + " angle", 0, {}});
+  }
+  return out;
+}
+
 // What the options ask for. Refuses, before anything is written, what the boards or the radio cannot do.
 deploy::Deployment plan(const Options& o, const model::Hardware& hardware, const deploy::Key& key) {
-  model::Model model = model::load(o.model);
+  if (o.model.empty() && o.output != "log") throw io::InputError("MODEL is required, but with --output log");
+  model::Model model = o.model.empty() ? logging_model() : model::load(o.model);
   set_rate(model, o.rate_hz);
   deploy::Deployment d;
   std::vector<std::string> notes;
@@ -213,7 +228,6 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
     write("hand.hex", deploy::hand_flash(deploy::safe_hand(d.hardware, d.glove.model, d.glove.key)));
   io::write_file(folder / deploy::kHardwareFile, io::dump(model::to_json(d.hardware)));
   deploy::write_arduino_library(d.glove, folder / deploy::kArduinoFolder);
-  deploy::write_logger(d.glove.pins, folder / "arduino");
   measure(d, boards, counts);
   save_results(d, folder);
   draw_report(folder);
@@ -304,7 +318,7 @@ void add_deploy(CLI::App& app) {
                                         "Flash content for glove and hand from a model file: image, "
                                         "settings, model; with what it costs measured",
                                         run);
-  command->add_option("MODEL", o->model, "model file")->required();
+  command->add_option("MODEL", o->model, "model file; --output log needs none");
   command->add_option("--rate", o->rate_hz, "sample rate: 10, 20, 50 or 100 Hz (default: the model's)");
   command
       ->add_option("--out", o->out,

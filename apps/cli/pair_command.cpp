@@ -16,7 +16,6 @@ namespace pair_command {
 namespace fs = std::filesystem;
 
 struct Options {
-  std::string folder;
   std::string glove;
   std::string hand;
   int baud = 0;
@@ -27,15 +26,17 @@ struct Options {
 
 void require_sensible(const Options& o) {
   const bool boards = !o.glove.empty() || !o.hand.empty();
-  if (o.folder.empty() == !boards)
-    throw io::InputError("give two boards, --glove PORT --hand PORT, or the folder of a deployment");
-  if (boards && (o.glove.empty() || o.hand.empty()) && o.key.empty())
+  if (!boards)
+    throw io::InputError(
+        "give two boards, --glove PORT --hand PORT; a deployment gets a key with flexor deploy --key or "
+        "--new-key");
+  if ((o.glove.empty() || o.hand.empty()) && o.key.empty())
     throw io::InputError(
         "one board alone needs the other's key: --key FILE, as flexor pair or deploy wrote it");
   std::error_code error;
   if (!o.glove.empty() && (o.glove == o.hand || fs::equivalent(o.glove, o.hand, error)))
     throw io::InputError("--glove and --hand name the same port");
-  if (!boards || !o.key.empty()) return;
+  if (!o.key.empty()) return;
   if (fs::exists(o.out, error)) {
     throw io::InputError(
         fmt::format("{}: is there already: --key {} gives both boards that key, --out writes the new "
@@ -71,37 +72,20 @@ void pair(const Options& o, const link::Key& key) {
 void run(const Options& o) {
   require_sensible(o);
   const link::Key key = o.key.empty() ? deploy::new_key() : deploy::load_key(o.key);
-  const bool folder = !o.folder.empty();
-  std::string kept;
-  if (folder) {
-    kept = deploy::pair_folder(o.folder, key).string();
-  } else {
-    pair(o, key);
-  }
-  const std::string file = folder          ? (fs::path(o.folder) / "pair.key").string()
-                           : o.key.empty() ? o.out
-                                           : o.key;
+  pair(o, key);
+  const std::string file = o.key.empty() ? o.out : o.key;
   if (o.json) {
-    nlohmann::ordered_json old;  // null
-    if (!kept.empty()) old = kept;
     return print(io::dump({{"key_file", file},
                            {"key", o.key.empty() ? "new" : "given"},
-                           {"old_key_file", old},
-                           {"glove", folder || !o.glove.empty()},
-                           {"hand", folder || !o.hand.empty()},
+                           {"glove", !o.glove.empty()},
+                           {"hand", !o.hand.empty()},
                            {"version", FLEXOR_VERSION}}));
   }
-  const std::string who = folder                              ? "both images have"
-                          : o.glove.empty() != o.hand.empty() ? "the board has"
-                                                              : "glove and hand have";
+  const std::string who = o.glove.empty() != o.hand.empty() ? "the board has" : "glove and hand have";
   print(fmt::format("{} the key of {}: keep that file, whoever has it can move the hand\n", who,
                     io::one_line(file)));
-  if (!kept.empty())
-    print(fmt::format("the key that was there is kept in {}: boards have it until they are flashed\n",
-                      io::one_line(kept)));
-  if (!folder)
-    print(fmt::format("later deployments: flexor deploy --key {}, since a folder's own key is the old one\n",
-                      io::shell_word(file)));
+  print(fmt::format("later deployments: flexor deploy --key {}, since a folder's own key is the old one\n",
+                    io::shell_word(file)));
 }
 
 }  // namespace pair_command
@@ -110,9 +94,6 @@ void add_pair(CLI::App& app) {
   using namespace pair_command;
   const auto [o, command] =
       add_command(app, "pair", "One key for glove and hand over USB, without a compiler", run);
-  command->add_option(
-      "FOLDER", o->folder,
-      "folder of flexor deploy: its images get the key instead of boards, and flexor flash writes them");
   command->add_option("--glove", o->glove, "the glove's serial port");
   command->add_option("--hand", o->hand, "the hand's serial port");
   command->add_option("--baud", o->baud, "of the bootloaders (default: 115200, then 57600 as old ones have)")

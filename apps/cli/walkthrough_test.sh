@@ -19,4 +19,4 @@ while read -r line; do
 done < <(awk '/^```/ { fenced = !fenced; next }
   fenced { while (sub(/\\$/, "") && (getline more) > 0) $0 = $0 more; if ($0 ~ /^flexor /) print }' "$page")
 [ $count -ge 5 ] || { echo "only $count commands in $page"; exit 1; }
-[ -s vr/glove.hex ] && [ -s wiring/wiring_glove.svg ] && [ -s wiring/flexor_logger/flexor_logger.ino ]
+[ -s vr/glove.hex ] && [ -s wiring/wiring_glove.svg ] && [ -s logger/glove.hex ]

@@ -33,25 +33,24 @@ void run(const Options& o) {
   refuse_deployment(o.out);
   io::make_folder(o.out);
   report::save_wiring(json, o.out);
-  deploy::write_logger(hardware.pins, o.out);
   json["folder"] = o.out;
   json["pins"] = model::to_json(hardware.pins);
   json["version"] = FLEXOR_VERSION;
   if (o.json) return print(io::dump(json));
   const std::string folder = std::filesystem::path(o.out + "/").parent_path().string();
-  print(fmt::format(
-      "wiring    {0}/wiring.md, {0}/wiring_glove.svg{1}\nlogger    {0}/flexor_logger: a sketch "
-      "for the Arduino IDE\n",
-      folder, output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", folder) : ""));
+  print(
+      fmt::format("wiring    {0}/wiring.md, {0}/wiring_glove.svg{1}\nlog it    flexor deploy --output log "
+                  "--hardware {2} --out logger, then flexor flash logger\n",
+                  folder, output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", folder) : "",
+                  io::shell_word(o.hardware)));
 }
 
 }  // namespace wiring_command
 
 void add_wiring(CLI::App& app) {
   using namespace wiring_command;
-  const auto [o, command] = add_command(
-      app, "wiring", "What to solder where, with pictures and parts, and the sketch that logs a glove", run);
-  command->add_option("--out", o->out, "write pictures, list and sketch into this folder")->required();
+  const auto [o, command] = add_command(app, "wiring", "What to solder where, with pictures and parts", run);
+  command->add_option("--out", o->out, "write pictures and list into this folder")->required();
   add_hardware(*command, o->hardware);
   command
       ->add_option("--output", o->output,

@@ -29,8 +29,6 @@ fs::path place_of(const std::string& source, Output output) {
   return name;
 }
 
-constexpr const char* kKeyName = "kFlexorKey";
-
 template <class Bytes>
 std::string array_of(const char* name, const Bytes& bytes) {
   return fmt::format("alignas(2) const uint8_t {}[] PROGMEM = {{{}}};\n", name, fmt::join(bytes, ","));
@@ -48,7 +46,7 @@ std::string data_of(Glove glove) {
              "// Written by flexor deploy {}: settings, the pair's key and the model \"{}\" of this glove.\n"
              "#pragma once\n#include <Flexor.h>\n\n",
              FLEXOR_VERSION, io::digest(model::to_json(glove.model))) +
-         array_of("kFlexorSettings", bytes(settings)) + array_of(kKeyName, bytes(key)) +
+         array_of("kFlexorSettings", bytes(settings)) + array_of("kFlexorKey", bytes(key)) +
          array_of("kFlexorModel", flash_block(glove));
 }
 
@@ -82,16 +80,6 @@ void write(const fs::path& path, const std::string& text) {
 }
 
 }  // namespace
-
-void put_key(const link::KeyRecord& key, const fs::path& folder) {
-  const fs::path data = folder / "src/glove_data.h";
-  std::string text = io::read_file(data);
-  const std::size_t at = text.find(fmt::format("alignas(2) const uint8_t {}[]", kKeyName));
-  if (at == std::string::npos) throw io::InputError(data.string() + ": holds no key: deploy it anew");
-  const auto* const bytes = reinterpret_cast<const std::uint8_t*>(&key);
-  text.replace(at, text.find('\n', at) + 1 - at, array_of(kKeyName, std::span(bytes, sizeof(key))));
-  io::write_file(data, text, io::Access::owner);
-}
 
 void write_arduino_library(const Glove& glove, const fs::path& folder) {
   for (const Source& source : sources()) {

@@ -4,15 +4,11 @@
 #include <filesystem>
 
 #include "host/deploy/config.hpp"
-#include "runtime/link/key_record.hpp"
 
 namespace flexor::deploy {
 
 // Writes library.properties, README.md, src/ with Flexor.h, the runtime and the glove's data, and
 // examples/ for the radio or for VR drivers. Frames are plain where `glove` has no key. Throws io::InputError.
 void write_arduino_library(const Glove& glove, const std::filesystem::path& folder);
-
-// Another key into the data of a library that was written there. Throws io::InputError.
-void put_key(const link::KeyRecord& key, const std::filesystem::path& folder);
 
 }  // namespace flexor::deploy

@@ -28,11 +28,10 @@ struct OutPart {
   const char* name;
   bool is_folder;
 };
-constexpr std::array<OutPart, 12> kParts = {{{"glove.hex", false},
+constexpr std::array<OutPart, 11> kParts = {{{"glove.hex", false},
                                              {"hand.hex", false},
                                              {kHardwareFile, false},
                                              {kArduinoFolder, true},
-                                             {"arduino/flexor_logger", true},
                                              {"wiring.md", false},
                                              {"wiring_glove.svg", false},
                                              {"wiring_hand.svg", false},
@@ -104,18 +103,6 @@ fs::path OutFolder::make_staging() const {
   if (mkdtemp(pattern.data()) == nullptr)
     throw InputError(fmt::format("{}: cannot be written: {}", folder_.string(), std::strerror(errno)));
   return pattern;
-}
-
-void OutFolder::stage_what_is_there() const {
-  for (const OutPart& part : kParts) {
-    if (!is_there(folder_ / part.name)) continue;
-    std::error_code error;
-    fs::create_directories((staging() / part.name).parent_path(), error);
-    if (!error) fs::copy(folder_ / part.name, staging() / part.name, fs::copy_options::recursive, error);
-    if (error)
-      throw io::JobError(
-          fmt::format("{}: cannot be copied: {}", (folder_ / part.name).string(), error.message()));
-  }
 }
 
 void OutFolder::publish() {

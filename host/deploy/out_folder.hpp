@@ -31,9 +31,6 @@ class OutFolder {
   // To be filled: images, arduino/, reports, and kKeyFile when the key changes.
   const std::filesystem::path& staging() const { return staging_->path(); }
 
-  // Copies the deployment that is there into staging(), but for the key. Throws io::InputError, io::JobError.
-  void stage_what_is_there() const;
-
   // Puts what is in staging() in place of the old deployment; other files in the folder stay. Throws
   // io::InputError.
   void publish();

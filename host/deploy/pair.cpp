@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "host/deploy/arduino_library.hpp"
 #include "host/deploy/key_patch.hpp"
-#include "host/deploy/out_folder.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 
@@ -56,30 +54,6 @@ void pair_boards(const std::vector<PairBoard>& boards, const link::Key& key, con
     }
   }
   says("");
-}
-
-fs::path pair_folder(const fs::path& folder, const link::Key& key) {
-  std::error_code error;
-  if (!fs::is_directory(folder, error)) throw InputError(fmt::format("{}: no such folder", folder.string()));
-  OutFolder out(folder);
-  if (!fs::exists(folder / "glove.hex", error) || !fs::exists(folder / "hand.hex", error)) {
-    throw InputError(fmt::format(
-        "{}: holds no images of a glove and a hand with a radio: flexor deploy makes them", folder.string()));
-  }
-  out.stage_what_is_there();
-  for (const char* board : {"glove.hex", "hand.hex"}) {
-    FlashContent content = read_intel_hex(out.staging() / board, kOptibootBegin);
-    (void)key_in(content, board);
-    const FlashContent page = page_with_key(key);
-    const auto begin = static_cast<std::ptrdiff_t>(page.begin);
-    std::copy(page.bytes.begin() + begin, page.bytes.end(), content.bytes.begin() + begin);
-    io::write_file(out.staging() / board, to_intel_hex(content), io::Access::owner);
-  }
-  if (fs::exists(folder / kArduinoFolder, error)) put_key(key_record(key), out.staging() / kArduinoFolder);
-  write_key(out.staging() / kKeyFile, key);
-  const fs::path kept = keep_old_key(folder / kKeyFile, key);
-  out.publish();
-  return kept;
 }
 
 }  // namespace flexor::deploy

@@ -24,9 +24,4 @@ void pair_boards(const std::vector<PairBoard>& boards, const link::Key& key, con
                  const std::function<void()>& about_to_write,
                  const std::function<void(const std::string&)>& says);
 
-// Images and the Arduino library of a deployment get `key`, and so does kKeyFile; all at once
-// (host/deploy/out_folder.hpp). Returns what keep_old_key does. Throws io::InputError: no image there, none that talks
-// over a radio, no record, a kKeyFile that is no key.
-std::filesystem::path pair_folder(const std::filesystem::path& folder, const link::Key& key);
-
 }  // namespace flexor::deploy

@@ -14,7 +14,6 @@
 namespace flexor::deploy {
 namespace {
 
-constexpr const char* kLogger = "flexor_logger";
 constexpr const char* kOffD0 = "off while flashing over USB";
 
 // Of the hand's board, thumb to pinky: firmware/README.md.
@@ -161,21 +160,6 @@ nlohmann::ordered_json to_json(const WiringPlan& plan) {
   Json parts = Json::array();
   for (const Part& part : plan.parts) parts.push_back({{"count", part.count}, {"what", part.what}});
   return {{"divider_kohm", plan.divider_kohm}, {"boards", std::move(boards)}, {"parts", std::move(parts)}};
-}
-
-void write_logger(const Pins& pins, const std::filesystem::path& folder) {
-  const auto sketch =
-      std::ranges::find(sources(), std::string("firmware/logger/flexor_logger.ino"), &Source::path);
-  if (sketch == sources().end()) throw std::logic_error("no logging sketch");
-  std::string text = sketch->text;
-  constexpr std::string_view kHead = "kColumns[] = {\n";
-  const std::size_t from = text.find(kHead) + kHead.size();
-  std::string table;
-  for (std::size_t i = 0; i < kFingers; ++i)
-    table += fmt::format("    {{\"{}_count\", A{}}},\n", finger(i), pins.strip[i]);
-  text.replace(from, text.find("};", from) - from, table);
-  io::make_folder(folder / kLogger);
-  io::write_file(folder / kLogger / (std::string(kLogger) + ".ino"), text);
 }
 
 }  // namespace flexor::deploy

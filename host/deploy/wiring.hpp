@@ -49,8 +49,4 @@ WiringPlan wiring_plan(const model::Hardware& hardware, Output output);
 // "what"}]}
 nlohmann::ordered_json to_json(const WiringPlan& plan);
 
-// The sketch flexor_logger with the strips on these pins, as a folder of the Arduino IDE. Throws
-// io::InputError.
-void write_logger(const Pins& pins, const std::filesystem::path& folder);
-
 }  // namespace flexor::deploy

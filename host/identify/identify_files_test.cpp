@@ -116,8 +116,10 @@ TEST_F(RealRecordings, ASteepLineFitsABoard) {
     r.structure = structure;
     const HandIdentification found = identify_hand(r, {});
     EXPECT_NO_THROW(model::check_fixed(found.model)) << structure;
-    if (r.structure == "line")
-      EXPECT_NEAR(found.joints[0].holdout.rmse_deg, found.joints[0].baselines.at("line").rmse_deg, 1e-9);
+    const JointResult& joint = found.joints[0];
+    if (r.structure == "line") {
+      EXPECT_NEAR(joint.holdout.rmse_deg, joint.baselines.at("line").rmse_deg, 1e-9);
+    }
   }
 }
 

@@ -120,7 +120,7 @@ void Listener::find(const std::function<void(const std::string&)>& says) {
   }
   throw io::InputError(
       fmt::format("{}: {} bytes came, which are no format that is known at any usual rate{}: send numbers "
-                  "separated by commas, say --baud, or load the logging sketch",
+                  "separated by commas, say --baud, or flash flexor deploy --output log",
                   options_.port, heard_bytes_, quoted_line(heard_)));
 }
 

@@ -128,6 +128,16 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
                      one.hold_drift_deg);
 }
 
+std::vector<CandidateRow> rows_of(const std::vector<Additive>& all, const std::vector<std::string>& refusals,
+                                  std::size_t chosen) {
+  std::vector<CandidateRow> out;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    out.push_back({describe(all[k].branches), all[k].cross_validated_deg, all[k].fitted_rmse_deg,
+                   all[k].effective, all[k].hold_drift_deg, k < refusals.size() ? refusals[k] : "",
+                   k == chosen});
+  return out;
+}
+
 JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessions,
                  const model::Model& inputs, const JointMap& joint, const Step& step, const Room& room,
                  double most) {
@@ -178,11 +188,7 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
     at = row;
   }
   out.untried = untried;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    out.rows.push_back({describe(all[k].branches), all[k].cross_validated_deg, all[k].fitted_rmse_deg,
-                        all[k].effective, all[k].hold_drift_deg, k < refusals.size() ? refusals[k] : "",
-                        k == at});
-  }
+  out.rows = rows_of(all, refusals, at);
   return out;
 }
 

@@ -377,7 +377,9 @@ void add_pairs(CLI::App& command, Options& o) {
       "--poses", o.poses,
       "LOG of held poses, for a glove without a camera: the open hand for three seconds, a fist for "
       "three, and again; a straight line for each sensor, its angles not measured");
-  command.add_option("--first-pose", o.first_pose, "the pose that --poses begins with (default: open)")
+  command
+      .add_option("--first-pose", o.first_pose,
+                  "the pose that --poses begins with (default: open; fist where all readings fall)")
       ->check(CLI::IsMember({"open", "fist"}));
   command
       .add_option("--pose-angles", o.pose_angles,

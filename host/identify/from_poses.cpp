@@ -244,19 +244,22 @@ bool tells_apart(const Sensor& sensor, std::size_t i, const Holds& holds,
   return is_one;
 }
 
-// Brings the open hand first: the order that was asked for, whatever the readings do. What speaks against it is said.
+// Brings the open hand first.
 void order(Holds& holds, FirstPose first, const std::vector<Sensor>& sensors,
            std::vector<std::string>& warnings) {
   std::vector<std::string> fall;
   for (std::size_t i = 0; i < sensors.size(); ++i)
     if (median_of(holds.fist, i) < median_of(holds.open, i)) fall.push_back(sensors[i].column);
-  if (first == FirstPose::unstated && !fall.empty())
-    warnings.push_back(fmt::format(
-        "{} from the first pose to the second; strips that are wired as flexor wiring says rise as they "
-        "bend: "
-        "the first is taken for the open hand, as asked for; if it was the fist, add --first-pose fist",
-        fall.size() == sensors.size() ? "all readings fall"
-                                      : recording::listed(fall) + " fall, the others rise,"));
+  if (first == FirstPose::unstated && !fall.empty()) {
+    const bool all = fall.size() == sensors.size();
+    warnings.push_back(
+        fmt::format("{} from the first pose to the second, and strips wired as flexor wiring says rise as "
+                    "they bend: the first "
+                    "is taken for the {}; if it was the {}, add --first-pose {}",
+                    all ? "all readings fall" : recording::listed(fall) + " fall, the others rise,",
+                    all ? "fist" : "open hand", all ? "open hand" : "fist", all ? "open" : "fist"));
+    if (all) first = FirstPose::fist;
+  }
   if (first == FirstPose::fist) std::swap(holds.open, holds.fist);
 }
 

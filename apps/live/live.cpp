@@ -121,7 +121,7 @@ void Live::watch() {
   if (watched_ >= 0) server_->watch(watched_, [this] { guard("glove", [this] { listen(); }); });
 }
 
-void Live::listen() {
+void Live::listen(int parts) {
   if (!source_ || held_ || waits_for_camera()) return;
   std::vector<listen::Sample> samples;
   listen::Event event = listen::Event::quiet;
@@ -146,7 +146,7 @@ void Live::listen() {
   }
   watch();
   take(samples);
-  if (options_.worn && event == listen::Event::samples) listen();
+  if (options_.worn && event == listen::Event::samples && parts > 1) listen(parts - 1);
 }
 
 // What the model needs is known once the first sample is there. A recording that is played again keeps the model that is worn.

@@ -105,7 +105,7 @@ class Live {
   void device(DeviceEvent event) { device_ = after(device_, event); }
   void detach();
   void watch();
-  void listen();
+  void listen(int parts = 8);  // of what a twin has ready; the rest at its next signal
   void say_failed(const char* what, const std::string& why);
   // Whatever fails is said, and ends nothing else.
   template <class Work>

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <span>
 
 #include "host/identify/chain_fit.hpp"
@@ -359,7 +360,7 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
                     "changed during the recording, or the motion did",
                     joint.name, joint.holdout.rmse_deg / joint.fitted_rmse_deg));
   }
-  if (joint.hold_drift_deg > kMostDrift_deg && !request.refit) {
+  if (joint.hold_drift_deg > kMostDrift_deg && !request.refit && joint.verdict.advises) {
     warnings.push_back(
         fmt::format("{}: held still, its angle goes on by {:.1f} deg, as the sensor crept in the recording: "
                     "hold the hand for a "
@@ -456,7 +457,8 @@ score::Verdict judged(const HandRequest& request, const std::vector<double>& err
 }
 
 void score_joints(const HandRequest& request, const std::vector<Files>& files,
-                  const std::vector<Sampled>& samples, HandIdentification& r) {
+                  const std::vector<Sampled>& samples, const std::set<std::string>& stuck,
+                  HandIdentification& r) {
   const auto estimated = estimates(r.model, files, samples);
   const auto score = [&](std::size_t j) {
     JointResult joint = r.joints[j];
@@ -475,6 +477,7 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
       estimates = held.errors(estimates);
     }
     joint.verdict = judged(request, held.errors(own), std::move(baselines));
+    joint.verdict.advises = !stuck.contains(joint.name);
     return joint;
   };
   const auto take = [&](std::size_t j, JointResult& joint) {
@@ -1064,10 +1067,11 @@ HandIdentification identify_hand(const HandRequest& asked, const Step& step) {
         request.lead_s));
   }
   std::vector<Files> files = read_takes(r.request, r.warnings);
+  std::set<std::string> stuck;  // joints
   for (std::size_t p = 0; p < files.size(); ++p) {
     r.clocks.push_back(clock_of(request.map, request.clock_offset_s, files[p], r.warnings));
     const std::size_t said = r.warnings.size();
-    check_map(request, request.pairs[p], files[p], r.clocks.back().offset_s, r.warnings);
+    stuck.merge(check_map(request, request.pairs[p], files[p], r.clocks.back().offset_s, r.warnings));
     if (!request.clock_offset_s)
       refuse_unsure(r.clocks.back(), files[p], r.warnings.size() > said ? r.warnings[said] : "");
   }
@@ -1090,7 +1094,7 @@ HandIdentification identify_hand(const HandRequest& asked, const Step& step) {
   for (const JointResult& joint : r.joints) {
     if (joint.untried > 0) r.warnings.push_back(fmt::format("{}: {}", joint.name, kStopped));
   }
-  score_joints(request, files, samples, r);
+  score_joints(request, files, samples, stuck, r);
   if (request.leave_out != LeaveOut::none) leave_out(request, files, step, r);
   r.proven = r.model;
   HandRequest done = request;

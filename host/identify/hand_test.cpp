@@ -350,6 +350,27 @@ TEST_F(Hand, RecordingsThatDoNotBelongTogetherAreRefused) {
   EXPECT_FALSE(refused_at(0.8));
 }
 
+TEST_F(Hand, AStuckSensorIsNamedFirstAndNoStructureIsAdvised) {
+  const PairFiles files = write("stuck", {60, 1});
+  change(files.sensor, [](recording::Recording& log) {
+    std::vector<double>& u = log.columns[0].value;
+    std::fill(u.begin() + std::ssize(u) / 2, u.end(), u[static_cast<std::size_t>(std::ssize(u) / 2)]);
+  });
+  HandRequest r = request({files});
+  r.clock_offset_s = kOffset_s;
+  const HandIdentification stuck = identify_hand(r, {});
+  EXPECT_TRUE(has(stuck.warnings.front(), "a_adc does not change from")) << stuck.warnings.front();
+  EXPECT_FALSE(warned(stuck, "is the map right"));
+  EXPECT_FALSE(has(score::in_words(stuck.joints[0].verdict), "--structure"));
+}
+
+TEST_F(Hand, OneSensorInTwoColumnsIsNamed) {
+  const PairFiles files = write("copy", {60, 1});
+  change(files.sensor, [](recording::Recording& log) { log.columns[1].value = log.columns[0].value; });
+  EXPECT_TRUE(
+      warned(found({files}, "index=a_adc:index_deg,thumb=b_adc:index_deg"), "a_adc and b_adc say the same"));
+}
+
 TEST_F(Hand, SignalsThatTellNothingAreNamed) {
   const PairFiles files = write("one", {60, 1});
   recording::Recording glove = change(files.sensor, [](recording::Recording& log) {

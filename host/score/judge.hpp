@@ -20,6 +20,7 @@ struct Verdict {
   enum class Word { better, as_good, worse };
   Word word = Word::as_good;
   std::string baseline;  // its name; empty: there was none
+  bool advises = true;   // false: the data are at fault, and another structure mends nothing
   double rmse_deg = 0;   // of the compensator
   double baseline_deg = 0;
   double low_deg = 0;  // of d

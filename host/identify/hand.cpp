@@ -132,13 +132,12 @@ bool left_out_wholly(const recording::Aligned& a) {
 }
 
 // Of what is left out wholly there is none.
-std::vector<Session> sessions_of(const std::vector<Sampled>& samples, std::size_t joint,
-                                 bool own_alone = false) {
+std::vector<Session> sessions_of(const std::vector<Sampled>& samples, std::size_t joint) {
   std::vector<Session> out;
   for (const Sampled& sampled : samples) {
     const std::vector<recording::Aligned>& sensors = sampled.sensor[joint];
     if (left_out_wholly(sensors.front())) continue;
-    out.push_back(session_of(own_alone ? std::vector{sensors.front()} : sensors));
+    out.push_back(session_of(sensors));
   }
   return out;
 }
@@ -286,14 +285,12 @@ model::Model start_model(const HandRequest& request, const std::vector<Files>& f
 
 using HeldOut = std::map<std::string, std::vector<double>>;  // a baseline's estimates
 
-// Of all sensors that the joint has; a chain takes the first.
+// Of all sensors that the joint has.
 model::Model baseline_model(const std::string& structure, const std::vector<Session>& sessions,
                             const model::Model& inputs, const JointMap& joint) {
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   if (const auto* chain = std::get_if<Chain>(&wanted))
-    return fit_chain(*chain, sessions, inputs, {joint.joint, {joint.sensors.front()}, joint.reference}, {}, 0,
-                     {})
-        .model;
+    return fit_chain(*chain, sessions, inputs, joint, {}, 0, {}).model;
   return fit_joint(sessions, inputs, joint, structure, {}, {}).model;
 }
 
@@ -315,24 +312,24 @@ void score_baseline(const std::string& name, const std::string& structure, const
   }
 }
 
-// A curve by least squares: what anybody would draw first.
+// A curve of each sensor by least squares: what anybody would draw first.
 std::vector<double> static_curve(const std::vector<Sampled>& samples, std::size_t j) {
-  std::vector<double> reading;
-  std::vector<double> angle;
-  for (const Session& fitted : sessions_of(samples, j, true)) {
-    for (std::size_t k = 0; k < fitted.use.size(); ++k) {
-      if (fitted.use[k] == 0) continue;
-      reading.push_back(fitted.input(static_cast<Eigen::Index>(k), 0));
-      angle.push_back(fitted.angle_deg(static_cast<Eigen::Index>(k)));
+  const std::size_t sensors = samples.front().sensor[j].size();
+  std::vector<std::vector<double>> reading(sensors);
+  std::vector<std::vector<double>> held(sensors);
+  const std::vector<Session> fitted = sessions_of(samples, j);
+  for (std::size_t s = 0; s < sensors; ++s) {
+    for (const Session& one : fitted) {
+      const std::vector<double> used = used_readings(one, static_cast<Eigen::Index>(s));
+      reading[s].insert(reading[s].end(), used.begin(), used.end());
+    }
+    for (const Sampled& sampled : samples) {
+      const recording::Aligned& a = sampled.sensor[j][s];
+      for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k)
+        held[s].push_back(std::clamp(a.input[k], a.valid.min, a.valid.max));
     }
   }
-  std::vector<double> held;
-  for (const Sampled& sampled : samples) {
-    const recording::Aligned& own = sampled.sensor[j].front();
-    for (std::size_t k = own.holdout_begin; k < own.held_end(); ++k)
-      held.push_back(std::clamp(own.input[k], own.valid.min, own.valid.max));
-  }
-  return score::least_squares_curve(reading, angle, held);
+  return score::least_squares_curves(reading, used_angles(fitted), held);
 }
 
 // Of the measured angle outside pauses.
@@ -398,9 +395,13 @@ HeldOut baselines_of(const HandRequest& request, const std::vector<Files>& files
   HeldOut out;
   out["static_curve"] = static_curve(samples, j);
   const model::Model inputs = start_model(request, files, samples);
-  for (const score::Baseline& one : score::kBaselines)
-    if (one.structure != nullptr)
+  const std::size_t sensors = request.map[j].sensors.size();
+  for (const score::Baseline& one : score::kBaselines) {
+    // A chain has one sensor: where there are several it is no peer.
+    if (one.structure != nullptr &&
+        (sensors == 1 || std::holds_alternative<Candidates>(parse_structure(one.structure, sensors))))
       score_baseline(one.name, one.structure, request.map[j], inputs, files, samples, j, joint, out);
+  }
   return out;
 }
 
@@ -447,13 +448,21 @@ bool alike(const std::vector<double>& a, const std::vector<double>& b) {
   return std::ranges::equal(a, b, [](double x, double y) { return std::abs(x - y) < kSame_deg; });
 }
 
-// Itself is no baseline, whatever it is called.
+// Itself is no baseline, whatever it is called, and is named.
 score::Verdict judged(const HandRequest& request, const std::vector<double>& error_deg,
                       HeldOut baseline_error_deg, const std::vector<std::size_t>& part_ends = {}) {
-  for (const score::Baseline& one : score::kBaselines)
-    if (one.structure != nullptr && one.structure == request.structure) baseline_error_deg.erase(one.name);
-  std::erase_if(baseline_error_deg, [&](const auto& one) { return alike(one.second, error_deg); });
-  return score::judge(error_deg, baseline_error_deg, 1 / request.rate_hz, part_ends);
+  std::string itself;
+  for (const score::Baseline& one : score::kBaselines) {
+    const auto at = baseline_error_deg.find(one.name);
+    if (at == baseline_error_deg.end()) continue;
+    const bool is_asked_for = one.structure != nullptr && one.structure == request.structure;
+    if (!is_asked_for && !alike(at->second, error_deg)) continue;
+    if (itself.empty()) itself = one.name;
+    baseline_error_deg.erase(at);
+  }
+  score::Verdict out = score::judge(error_deg, baseline_error_deg, 1 / request.rate_hz, part_ends);
+  out.itself = itself;
+  return out;
 }
 
 void score_joints(const HandRequest& request, const std::vector<Files>& files,

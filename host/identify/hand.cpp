@@ -1181,6 +1181,8 @@ Json to_json(const HandIdentification& r) {
           {"cross_validated_rmse_deg",
            row.cross_validated_deg ? Json(*row.cross_validated_deg) : Json(nullptr)},
           {"fitted_rmse_deg", std::isnan(row.fitted_rmse_deg) ? Json(nullptr) : Json(row.fitted_rmse_deg)},
+          {"fold_loss", row.fold_loss ? Json(*row.fold_loss) : Json(nullptr)},
+          {"fold_loss_se", row.fold_loss ? Json(row.fold_loss_se) : Json(nullptr)},
           {"effective_parameters", row.parameters},
           {"hold_drift_deg", row.hold_drift_deg ? Json(*row.hold_drift_deg) : Json(nullptr)}};
       if (!row.refusal.empty()) one["refusal"] = row.refusal;

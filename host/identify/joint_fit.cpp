@@ -128,6 +128,18 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
                      one.hold_drift_deg);
 }
 
+double sum_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0);
+}
+
+// Why a row that looks better than the chosen one was passed over, where nothing says so yet.
+void explain(const std::vector<CandidateRow>& rows, CandidateRow& row, const std::string& why) {
+  const auto chosen = std::ranges::find(rows, true, &CandidateRow::chosen);
+  if (chosen == rows.end() || row.chosen || !row.refusal.empty()) return;
+  if (row.cross_validated_deg < chosen->cross_validated_deg || row.fold_loss < chosen->fold_loss)
+    row.refusal = why;
+}
+
 JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessions,
                  const model::Model& inputs, const JointMap& joint, const Step& step, const Room& room,
                  double most) {
@@ -182,6 +194,14 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
     out.rows.push_back({describe(all[k].branches), all[k].cross_validated_deg, all[k].fitted_rmse_deg,
                         all[k].effective, all[k].hold_drift_deg, k < refusals.size() ? refusals[k] : "",
                         k == at});
+    out.rows.back().set_loss(all[k].plain_loss);
+  }
+  const auto donned_loss = [&](std::size_t k) { return sum_of(all[k].fold_loss); };
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    explain(out.rows, out.rows[k],
+            sum_of(all[k].plain_loss) > sum_of(all[at].plain_loss) ? "its loss over the folds is larger"
+            : donned_loss(k) > donned_loss(at)                     ? "put on a little otherwise it errs more"
+                                                                   : "larger, for too small a gain");
   }
   return out;
 }
@@ -220,8 +240,11 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
       return;
     }
     const auto chain = std::get<Chain>(parse_structure(kChains[k], 1));
+    // What anybody would take first is validated however badly it fits.
+    const bool is_baseline = kChains[k] == "line" || kChains[k] == kPublishedForm;
     try {
-      JointFit one = fit_chain(chain, sessions, inputs, joint, {}, best.cross_validated_deg, {});
+      JointFit one = fit_chain(chain, sessions, inputs, joint, {},
+                               is_baseline ? HUGE_VAL : best.cross_validated_deg, {});
       one.sensors = joint.sensors;
       CandidateRow& row = one.rows.front();
       row.refusal = chain_refusal(one, best);
@@ -229,6 +252,8 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
       best.rows.push_back(row);
       if (!row.chosen) continue;
       for (CandidateRow& of : best.rows) of.chosen = &of == &best.rows.back();
+      for (CandidateRow& of : best.rows)
+        explain(best.rows, of, "larger, or no better by a standard error than what holds still");
       one.rows = best.rows;
       one.untried = best.untried;
       best = std::move(one);
@@ -240,15 +265,15 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
 
 // One sensor where it is as good as several, with the rows of both.
 JointFit better(JointFit several, JointFit one) {
-  const auto loss = [](const JointFit& fit) {
-    return std::accumulate(fit.fold_loss.begin(), fit.fold_loss.end(), 0.0);
-  };
-  const bool fewer = loss(one) <= (1 + kAsGood) * (1 + kAsGood) * loss(several);
+  const bool fewer = sum_of(one.fold_loss) <= (1 + kAsGood) * (1 + kAsGood) * sum_of(several.fold_loss);
   for (CandidateRow& row : one.rows) row.structure = one.sensors.front() + " alone: " + row.structure;
   JointFit& other = fewer ? several : one;
   for (CandidateRow& row : other.rows) row.chosen = false;
   JointFit out = fewer ? std::move(one) : std::move(several);
-  out.rows.insert(out.rows.end(), other.rows.begin(), other.rows.end());
+  for (CandidateRow& row : other.rows) {
+    explain(out.rows, row, fewer ? "one sensor alone is as good" : "its loss over the folds is larger");
+    out.rows.push_back(row);
+  }
   out.untried += other.untried;
   return out;
 }
@@ -268,6 +293,13 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
 }
 
 }  // namespace
+
+void CandidateRow::set_loss(const std::vector<double>& of_folds) {
+  const Eigen::Map<const Eigen::ArrayXd> loss(of_folds.data(), std::ssize(of_folds));
+  const auto n = static_cast<double>(loss.size());
+  fold_loss = loss.mean();
+  fold_loss_se = std::sqrt((loss - loss.mean()).square().sum() / (n - 1) / n);
+}
 
 double gain_to_counts(const model::Input& input) {
   const double most = std::max(std::abs(input.valid_min), std::abs(input.valid_max));

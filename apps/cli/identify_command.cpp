@@ -102,16 +102,19 @@ std::filesystem::path angles_of_video(const Options& o, io::Worker& camera,
 
 // All candidates of a joint that stands alone.
 void show_structures(const identify::JointFit& joint) {
-  print(fmt::format("\n{:>4}{:>12}{:>12}    {}\n", "par.", "fitted", "cross-val.", "structure"));
+  print(fmt::format("\n{:>4}{:>12}{:>12}{:>18}    {}\n", "par.", "fitted", "cross-val.", "fold loss",
+                    "structure"));
   for (const identify::CandidateRow& row : joint.rows) {
     const auto degrees = [](double value) {
       return std::isnan(value) ? "-" : fmt::format("{:.2f} deg", value);
     };
-    print(fmt::format("{:>4.0f}{:>12}{:>12}  {} {}\n", row.parameters, degrees(row.fitted_rmse_deg),
-                      degrees(row.cross_validated_deg.value_or(std::nan(""))), row.chosen ? "*" : " ",
-                      row.structure));
-    if (!row.refusal.empty()) print(fmt::format("{:32}refused: {}\n", "", row.refusal));
+    print(fmt::format("{:>4.0f}{:>12}{:>12}{:>18}  {} {}\n", row.parameters, degrees(row.fitted_rmse_deg),
+                      degrees(row.cross_validated_deg.value_or(std::nan(""))),
+                      row.fold_loss ? fmt::format("{:.3g} +- {:.2g}", *row.fold_loss, row.fold_loss_se) : "-",
+                      row.chosen ? "*" : " ", row.structure));
+    if (!row.refusal.empty()) print(fmt::format("{:50}not: {}\n", "", row.refusal));
   }
+  print("*: of those whose loss over the folds is within 3 % of the least the smallest that can be worn\n");
 }
 
 // The compensator's RMSE and each baseline's under its own name.

@@ -254,6 +254,7 @@ class ChainFitter {
     }
     out.cross_validated_deg = std::sqrt(squares / static_cast<double>(estimates.size()));
     out.rows.front().cross_validated_deg = out.cross_validated_deg;
+    out.rows.front().set_loss(out.fold_loss);
     out.model.joints.front().accuracy = accuracy_of(std::move(estimates));
   }
 

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <span>
 
 #include "host/identify/chain_fit.hpp"
@@ -131,13 +132,12 @@ bool left_out_wholly(const recording::Aligned& a) {
 }
 
 // Of what is left out wholly there is none.
-std::vector<Session> sessions_of(const std::vector<Sampled>& samples, std::size_t joint,
-                                 bool own_alone = false) {
+std::vector<Session> sessions_of(const std::vector<Sampled>& samples, std::size_t joint) {
   std::vector<Session> out;
   for (const Sampled& sampled : samples) {
     const std::vector<recording::Aligned>& sensors = sampled.sensor[joint];
     if (left_out_wholly(sensors.front())) continue;
-    out.push_back(session_of(own_alone ? std::vector{sensors.front()} : sensors));
+    out.push_back(session_of(sensors));
   }
   return out;
 }
@@ -285,14 +285,12 @@ model::Model start_model(const HandRequest& request, const std::vector<Files>& f
 
 using HeldOut = std::map<std::string, std::vector<double>>;  // a baseline's estimates
 
-// Of all sensors that the joint has; a chain takes the first.
+// Of all sensors that the joint has.
 model::Model baseline_model(const std::string& structure, const std::vector<Session>& sessions,
                             const model::Model& inputs, const JointMap& joint) {
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   if (const auto* chain = std::get_if<Chain>(&wanted))
-    return fit_chain(*chain, sessions, inputs, {joint.joint, {joint.sensors.front()}, joint.reference}, {}, 0,
-                     {})
-        .model;
+    return fit_chain(*chain, sessions, inputs, joint, {}, 0, {}).model;
   return fit_joint(sessions, inputs, joint, structure, {}, {}).model;
 }
 
@@ -314,24 +312,24 @@ void score_baseline(const std::string& name, const std::string& structure, const
   }
 }
 
-// A curve by least squares: what anybody would draw first.
+// A curve of each sensor by least squares: what anybody would draw first.
 std::vector<double> static_curve(const std::vector<Sampled>& samples, std::size_t j) {
-  std::vector<double> reading;
-  std::vector<double> angle;
-  for (const Session& fitted : sessions_of(samples, j, true)) {
-    for (std::size_t k = 0; k < fitted.use.size(); ++k) {
-      if (fitted.use[k] == 0) continue;
-      reading.push_back(fitted.input(static_cast<Eigen::Index>(k), 0));
-      angle.push_back(fitted.angle_deg(static_cast<Eigen::Index>(k)));
+  const std::size_t sensors = samples.front().sensor[j].size();
+  std::vector<std::vector<double>> reading(sensors);
+  std::vector<std::vector<double>> held(sensors);
+  const std::vector<Session> fitted = sessions_of(samples, j);
+  for (std::size_t s = 0; s < sensors; ++s) {
+    for (const Session& one : fitted) {
+      const std::vector<double> used = used_readings(one, static_cast<Eigen::Index>(s));
+      reading[s].insert(reading[s].end(), used.begin(), used.end());
+    }
+    for (const Sampled& sampled : samples) {
+      const recording::Aligned& a = sampled.sensor[j][s];
+      for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k)
+        held[s].push_back(std::clamp(a.input[k], a.valid.min, a.valid.max));
     }
   }
-  std::vector<double> held;
-  for (const Sampled& sampled : samples) {
-    const recording::Aligned& own = sampled.sensor[j].front();
-    for (std::size_t k = own.holdout_begin; k < own.held_end(); ++k)
-      held.push_back(std::clamp(own.input[k], own.valid.min, own.valid.max));
-  }
-  return score::least_squares_curve(reading, angle, held);
+  return score::least_squares_curves(reading, used_angles(fitted), held);
 }
 
 // Of the measured angle outside pauses.
@@ -359,7 +357,7 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
                     "changed during the recording, or the motion did",
                     joint.name, joint.holdout.rmse_deg / joint.fitted_rmse_deg));
   }
-  if (joint.hold_drift_deg > kMostDrift_deg && !request.refit) {
+  if (joint.hold_drift_deg > kMostDrift_deg && !request.refit && joint.verdict.advises) {
     warnings.push_back(
         fmt::format("{}: held still, its angle goes on by {:.1f} deg, as the sensor crept in the recording: "
                     "hold the hand for a "
@@ -397,9 +395,13 @@ HeldOut baselines_of(const HandRequest& request, const std::vector<Files>& files
   HeldOut out;
   out["static_curve"] = static_curve(samples, j);
   const model::Model inputs = start_model(request, files, samples);
-  for (const score::Baseline& one : score::kBaselines)
-    if (one.structure != nullptr)
+  const std::size_t sensors = request.map[j].sensors.size();
+  for (const score::Baseline& one : score::kBaselines) {
+    // A chain has one sensor: where there are several it is no peer.
+    if (one.structure != nullptr &&
+        (sensors == 1 || std::holds_alternative<Candidates>(parse_structure(one.structure, sensors))))
       score_baseline(one.name, one.structure, request.map[j], inputs, files, samples, j, joint, out);
+  }
   return out;
 }
 
@@ -446,17 +448,26 @@ bool alike(const std::vector<double>& a, const std::vector<double>& b) {
   return std::ranges::equal(a, b, [](double x, double y) { return std::abs(x - y) < kSame_deg; });
 }
 
-// Itself is no baseline, whatever it is called.
+// Itself is no baseline, whatever it is called, and is named.
 score::Verdict judged(const HandRequest& request, const std::vector<double>& error_deg,
                       HeldOut baseline_error_deg, const std::vector<std::size_t>& part_ends = {}) {
-  for (const score::Baseline& one : score::kBaselines)
-    if (one.structure != nullptr && one.structure == request.structure) baseline_error_deg.erase(one.name);
-  std::erase_if(baseline_error_deg, [&](const auto& one) { return alike(one.second, error_deg); });
-  return score::judge(error_deg, baseline_error_deg, 1 / request.rate_hz, part_ends);
+  std::string itself;
+  for (const score::Baseline& one : score::kBaselines) {
+    const auto at = baseline_error_deg.find(one.name);
+    if (at == baseline_error_deg.end()) continue;
+    const bool is_asked_for = one.structure != nullptr && one.structure == request.structure;
+    if (!is_asked_for && !alike(at->second, error_deg)) continue;
+    if (itself.empty()) itself = one.name;
+    baseline_error_deg.erase(at);
+  }
+  score::Verdict out = score::judge(error_deg, baseline_error_deg, 1 / request.rate_hz, part_ends);
+  out.itself = itself;
+  return out;
 }
 
 void score_joints(const HandRequest& request, const std::vector<Files>& files,
-                  const std::vector<Sampled>& samples, HandIdentification& r) {
+                  const std::vector<Sampled>& samples, const std::set<std::string>& stuck,
+                  HandIdentification& r) {
   const auto estimated = estimates(r.model, files, samples);
   const auto score = [&](std::size_t j) {
     JointResult joint = r.joints[j];
@@ -475,6 +486,7 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
       estimates = held.errors(estimates);
     }
     joint.verdict = judged(request, held.errors(own), std::move(baselines));
+    joint.verdict.advises = !stuck.contains(joint.name);
     return joint;
   };
   const auto take = [&](std::size_t j, JointResult& joint) {
@@ -1064,10 +1076,11 @@ HandIdentification identify_hand(const HandRequest& asked, const Step& step) {
         request.lead_s));
   }
   std::vector<Files> files = read_takes(r.request, r.warnings);
+  std::set<std::string> stuck;  // joints
   for (std::size_t p = 0; p < files.size(); ++p) {
     r.clocks.push_back(clock_of(request.map, request.clock_offset_s, files[p], r.warnings));
     const std::size_t said = r.warnings.size();
-    check_map(request, request.pairs[p], files[p], r.clocks.back().offset_s, r.warnings);
+    stuck.merge(check_map(request, request.pairs[p], files[p], r.clocks.back().offset_s, r.warnings));
     if (!request.clock_offset_s)
       refuse_unsure(r.clocks.back(), files[p], r.warnings.size() > said ? r.warnings[said] : "");
   }
@@ -1090,7 +1103,7 @@ HandIdentification identify_hand(const HandRequest& asked, const Step& step) {
   for (const JointResult& joint : r.joints) {
     if (joint.untried > 0) r.warnings.push_back(fmt::format("{}: {}", joint.name, kStopped));
   }
-  score_joints(request, files, samples, r);
+  score_joints(request, files, samples, stuck, r);
   if (request.leave_out != LeaveOut::none) leave_out(request, files, step, r);
   r.proven = r.model;
   HandRequest done = request;
@@ -1168,6 +1181,8 @@ Json to_json(const HandIdentification& r) {
           {"cross_validated_rmse_deg",
            row.cross_validated_deg ? Json(*row.cross_validated_deg) : Json(nullptr)},
           {"fitted_rmse_deg", std::isnan(row.fitted_rmse_deg) ? Json(nullptr) : Json(row.fitted_rmse_deg)},
+          {"fold_loss", row.fold_loss ? Json(*row.fold_loss) : Json(nullptr)},
+          {"fold_loss_se", row.fold_loss ? Json(row.fold_loss_se) : Json(nullptr)},
           {"effective_parameters", row.parameters},
           {"hold_drift_deg", row.hold_drift_deg ? Json(*row.hold_drift_deg) : Json(nullptr)}};
       if (!row.refusal.empty()) one["refusal"] = row.refusal;

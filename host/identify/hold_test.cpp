@@ -82,6 +82,33 @@ TEST(Creep, IsUndoneWhereTheFingersOwnHoldsShowItAndNotElsewhere) {
   EXPECT_LE(still.hold_drift_deg, 1) << still.structure;
 }
 
+// An angle that follows its reading with two seconds, and never comes to rest.
+JointFit restless(Eigen::Index rows) {
+  std::mt19937 random(3);
+  Session out;
+  out.input.resize(rows, 1);
+  out.angle_deg.resize(rows);
+  out.use.assign(static_cast<std::size_t>(rows), 1);
+  double angle_deg = 50;
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    out.input(k, 0) = k == 0        ? 500
+                      : k % 20 == 0 ? 100 + static_cast<double>(random() % 800)
+                                    : out.input(k - 1, 0);
+    out.angle_deg(k) = angle_deg += (1 - std::exp(-kStep_s / 2)) * (out.input(k, 0) / 10 - angle_deg);
+  }
+  model::Model inputs;
+  inputs.sample_period_s = kStep_s;
+  inputs.inputs = {{"u", "u", "count", "", 1, 1022}};
+  return fit_joint({out}, inputs, {"index", {"u"}, "angle"}, "auto", {}, {});
+}
+
+TEST(Creep, IsBelievedWithoutAHoldWhereThePartIsTenTimesAsLong) {
+  const JointFit long_enough = restless(1200);
+  EXPECT_GT(long_enough.hold_drift_deg, 10);
+  EXPECT_LT(long_enough.cross_validated_deg, 2);
+  EXPECT_LE(restless(200).hold_drift_deg, 10);
+}
+
 TEST(Holds, AreWhereTheFingerMovesByTwoDegreesAtMostForASecond) {
   Session session = step();
   session.angle_deg = session.input.col(0).head(2060);

@@ -109,6 +109,20 @@ TEST_F(RealRecordings, WhatIsAdvisedForADriftIsFittedAndHoldsStill) {
   EXPECT_LT(identify_hand(r, {}).joints[0].hold_drift_deg, kMostDrift_deg);
 }
 
+TEST_F(RealRecordings, EveryCandidateThatLooksBetterThanTheChosenOneSaysWhyItIsNot) {
+  for (const char* name : {"sensors/bender_9_17.csv", "sensors/bender_10_14_v7.csv"}) {
+    const JointResult joint = identify_hand(request(name, "index=ADC Value:IMU Angle (deg)"), {}).joints[0];
+    const auto chosen = std::ranges::find(joint.rows, true, &CandidateRow::chosen);
+    for (const CandidateRow& row : joint.rows) {
+      const bool looks_better =
+          row.cross_validated_deg &&
+          (row.cross_validated_deg < chosen->cross_validated_deg || row.fold_loss < chosen->fold_loss);
+      EXPECT_TRUE(row.chosen || !looks_better || !row.refusal.empty()) << row.structure;
+      EXPECT_TRUE(row.fold_loss || (row.structure != "line" && row.structure != kPublishedForm)) << name;
+    }
+  }
+}
+
 // Of readings that span a twentieth of the converter's range.
 TEST_F(RealRecordings, ASteepLineFitsABoard) {
   HandRequest r = request("sensors/bender_9_17.csv", "index=ADC Value:IMU Angle (deg)");

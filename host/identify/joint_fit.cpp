@@ -25,6 +25,8 @@ constexpr double kWandersAlike = 1.5;
 constexpr double kShowsCreep_s = 2;  // of a hold
 constexpr double kUnseenDrift = 2;   // of the still one's error, which 19 of 20 of its angles are within
 constexpr double kMostUnseenDrift_deg = 10;
+constexpr double kMemories =
+    10;  // of the slowest motion: a part as long shows it without a hold, where the error halves
 constexpr double kSure =
     1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
 constexpr int kAttacks = 15;  // of the search for fixed point's error
@@ -100,6 +102,13 @@ double gain_in_errors(const JointFit& one, const JointFit& other) {
   return gain.mean() / std::sqrt((gain - gain.mean()).square().sum() / (n - 1) / n);
 }
 
+double slowest_s(const model::Model& model) {
+  double out_s = 0;
+  for (const model::Block& block : model.blocks)
+    if (const auto* lag = std::get_if<model::Lag>(&block.kind)) out_s = std::max(out_s, 1 / lag->rate_rad_s);
+  return out_s;
+}
+
 // Why `one`, which creeps back after its sensor, is not worth more than the best that holds still; empty: it is. While the finger
 // itself holds still its error may wander by half as much again.
 std::string creep_refusal(const JointFit& one, const JointFit& still, const std::vector<Session>& sessions) {
@@ -112,10 +121,16 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
         wander, most_deg);
   }
   Eigen::Index longest = 0;
-  for (const Session& session : sessions)
+  Eigen::Index rows = 0;
+  for (const Session& session : sessions) {
+    rows += session.angle_deg.size();
     for (const StillPart& held : holds_of(session, one.model.sample_period_s))
       longest = std::max(longest, held.to - held.from);
-  if (static_cast<double>(longest) * one.model.sample_period_s < kShowsCreep_s &&
+  }
+  const double period_s = one.model.sample_period_s;
+  const bool shown = static_cast<double>(rows) * period_s >= kMemories * slowest_s(one.model) &&
+                     one.cross_validated_deg <= 0.5 * still.cross_validated_deg;
+  if (!shown && static_cast<double>(longest) * period_s < kShowsCreep_s &&
       one.hold_drift_deg > std::min(kUnseenDrift * still.cross_validated_deg, kMostUnseenDrift_deg)) {
     return fmt::format(
         "held still, its angle drifts by {:.1f} degrees within a minute, and the recording has no hold that "
@@ -131,11 +146,25 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
 std::vector<CandidateRow> rows_of(const std::vector<Additive>& all, const std::vector<std::string>& refusals,
                                   std::size_t chosen) {
   std::vector<CandidateRow> out;
-  for (std::size_t k = 0; k < all.size(); ++k)
+  for (std::size_t k = 0; k < all.size(); ++k) {
     out.push_back({describe(all[k].branches), all[k].cross_validated_deg, all[k].fitted_rmse_deg,
                    all[k].effective, all[k].hold_drift_deg, k < refusals.size() ? refusals[k] : "",
                    k == chosen});
+    out.back().set_loss(all[k].plain_loss);
+  }
   return out;
+}
+
+double sum_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0);
+}
+
+// Why a row that looks better than the chosen one was passed over, where nothing says so yet.
+void explain(const std::vector<CandidateRow>& rows, CandidateRow& row, const std::string& why) {
+  const auto chosen = std::ranges::find(rows, true, &CandidateRow::chosen);
+  if (chosen == rows.end() || row.chosen || !row.refusal.empty()) return;
+  if (row.cross_validated_deg < chosen->cross_validated_deg || row.fold_loss < chosen->fold_loss)
+    row.refusal = why;
 }
 
 JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessions,
@@ -189,6 +218,13 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
   }
   out.untried = untried;
   out.rows = rows_of(all, refusals, at);
+  const auto donned_loss = [&](std::size_t k) { return sum_of(all[k].fold_loss); };
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    explain(out.rows, out.rows[k],
+            sum_of(all[k].plain_loss) > sum_of(all[at].plain_loss) ? "its loss over the folds is larger"
+            : donned_loss(k) > donned_loss(at)                     ? "put on a little otherwise it errs more"
+                                                                   : "larger, for too small a gain");
+  }
   return out;
 }
 
@@ -226,8 +262,11 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
       return;
     }
     const auto chain = std::get<Chain>(parse_structure(kChains[k], 1));
+    // What anybody would take first is validated however badly it fits.
+    const bool is_baseline = kChains[k] == "line" || kChains[k] == kPublishedForm;
     try {
-      JointFit one = fit_chain(chain, sessions, inputs, joint, {}, best.cross_validated_deg, {});
+      JointFit one = fit_chain(chain, sessions, inputs, joint, {},
+                               is_baseline ? HUGE_VAL : best.cross_validated_deg, {});
       one.sensors = joint.sensors;
       CandidateRow& row = one.rows.front();
       row.refusal = chain_refusal(one, best);
@@ -235,6 +274,8 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
       best.rows.push_back(row);
       if (!row.chosen) continue;
       for (CandidateRow& of : best.rows) of.chosen = &of == &best.rows.back();
+      for (CandidateRow& of : best.rows)
+        explain(best.rows, of, "larger, or no better by a standard error than what holds still");
       one.rows = best.rows;
       one.untried = best.untried;
       best = std::move(one);
@@ -246,15 +287,15 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
 
 // One sensor where it is as good as several, with the rows of both.
 JointFit better(JointFit several, JointFit one) {
-  const auto loss = [](const JointFit& fit) {
-    return std::accumulate(fit.fold_loss.begin(), fit.fold_loss.end(), 0.0);
-  };
-  const bool fewer = loss(one) <= (1 + kAsGood) * (1 + kAsGood) * loss(several);
+  const bool fewer = sum_of(one.fold_loss) <= (1 + kAsGood) * (1 + kAsGood) * sum_of(several.fold_loss);
   for (CandidateRow& row : one.rows) row.structure = one.sensors.front() + " alone: " + row.structure;
   JointFit& other = fewer ? several : one;
   for (CandidateRow& row : other.rows) row.chosen = false;
   JointFit out = fewer ? std::move(one) : std::move(several);
-  out.rows.insert(out.rows.end(), other.rows.begin(), other.rows.end());
+  for (CandidateRow& row : other.rows) {
+    explain(out.rows, row, fewer ? "one sensor alone is as good" : "its loss over the folds is larger");
+    out.rows.push_back(row);
+  }
   out.untried += other.untried;
   return out;
 }
@@ -274,6 +315,13 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
 }
 
 }  // namespace
+
+void CandidateRow::set_loss(const std::vector<double>& of_folds) {
+  const Eigen::Map<const Eigen::ArrayXd> loss(of_folds.data(), std::ssize(of_folds));
+  const auto n = static_cast<double>(loss.size());
+  fold_loss = loss.mean();
+  fold_loss_se = std::sqrt((loss - loss.mean()).square().sum() / (n - 1) / n);
+}
 
 double gain_to_counts(const model::Input& input) {
   const double most = std::max(std::abs(input.valid_min), std::abs(input.valid_max));

@@ -31,6 +31,11 @@ struct CandidateRow {
   std::optional<double> hold_drift_deg;  // none: a better one was worth wearing before
   std::string refusal;                   // why this one was passed over
   bool chosen = false;
+  std::optional<double> fold_loss =
+      {};                   // over the folds, mean of what is compared; of what was cross-validated
+  double fold_loss_se = 0;  // by how they scatter
+
+  void set_loss(const std::vector<double>& of_folds);
 };
 
 struct JointFit {

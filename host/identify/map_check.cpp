@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
@@ -47,16 +48,18 @@ recording::Recording every_column(const PairFiles& files, const HandRequest& req
   }
 }
 
-// Of the samples that are used.
+// Of the samples that are used; all, where nothing says which.
 struct Relation {
   double slope = 0;  // of y on x
   double correlation = 0;
 };
 
-Relation relation(const Session& session, const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
+using Values = Eigen::Ref<const Eigen::VectorXd>;
+
+Relation relation(const std::vector<std::uint8_t>& use, const Values& x, const Values& y) {
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
   for (Eigen::Index k = 0; k < x.size(); ++k) {
-    if (session.use[static_cast<std::size_t>(k)] == 0) continue;
+    if (!use.empty() && use[static_cast<std::size_t>(k)] == 0) continue;
     n += 1;
     sx += x(k);
     sy += y(k);
@@ -104,14 +107,74 @@ std::optional<std::string> clipped(const Session& session, const Eigen::VectorXd
 
 }  // namespace
 
-void check_map(const HandRequest& request, const PairFiles& files, const HandRecordings& read,
-               double clock_offset_s, std::vector<std::string>& warnings) {
+// Where the reading does not change at all while the angle moves on, the longest such stretch; not at an end of its range, where
+// it is clipped. `clock_offset_s`: of the angle's clock from the reading's.
+std::optional<std::string> frozen(const recording::Series& reading, const recording::Series& angle,
+                                  double clock_offset_s) {
+  constexpr double kLeast_s = 3;
+  std::vector<double> sorted(angle.value.begin(), angle.value.end());
+  std::ranges::sort(sorted);
+  const double range = quantile(sorted, 0.95) - quantile(sorted, 0.05);
+  const auto [least, most] = std::ranges::minmax(reading.value);
+  std::pair<double, double> longest = {0, 0};
+  for (std::size_t from = 0, to = 0; from < reading.value.size(); from = to) {
+    for (to = from; to < reading.value.size() && reading.value[to] == reading.value[from];) ++to;
+    const double begin_s = reading.t_s[from];
+    const double end_s = reading.t_s[to - 1];
+    if (end_s - begin_s < std::max(kLeast_s, longest.second - longest.first) ||
+        reading.value[from] == least || reading.value[from] == most)
+      continue;
+    const auto at = [&](double t_s) {
+      return std::ranges::lower_bound(angle.t_s, t_s + clock_offset_s) - angle.t_s.begin();
+    };
+    const auto [low, high] =
+        std::minmax_element(angle.value.begin() + at(begin_s), angle.value.begin() + at(end_s));
+    if (low != high && *high - *low >= kMovesOn * range) longest = {begin_s, end_s};
+  }
+  if (longest.second == 0) return std::nullopt;
+  return fmt::format(
+      "does not change from {:.1f} to {:.1f} s ({:.0f} s) while the angle moves: is it stuck or unplugged?",
+      longest.first, longest.second, longest.second - longest.first);
+}
+
+void warn_of_equal_columns(const std::vector<JointMap>& map, const recording::Recording& log,
+                           std::vector<std::string>& warnings) {
+  const auto values = [&](const std::string& sensor) {
+    const std::vector<double>& v = log.column(sensor).value;
+    return Eigen::Map<const Eigen::VectorXd>(v.data(), std::ssize(v));
+  };
+  std::set<std::string> before;
+  for (const JointMap& joint : map) {
+    for (const std::string& sensor : joint.sensors) {
+      for (const std::string& other : before) {
+        const double alike = relation({}, values(other), values(sensor)).correlation;
+        if (other == sensor || std::abs(alike) <= kSame) continue;
+        warnings.push_back(
+            fmt::format("{} and {} say the same: are they two columns of one sensor? Of one joint leave one "
+                        "of them out of the map",
+                        other, sensor));
+      }
+      before.insert(sensor);
+    }
+  }
+}
+
+std::set<std::string> check_map(const HandRequest& request, const PairFiles& files,
+                                const HandRecordings& read, double clock_offset_s,
+                                std::vector<std::string>& warnings) {
+  std::set<std::string> stuck;
+  warn_of_equal_columns(request.map, read.sensor, warnings);
   const bool clock_is_known = request.clock_offset_s || on_one_clock(read);
   const recording::Recording all = every_column(files, request, read);
   for (std::size_t j = 0; j < request.map.size(); ++j) {
     const JointMap& map = request.map[j];
     const std::string& own = map.sensors.front();
     const recording::Series angle = read.reference[j].series(map.reference);
+    if (const auto text = frozen(read.sensor.series(own), angle, clock_offset_s)) {
+      warnings.push_back(fmt::format("{}: {} {}", map.joint, own, *text));
+      stuck.insert(map.joint);
+      continue;  // nothing else can be said of the map
+    }
     const double share = recording::explained(all.series(own), angle, clock_offset_s);
     std::string best = own;
     double most = share;
@@ -135,6 +198,7 @@ void check_map(const HandRequest& request, const PairFiles& files, const HandRec
                       map.joint, best, 100 * most, map.reference, own, 100 * share));
     }
   }
+  return stuck;
 }
 
 void refuse_seen_before(const std::vector<HandRecordings>& files) {
@@ -152,7 +216,7 @@ void check_gloves(const HandRequest& request, std::size_t j, const std::vector<S
   const std::vector<std::string> names = names_of_pairs(request);
   std::optional<std::pair<std::size_t, double>> first;
   for (std::size_t p = 0; p < sessions.size(); ++p) {
-    const Relation own = relation(sessions[p], sessions[p].angle_deg, sessions[p].input.col(0));
+    const Relation own = relation(sessions[p].use, sessions[p].angle_deg, sessions[p].input.col(0));
     if (std::abs(own.correlation) < kRelated) continue;
     if (!first) {
       first = {p, own.slope};
@@ -185,14 +249,6 @@ std::vector<std::string> one_sided(const JointMap& map, const std::vector<Sessio
     if (std::ranges::find(out, text) == out.end()) out.push_back(text);
   };
   for (const Session& session : sessions) {
-    for (Eigen::Index a = 0; a < session.input.cols(); ++a) {
-      const std::string& sensor = map.sensors[static_cast<std::size_t>(a)];
-      for (Eigen::Index b = 0; b < a; ++b) {
-        if (std::abs(relation(session, session.input.col(b), session.input.col(a)).correlation) > kSame)
-          say(fmt::format("{} and {} say the same: leave one of them out of the map",
-                          map.sensors[static_cast<std::size_t>(b)], sensor));
-      }
-    }
     if (const auto text = clipped(session, session.input.col(0), session.angle_deg))
       say(fmt::format("{} {}: is it clipped? Nothing tells the angle there", map.sensors.front(), *text));
     if (const auto text = clipped(session, session.angle_deg, session.input.col(0)))

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -9,10 +10,12 @@
 
 namespace flexor::identify {
 
-// Warns where another sensor of the log tells a joint better than the one that the map names. Throws io::JobError where
-// none tells it at all. Looks at the whole recording: it only warns and refuses.
-void check_map(const HandRequest& request, const PairFiles& files, const HandRecordings& read,
-               double clock_offset_s, std::vector<std::string>& warnings);
+// Warns of sensors that say the same, of one that is stuck while its angle moves, and where another sensor of the log tells a joint
+// better than the one that the map names. Throws io::JobError where none tells it at all. Looks at the whole recording: it only
+// warns and refuses. The joints whose sensor is stuck: no structure mends that.
+std::set<std::string> check_map(const HandRequest& request, const PairFiles& files,
+                                const HandRecordings& read, double clock_offset_s,
+                                std::vector<std::string>& warnings);
 
 // Throws io::InputError where the last log is that of an earlier pair: nothing would differ between these donnings.
 void refuse_seen_before(const std::vector<HandRecordings>& files);
@@ -25,7 +28,7 @@ void check_gloves(const HandRequest& request, std::size_t j, const std::vector<S
 std::optional<std::string> unit_note(const model::Input& input, const std::string& file,
                                      const std::string& column, const std::string& unit);
 
-// What of a joint's signals tells nothing: sensors that say the same as another, and a sensor or an angle that stands at
+// What of a joint's signals tells nothing: a sensor or an angle that stands at
 // an extreme while the other goes on.
 std::vector<std::string> one_sided(const JointMap& map, const std::vector<Session>& sessions);
 

@@ -214,25 +214,30 @@ void figures(Page& page, const Saved& saved, const Json& joint, std::size_t numb
 
 void tried_structures(Page& page, const Json& joint) {
   TableBlock t{"Structures tried, in order of preference",
-               {"structure", "parameters", "error, fitted part", "cross-validated", "drift of a hold"},
+               {"structure", "parameters", "error, fitted part", "cross-validated", "loss over the folds",
+                "drift of a hold"},
                {},
                {}};
   for (const Json& row : joint.at("structures")) {
     if (row.at("chosen").get<bool>()) t.marked.push_back(t.rows.size());
     const auto refusal = row.value("refusal", std::string());
-    t.rows.push_back(
-        {row.at("structure").get<std::string>() + (refusal.empty() ? "" : ", refused: " + refusal),
-         fmt::format("{:.1f}", row.at("effective_parameters").get<double>()),
-         degrees(number_or_nan(row.at("fitted_rmse_deg"))),
-         degrees(number_or_nan(row.at("cross_validated_rmse_deg"))),
-         degrees(number_or_nan(row.at("hold_drift_deg")))});
+    t.rows.push_back({row.at("structure").get<std::string>() + (refusal.empty() ? "" : ", not: " + refusal),
+                      fmt::format("{:.1f}", row.at("effective_parameters").get<double>()),
+                      degrees(number_or_nan(row.at("fitted_rmse_deg"))),
+                      degrees(number_or_nan(row.at("cross_validated_rmse_deg"))),
+                      row.value("fold_loss", Json()).is_null()  // of results of before it was kept, too
+                          ? "-"
+                          : fmt::format("{:.3g} ± {:.2g}", row["fold_loss"].get<double>(),
+                                        row["fold_loss_se"].get<double>()),
+                      degrees(number_or_nan(row.at("hold_drift_deg")))});
   }
   page.heading("Structures tried");
   if (t.rows.empty())
     return page.paragraph(fmt::format("One alone: {}.", joint.at("structure").get<std::string>()));
   page.table(t);
   page.paragraph(
-      "Marked: the smallest of the best by cross-validation inside the fitted part that holds still when the "
+      "Marked: the smallest of those whose loss over the folds is within 3 % of the least, inside the fitted "
+      "part that holds still when the "
       "finger does and fits the glove's integers, or one that undoes a sensor's creep where that pays. "
       "Drift: "
       "of readings that are held for a minute. Parameters: how many the data determine. No drift: a better "

@@ -118,6 +118,8 @@ Verdict judge(const std::vector<double>& error_deg,
 std::string in_words(const Verdict& v) {
   std::string out = fmt::format("{:.2f} deg (95 %: {:.2f} to {:.2f}) on data it never saw", v.rmse_deg,
                                 v.rmse_low_deg, v.rmse_high_deg);
+  const auto itself = std::ranges::find(kBaselines, v.itself, &Baseline::name);
+  if (itself != kBaselines.end()) out += fmt::format("; it is {} itself", itself->words);
   const auto baseline = std::ranges::find(kBaselines, v.baseline, &Baseline::name);
   if (baseline == kBaselines.end()) return out + "; no baseline could be fitted";
   out += fmt::format("; the best baseline, {}, {:.2f}: {} (difference {:+.2f}, 95 %: {:+.2f} to {:+.2f})",
@@ -125,7 +127,7 @@ std::string in_words(const Verdict& v) {
                      v.high_deg);
   if (v.word == Verdict::Word::better) return out;
   out += "; record more";
-  if (baseline->structure == nullptr) return out;
+  if (baseline->structure == nullptr || !v.advises) return out;
   const std::string_view structure = baseline->structure;
   const char* quote = structure.find(' ') == std::string_view::npos ? "" : "'";
   return out + fmt::format(", or take that: --structure {0}{1}{0}", quote, structure);
@@ -137,6 +139,7 @@ nlohmann::ordered_json to_json(const Verdict& v) {
   return {{"word", word_of(v)},
           {"rmse_interval95_deg", own},
           {"baseline", v.baseline},
+          {"itself", v.itself.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(v.itself)},
           {"difference_deg", v.rmse_deg - v.baseline_deg},
           {"interval95_deg", {v.low_deg, v.high_deg}},
           {"words", in_words(v)}};

@@ -20,6 +20,8 @@ struct Verdict {
   enum class Word { better, as_good, worse };
   Word word = Word::as_good;
   std::string baseline;  // its name; empty: there was none
+  std::string itself;    // of the baseline that the compensator itself is; empty: of none
+  bool advises = true;   // false: the data are at fault, and another structure mends nothing
   double rmse_deg = 0;   // of the compensator
   double baseline_deg = 0;
   double low_deg = 0;  // of d

@@ -24,26 +24,45 @@ std::vector<double> knots_of(std::vector<double> x) {
 
 }  // namespace
 
-std::vector<double> least_squares_curve(const std::vector<double>& x, const std::vector<double>& y,
-                                        const std::vector<double>& at) {
-  const std::vector<double> knots = knots_of(x);
-  const std::ptrdiff_t n = std::ssize(knots);
-  if (n < 2) return std::vector<double>(at.size(), y.front());
-  Eigen::MatrixXd gram = kAnchor * Eigen::MatrixXd::Identity(n, n);
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const auto [k, on] = io::place(knots, x[i]);
-    const Eigen::Vector2d hat(1 - on, on);
-    gram.block<2, 2>(k, k) += hat * hat.transpose();
-    right.segment<2>(k) += hat * y[i];
+std::vector<double> least_squares_curves(const std::vector<std::vector<double>>& x,
+                                         const std::vector<double>& y,
+                                         const std::vector<std::vector<double>>& at) {
+  std::vector<std::vector<double>> knots;
+  std::vector<std::ptrdiff_t> first = {0};  // of each curve's values
+  for (const std::vector<double>& one : x) {
+    knots.push_back(knots_of(one));
+    if (knots.back().size() < 2) knots.back() = {one.front() - 1, one.front() + 1};
+    first.push_back(first.back() + std::ssize(knots.back()));
+  }
+  // Where sample i lies on the curve of x number s: the first of two values, and their shares.
+  const auto hat = [&](const std::vector<std::vector<double>>& samples, std::size_t s, std::size_t i) {
+    const auto [k, on] = io::place(knots[s], samples[s][i]);
+    return std::pair(first[s] + k, Eigen::Vector2d(1 - on, on));
+  };
+  Eigen::MatrixXd gram = kAnchor * Eigen::MatrixXd::Identity(first.back(), first.back());
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(first.back());
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    for (std::size_t a = 0; a < x.size(); ++a) {
+      const auto [row, own] = hat(x, a, i);
+      right.segment<2>(row) += own * y[i];
+      for (std::size_t b = 0; b < x.size(); ++b) {
+        const auto [column, other] = hat(x, b, i);
+        gram.block<2, 2>(row, column) += own * other.transpose();
+      }
+    }
   }
   const Eigen::RowVector3d bend(1, -2, 1);
-  for (std::ptrdiff_t k = 0; k + 2 < n; ++k) gram.block<3, 3>(k, k) += kSmooth * bend.transpose() * bend;
+  for (std::size_t s = 0; s < knots.size(); ++s) {
+    for (std::ptrdiff_t k = first[s]; k + 2 < first[s + 1]; ++k)
+      gram.block<3, 3>(k, k) += kSmooth * bend.transpose() * bend;
+  }
   const Eigen::VectorXd value = gram.colPivHouseholderQr().solve(right);
-  std::vector<double> out;
-  for (const double u : at) {
-    const auto [k, on] = io::place(knots, u);
-    out.push_back((1 - on) * value(k) + on * value(k + 1));
+  std::vector<double> out(at.front().size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    for (std::size_t s = 0; s < x.size(); ++s) {
+      const auto [row, own] = hat(at, s, i);
+      out[i] += own.dot(value.segment<2>(row));
+    }
   }
   return out;
 }

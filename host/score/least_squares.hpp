@@ -5,8 +5,10 @@
 
 namespace flexor::score {
 
-// 24 hat functions on quantiles of x, by least squares with a touch of smoothness, level beyond them: its values at `at`.
-std::vector<double> least_squares_curve(const std::vector<double>& x, const std::vector<double>& y,
-                                        const std::vector<double>& at);
+// The sum of a curve of each x, of 24 hat functions on its quantiles, by least squares with a touch of smoothness, level beyond them:
+// its values at `at`. Of each x and `at` its samples.
+std::vector<double> least_squares_curves(const std::vector<std::vector<double>>& x,
+                                         const std::vector<double>& y,
+                                         const std::vector<std::vector<double>>& at);
 
 }  // namespace flexor::score

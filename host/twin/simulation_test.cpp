@@ -44,7 +44,7 @@ model::Model identity(double period_s) {
   return m;
 }
 
-// Noise, spread and imperfection switched off but for the strip's, which would be stuck; it bends as the finger does.
+// Noise, spread and imperfection switched off but for the strip's; it bends as the finger does.
 Parameters perfect() {
   Parameters p;
   for (const char* name : {"person.start_spread_s",    "person.pose_spread_deg", "person.speed_spread",

@@ -24,7 +24,8 @@ struct ChannelSettings {
 
 // Compensator: int16_t alpha[kFingers] in, int16_t angle[kFingers] out, and step(). It keeps an angle whose readings it does
 // not take, and so does the finger as long as its strips live: a reading beyond those that the model was made from is another
-// hand's, or a strip's that has drifted.
+// hand's, or a strip's that has drifted. A stuck reading is reported and not tracked, and its finger stays where it is: a quiet
+// potentiometer on a hand that grips reads the same for minutes.
 template <class Compensator, class Strips = NotFollowed>
 class SignalChain {
  public:
@@ -59,7 +60,9 @@ class SignalChain {
     }
     uint8_t bad = 0;
     for (uint8_t i = 0; i < kFingers; ++i) {
-      if (frame.status[i] != link::SensorStatus::ok) bad = static_cast<uint8_t>(bad | 1 << i);
+      const link::SensorStatus status = frame.status[i];
+      if (status == link::SensorStatus::open || status == link::SensorStatus::short_circuit)
+        bad = static_cast<uint8_t>(bad | 1 << i);
     }
     compensator_.step();
     for (uint8_t i = 0; i < kFingers; ++i) {

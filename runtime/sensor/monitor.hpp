@@ -4,8 +4,8 @@
 // - short_circuit, as many at or below `low`
 // - stuck, the very same reading for `stuck_samples`
 //
-// A hand that is held still reads the same for a while: up to a second in three hours of recordings of a real glove, so two
-// are asked.
+// A hand that is held still reads the same for a while: up to a second in three hours of recordings of a real glove with flex
+// sensors, so two are asked; a quiet potentiometer for longer, so that `stuck` alone is no reason to move a finger.
 // A sensor is alive again with the first good reading, which for `stuck` is another one.
 #pragma once
 

@@ -68,37 +68,32 @@ void shapes(const std::vector<study::ShapeCheck>& checks) {
 }
 
 void table(const study::Result& r, const study::Plan& plan) {
-  constexpr const char* kRow = "{:<22}{:<22}{:>18}{:>11}{:>9}{:>9}{:>18}{:>8}{:>7}{:>12}{:>10}\n";
+  constexpr const char* kRow = "{:<21}{:<15}{:>17}{:>10}{:>8}{:>8}\n";
   print(fmt::format("total error E_T in deg s, mean and 95 % interval of {} trial(s), {:g} Hz, seed {}\n\n",
                     plan.trials, 1 / plan.compensators.front().model.sample_period_s, plan.seed));
-  print(fmt::format(fmt::runtime(kRow), "gesture", "compensator", "causal", "published", "to raw", "to W",
-                    "lag removed", "lag", "of", "stop hit", "pressed"));
-  const auto index = [&](const char* name) {
-    return static_cast<std::size_t>(std::ranges::find(r.compensators, name) - r.compensators.begin());
-  };
-  const std::size_t raw = index("raw");
-  const std::size_t wiener = index("published-w");
-  const auto ratio = [&](std::size_t m, std::size_t to, const study::Cell& cell) {
-    if (to >= r.compensators.size()) return std::string("-");
-    return fmt::format("{:.3f}", cell.total_deg_s.mean() / r.cell(m, to).total_deg_s.mean());
+  print(fmt::format(fmt::runtime(kRow), "gesture", "compensator", "causal", "published", "ratio", "to raw"));
+  const auto raw =
+      static_cast<std::size_t>(std::ranges::find(r.compensators, "raw") - r.compensators.begin());
+  const auto ratio = [](const study::Cell& cell, std::optional<double> to) {
+    return to ? fmt::format("{:.3f}", cell.total_deg_s.mean() / *to) : "-";
   };
   for (std::size_t m = 0; m < r.motions.size(); ++m) {
     for (std::size_t c = 0; c < r.compensators.size(); ++c) {
       const study::Cell& cell = r.cell(m, c);
       const std::string gesture =
           c > 0 ? "" : (cell.gesture > 0 ? fmt::format("{} {}", cell.gesture, cell.motion) : cell.motion);
-      print(fmt::format(fmt::runtime(kRow), io::start_of(gesture, 21), cell.compensator,
+      std::optional<double> of_raw;
+      if (raw < r.compensators.size()) of_raw = r.cell(m, raw).total_deg_s.mean();
+      print(fmt::format(fmt::runtime(kRow), io::start_of(gesture, 20), io::start_of(cell.compensator, 14),
                         with_interval(cell.total_deg_s),
                         cell.published_deg_s ? fmt::format("{:.1f}", *cell.published_deg_s) : "-",
-                        ratio(m, raw, cell), ratio(m, wiener, cell), with_interval(cell.lag_removed_deg_s),
-                        cell.lag_s.count() > 0 ? fmt::format("{:.0f} ms", 1000 * cell.lag_s.mean()) : "-",
-                        cell.lag_s.count(), fmt::format("{:.0f} deg/s", cell.fastest_impact_deg_s()),
-                        fmt::format("{:.2f} s", cell.total_pressed_s())));
+                        ratio(cell, cell.published_deg_s), ratio(cell, of_raw)));
     }
   }
+  const study::Stops stops = study::stops_of(r);
   print(
-      "\nlag removed: over so many trials (of) whose best constant lag lies inside the search; - where "
-      "none\n");
+      fmt::format("\nend stops: hit at up to {:.0f} deg/s, a motor pressed against one for up to {:.2f} s\n",
+                  stops.impact_deg_s, stops.pressed_s));
   distances(r.distance);
   shapes(study::shape_checks(r, plan));
   if (r.wall_s > 0 && r.simulated_s > 0) {
@@ -115,18 +110,16 @@ void show_scenarios(const std::vector<study::ScenarioResult>& scenarios) {
     return sum / static_cast<double>(r.motions.size());
   };
   const study::Result& base = scenarios.front().result;
-  print(fmt::format("\n{:<38}", "scenario, mean deg s"));
-  for (const std::string& c : base.compensators) print(fmt::format("{:>23}", c));
-  print(fmt::format("{:>18}{:>12}\n", "stop hit", "pressed"));
+  print(fmt::format("\n{:<36}", "scenario, mean deg s"));
+  for (const std::string& c : base.compensators) print(fmt::format("{:>14}", io::start_of(c, 13)));
+  print("\n");
   for (const study::ScenarioResult& s : scenarios) {
-    print(fmt::format("{:<38}", s.scenario.name));
+    print(fmt::format("{:<36}", s.scenario.name));
     for (std::size_t c = 0; c < base.compensators.size(); ++c) {
       print(fmt::format(
-          "{:>23}", fmt::format("{:.1f} (x{:.2f})", mean(s.result, c), mean(s.result, c) / mean(base, c))));
+          "{:>14}", fmt::format("{:.0f} (x{:.2f})", mean(s.result, c), mean(s.result, c) / mean(base, c))));
     }
-    const study::Stops stops = study::stops_of(s.result);
-    print(fmt::format("{:>18}{:>12}\n", fmt::format("{:.0f} deg/s", stops.impact_deg_s),
-                      fmt::format("{:.2f} s", stops.pressed_s)));
+    print("\n");
   }
   print("\n");
 }

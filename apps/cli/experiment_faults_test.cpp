@@ -505,7 +505,7 @@ TEST_F(ExperimentFaults, HowTheStopsAreHitStandsInEveryOutput) {
   const Arguments arguments = {"experiment", "--gestures", "1", "--trials", "4", "--out", path("run")};
   const Finished text = run(arguments);
   ASSERT_EQ(text.exit, 0) << text.err;
-  EXPECT_NE(text.out.find("stop hit"), std::string::npos);
+  EXPECT_NE(text.out.find("end stops: hit at up to"), std::string::npos);
   EXPECT_NE(text.out.find("pressed"), std::string::npos);
   const auto json = nlohmann::json::parse(content(path("run/results.json")));
   const auto sum = [&](std::size_t cell, const char* key) {

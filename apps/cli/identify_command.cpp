@@ -102,37 +102,33 @@ std::filesystem::path angles_of_video(const Options& o, io::Worker& camera,
 
 // All candidates of a joint that stands alone.
 void show_structures(const identify::JointFit& joint) {
-  print(fmt::format("\n{:>4}{:>12}{:>12}{:>18}    {}\n", "par.", "fitted", "cross-val.", "fold loss",
-                    "structure"));
+  print(fmt::format("\n{:>4}{:>8}{:>8}{:>15}   structure\n", "par.", "fitted", "cross", "fold loss"));
   for (const identify::CandidateRow& row : joint.rows) {
-    const auto degrees = [](double value) {
-      return std::isnan(value) ? "-" : fmt::format("{:.2f} deg", value);
-    };
-    print(fmt::format("{:>4.0f}{:>12}{:>12}{:>18}  {} {}\n", row.parameters, degrees(row.fitted_rmse_deg),
+    const auto degrees = [](double value) { return std::isnan(value) ? "-" : fmt::format("{:.2f}", value); };
+    print(fmt::format("{:>4.0f}{:>8}{:>8}{:>15} {} {}\n", row.parameters, degrees(row.fitted_rmse_deg),
                       degrees(row.cross_validated_deg.value_or(std::nan(""))),
                       row.fold_loss ? fmt::format("{:.3g} +- {:.2g}", *row.fold_loss, row.fold_loss_se) : "-",
                       row.chosen ? "*" : " ", row.structure));
-    if (!row.refusal.empty()) print(fmt::format("{:50}not: {}\n", "", row.refusal));
+    if (!row.refusal.empty()) print(fmt::format("{:38}not: {}\n", "", row.refusal));
   }
-  print("*: of those whose loss over the folds is within 3 % of the least the smallest that can be worn\n");
+  print(
+      "fitted, cross: RMSE of the fitted part in degrees, as fitted and cross-validated\n"
+      "*: of those whose loss over the folds is within 3 % of the least the smallest\n"
+      "   that can be worn\n");
 }
 
-// The compensator's RMSE and each baseline's under its own name.
+// RMSE in degrees, the compensator's and each baseline's under its own name.
 std::string scores_header(const std::string& what, int width) {
-  return fmt::format("\n{:<{}}{:>12}{:>10}{:>14}{:>14}{:>14}{:>12}", what, width, "compensator", "line",
-                     "limited line", "line + lead", "static curve", "published");
+  return fmt::format("\n{:<{}}{:>8}{:>8}{:>9}{:>8}{:>8}{:>8}", what, width, "model", "line", "limited",
+                     "lead", "curve", "publ.");
 }
 
 std::string scores_row(const identify::ScoreRow& row, int width) {
-  std::string out = fmt::format("{:<{}}{:>8.2f} deg", row.name, width, row.rmse_deg);
-  for (const auto& [name, column] : {std::pair("line", 10),
-                                     {"limited_line", 14},
-                                     {"line_lead", 14},
-                                     {"static_curve", 14},
-                                     {"published_form", 12}}) {
+  std::string out = fmt::format("{:<{}}{:>8.2f}", io::start_of(row.name, width - 1), width, row.rmse_deg);
+  for (const char* name : {"line", "limited_line", "line_lead", "static_curve", "published_form"}) {
     const auto it = row.baseline_deg.find(name);
-    out += fmt::format("{:>{}}", it == row.baseline_deg.end() ? "-" : fmt::format("{:.2f} deg", it->second),
-                       column);
+    out += fmt::format("{:>{}}", it == row.baseline_deg.end() ? "-" : fmt::format("{:.2f}", it->second),
+                       name == std::string("limited_line") ? 9 : 8);
   }
   return out;
 }
@@ -140,7 +136,7 @@ std::string scores_row(const identify::ScoreRow& row, int width) {
 // A row for each pair or part that was left out.
 void show_rows(const std::string& joint, const std::string& what,
                const std::vector<identify::ScoreRow>& rows) {
-  constexpr int kName = 40;
+  constexpr int kName = 30;
   print(scores_header(joint + ", " + what, kName) + "\n");
   for (const identify::ScoreRow& row : rows) print(scores_row(row, kName) + "\n");
 }
@@ -157,13 +153,16 @@ void show(const identify::HandIdentification& r) {
     }
   }
   if (r.joints.size() == 1) show_structures(r.joints.front());
-  constexpr int kName = 16;
-  print(fmt::format("{}{:>12}  {}\n", scores_header("held out, RMSE", kName), "hold drift", "structure"));
+  constexpr int kName = 19;
+  print(fmt::format("{}{:>9}\n", scores_header("held out, RMSE deg", kName), "drift"));
   for (const identify::JointResult& joint : r.joints)
-    print(fmt::format("{}{:>8.2f} deg  {}\n", scores_row(joint.all(), kName), joint.hold_drift_deg,
-                      joint.structure));
+    print(fmt::format("{}{:>9.2f}\n", scores_row(joint.all(), kName), joint.hold_drift_deg));
+  print(
+      "line, limited, lead, curve, publ.: baselines fitted to the same part, a straight\n"
+      "  line, between limits, with a lead; a static curve; the published form\n"
+      "drift: of the model's angle within a minute of held readings, deg\n\n");
   for (const identify::JointResult& joint : r.joints)
-    print(fmt::format("{}: {}\n", joint.name, score::in_words(joint.verdict)));
+    print(fmt::format("{}: {}\n  {}\n", joint.name, joint.structure, score::in_words(joint.verdict)));
   for (const model::Joint& joint : r.model.joints) {
     const model::Ends ends = model::ends(r.model, joint);
     const bool stated = r.request.ends.contains(joint.name);

@@ -1,22 +1,15 @@
 #include "host/export/bids.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <cstring>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <thread>
 
 #include "host/io/json.hpp"
 #include "host/io/output.hpp"
@@ -55,84 +48,13 @@ std::string cell(std::string text) {
   return text;
 }
 
-constexpr const char* kStaging = ".flexor-export-";
-constexpr const char* kSet = "set";  // all that is in it
-
-// One process at a time. Where the disk knows no locks, nobody waits.
-class FolderLock {
- public:
-  explicit FolderLock(const fs::path& folder, std::chrono::seconds longest = {})
-      : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)) {
-    constexpr std::chrono::milliseconds kStep(20);
-    if (file_ < 0) return;
-    for (std::chrono::milliseconds waited{}; !is_held_ && waited <= longest; waited += kStep) {
-      if (waited.count() > 0) std::this_thread::sleep_for(kStep);
-      is_held_ = flock(file_, LOCK_EX | LOCK_NB) == 0;
-      if (!is_held_ && errno != EWOULDBLOCK) return;
-      is_busy_ = !is_held_;
-    }
-  }
-  ~FolderLock() {
-    if (file_ >= 0) close(file_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-  bool is_held() const { return is_held_; }
-  bool is_busy() const { return is_busy_; }  // another process holds it
-
- private:
-  int file_;
-  bool is_held_ = false;
-  bool is_busy_ = false;
-};
-
-bool is_staging(const fs::path& folder) {
-  std::error_code error;
-  const auto is_ours = [](const fs::directory_entry& entry) { return entry.path().filename() == kSet; };
-  return folder.filename().string().starts_with(kStaging) &&
-         std::all_of(fs::directory_iterator(folder, error), fs::directory_iterator{}, is_ours) && !error;
-}
-
-// What exports that were killed have left there: whoever lives holds the lock of their own.
-void remove_left(const fs::path& parent) {
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(parent, error)) {
-    if (!is_staging(entry.path())) continue;
-    const FolderLock lock(entry.path());
-    if (lock.is_held()) fs::remove_all(entry.path(), error);
-  }
-}
-
-// A new folder in `parent`, locked and removed with all that is in it.
-class Staging {
- public:
-  explicit Staging(const fs::path& parent, const fs::path& folder)
-      : temporary_([&] { return make(parent, folder); }), lock_(temporary_.path()) {}
-  fs::path set() const { return temporary_.path() / kSet; }
-  // Not where another export has taken it for one that was left, before it was locked.
-  bool is_there() const { return !lock_.is_busy() && fs::exists(temporary_.path()); }
-
- private:
-  static fs::path make(const fs::path& parent, const fs::path& folder) {
-    std::string pattern = (parent / (std::string(kStaging) + "XXXXXX")).string();
-    if (mkdtemp(pattern.data()) == nullptr)
-      throw InputError(fmt::format("{}: cannot be written: {}", folder.string(), std::strerror(errno)));
-    return pattern;
-  }
-
-  io::Temporary temporary_;
-  FolderLock lock_;
-};
-
-// Beside the dataset, or inside of one that is there: on the same disk.
-std::unique_ptr<Staging> make_staging(const fs::path& folder, bool is_dataset_there) {
+// A new folder beside the dataset, on the same disk; removed with all that is left in it.
+fs::path make_staging(const fs::path& folder) {
   const fs::path beside = folder.has_parent_path() ? folder.parent_path() : ".";
-  remove_left(beside);
-  if (is_dataset_there) remove_left(folder);
-  for (;;) {
-    auto staging = std::make_unique<Staging>(is_dataset_there ? folder : beside, folder);
-    if (staging->is_there()) return staging;
-  }
+  std::string pattern = (beside / ".flexor-export-XXXXXX").string();
+  if (mkdtemp(pattern.data()) == nullptr)
+    throw InputError(fmt::format("{}: cannot be written: {}", folder.string(), std::strerror(errno)));
+  return pattern;
 }
 
 // A line for each row; how many seconds after the first each is. The latency has the form that BIDS wants: whole seconds, up
@@ -302,7 +224,6 @@ bool is_dataset(const fs::path& folder) {
   if (fs::symlink_status(folder, error).type() == fs::file_type::not_found) return false;
   if (!fs::is_directory(folder, error))
     throw InputError(fmt::format("{}: is a file: BIDS needs a folder", folder.string()));
-  // In this order: another export may make a dataset of an empty folder meanwhile.
   if (fs::is_empty(folder, error)) return false;
   if (fs::exists(folder / kDescription, error)) return true;
   throw InputError(
@@ -326,48 +247,6 @@ void require_new(const fs::path& folder, const std::vector<std::string>& files) 
   }
 }
 
-// False where there is a dataset by now, which another export has made meanwhile.
-bool becomes(const fs::path& set, const fs::path& folder) {
-  std::error_code error;
-  fs::rename(set, folder, error);
-  if (error && !is_dataset(folder)) cannot_write(folder, error);
-  return !error;
-}
-
-// The new files in one step: by renaming the subject's folder, or its folder of motions, or by exchanging the latter for one
-// that also has links to what is there. Only a disk that cannot exchange or link gets them one by one.
-void publish(const std::vector<std::string>& files, const fs::path& set, const fs::path& folder,
-             const std::string& subject) {
-  const fs::path motion = fs::path(subject) / "motion";
-  std::error_code error;
-  for (const fs::path& level : {fs::path(subject), motion}) {
-    if (fs::exists(folder / level, error)) continue;
-    fs::rename(set / level, folder / level, error);
-    if (error) cannot_write(folder / level, error);
-    return;
-  }
-  const auto links =
-      fs::copy_options::recursive | fs::copy_options::create_hard_links | fs::copy_options::copy_symlinks;
-  fs::copy(folder / motion, set / motion, links, error);
-  if (!error) fs::permissions(set / motion, fs::status(folder / motion).permissions(), error);
-  const fs::path from = set / motion;
-  const fs::path to = folder / motion;
-  if (!error && renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_EXCHANGE) == 0) return;
-  move_all(files, from, to);
-}
-
-// The dataset's own files first: a repeat finds them as they are to be.
-void add(const std::vector<std::string>& files, const fs::path& set, const fs::path& folder,
-         const std::string& subject) {
-  const FolderLock lock(folder, std::chrono::seconds(30));
-  if (lock.is_busy())
-    throw io::JobError(
-        fmt::format("{}: another program holds this folder: try again when it is done", folder.string()));
-  require_new(folder / subject / "motion", files);
-  add_participant(folder / kParticipants, subject);
-  publish(files, set, folder, subject);
-}
-
 }  // namespace
 
 Written write_bids(const std::vector<fs::path>& recordings, const AngleOptions& angles, const BidsOptions& o,
@@ -378,10 +257,10 @@ Written write_bids(const std::vector<fs::path>& recordings, const AngleOptions& 
   const bool adds = is_dataset(folder);
   const std::string subject = "sub-" + o.subject;
   const fs::path motion = fs::path(subject) / "motion";
-  const auto staging = make_staging(folder, adds);
   for (std::size_t i = 0; i < recordings.size(); ++i)
     require_new(folder / motion, files_of(name_of(o, i, recordings.size())));
-  const fs::path set = staging->set();
+  const io::Temporary staging([&] { return make_staging(folder); });
+  const fs::path set = staging.path() / "set";
   Written all;
   try {
     io::make_folder(set / motion);
@@ -393,7 +272,15 @@ Written write_bids(const std::vector<fs::path>& recordings, const AngleOptions& 
   } catch (const io::JobError& error) {
     throw io::JobError(as_if_in(folder, set, error.what()));
   }
-  if (adds || !becomes(set, folder)) add(all.files, set, folder, subject);
+  if (adds) {
+    add_participant(folder / kParticipants, subject);
+    io::make_folder(folder / motion);
+    move_all(all.files, set / motion, folder / motion);
+  } else {
+    std::error_code error;
+    fs::rename(set, folder, error);
+    if (error) cannot_write(folder, error);
+  }
   for (std::string& file : all.files) file = (folder / motion / file).string();
   return all;
 }

@@ -9,11 +9,8 @@
 // and no sample lies more than one mean step from its place at an even rate; otherwise a rate is to be given, for the
 // causal resampler.
 //
-// A new folder is there whole or not at all, and so is what is added: dataset_description.json and participants.tsv come
-// first, then the subject in one step. An export that was killed leaves a folder .flexor-export-* there or beside, which
-// the next one removes, and perhaps a participant without a subject, which a repeat makes. Into a dataset that is there already a subject, a task or a run is added;
-// nothing that is there is changed, but for a line in participants.tsv. Several may do so at once, into a new folder
-// too: whoever finds that another one has made it meanwhile adds to it.
+// A new dataset is there whole or not at all. Into one that is there a subject, a task or a run is added, its files all or
+// none; nothing that is there is changed, but for a line in participants.tsv. One export at a time.
 //
 // Source: BIDS 1.10.0, Motion; JNTANG is its type of joint angles, LATENCY of times. MotionChannelCount counts both, as
 // the columns of motion.tsv are counted and as the standard's own example motion_dualtask has it.

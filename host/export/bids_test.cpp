@@ -2,13 +2,8 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <sys/stat.h>
 
-#include <functional>
-#include <iostream>
 #include <nlohmann/json.hpp>
-#include <thread>
-#include <utility>
 
 #include "host/export/test_recording.hpp"
 #include "host/io/refusal_test.hpp"
@@ -60,115 +55,6 @@ TEST(Bids, TakesSubjectsAndRunsOneByOneAndChangesNothingThatIsThere) {
   EXPECT_THROW((void)write_bids({log.path()}, {}, {}, set), io::InputError);
   EXPECT_THROW((void)write_bids({log.path()}, {}, {"02", "motion", 2}, set), io::InputError);
   EXPECT_EQ(log.files(), before);
-}
-
-// Standard input before whose first byte something else happens.
-class LateInput : public std::stringbuf {
- public:
-  LateInput(const std::string& text, std::function<void()> before)
-      : std::stringbuf(text), before_(std::move(before)), cin_(std::cin.rdbuf(this)) {
-    setg(eback(), egptr(), egptr());
-  }
-  ~LateInput() override {
-    std::cin.rdbuf(cin_);
-    std::cin.clear();
-  }
-
- protected:
-  int_type underflow() override {
-    if (!before_) return traits_type::eof();
-    std::exchange(before_, nullptr)();
-    setg(eback(), eback(), egptr());
-    return traits_type::to_int_type(*gptr());
-  }
-
- private:
-  std::function<void()> before_;
-  std::streambuf* cin_;
-};
-
-TEST(Bids, AddsToADatasetThatAnotherExportHasMadeMeanwhile) {
-  const TestRecording log(kEven);
-  const fs::path set = log.beside("set");
-  {
-    const LateInput input(kEven, [&] { (void)write_bids({log.path()}, {}, {"02", "motion", 0}, set); });
-    (void)write_bids({"-"}, {}, {}, set);
-  }
-  EXPECT_EQ(io::read_file(set / "participants.tsv"), "participant_id\nsub-02\nsub-01\n");
-  for (const char* subject : {"01", "02"})
-    EXPECT_TRUE(fs::exists(set / name(subject, "_motion.tsv"))) << subject;
-  EXPECT_EQ(log.files(), 15u) << "the recording, five folders and nine files, and nothing of the staging";
-}
-
-TEST(Bids, DoesNotReplaceTheSameRunOfAnotherExportMeanwhile) {
-  const TestRecording log("t_s,index_deg\n0,7\n0.01,7\n");
-  const fs::path set = log.beside("set");
-  const LateInput input(kEven, [&] { (void)write_bids({log.path()}, {}, {}, set); });
-  EXPECT_THROW((void)write_bids({"-"}, {}, {}, set), io::InputError);
-  EXPECT_EQ(io::read_file(set / name("01", "_motion.tsv")), "7\t0.000000\n7\t0.010000\n");
-}
-
-TEST(Bids, TakesSixSubjectsAtOnce) {
-  const TestRecording log(kEven);
-  for (int round = 0; round < 10; ++round) {
-    const fs::path set = log.beside("set" + std::to_string(round));
-    std::vector<std::jthread> exports;
-    for (int k = 1; k <= 6; ++k) {
-      exports.emplace_back([&log, set, k] {
-        EXPECT_NO_THROW((void)write_bids({log.path()}, {}, {std::to_string(k), "motion", 0}, set));
-      });
-    }
-    exports.clear();
-    const std::string participants = io::read_file(set / "participants.tsv");
-    for (int k = 1; k <= 6; ++k) {
-      EXPECT_TRUE(fs::exists(set / name(std::to_string(k), "_motion.tsv"))) << k;
-      EXPECT_NE(participants.find(fmt::format("\nsub-{}\n", k)), std::string::npos) << participants;
-    }
-  }
-}
-
-// What a kill leaves at each step: files not yet whole, a participant without a folder, all but the cleaning.
-TEST(Bids, ARepeatCompletesAndCleansWhatAKilledExportLeft) {
-  const TestRecording log(kEven);
-  const fs::path set = log.beside("set");
-  const fs::path theirs = log.beside(".flexor-export-notes");
-  fs::create_directory(theirs);
-  io::write_file(theirs / "mine.txt", "x");
-  fs::create_directory(log.beside(".flexor-export-zzzzzz"));  // killed before it had said whose it is
-  const fs::path left_beside = log.beside(".flexor-export-aaaaaa/set/sub-01/motion");
-  fs::create_directories(left_beside);
-  io::write_file(left_beside / "sub-01_task-motion_tracksys-glove_motion.tsv", "1");
-  (void)write_bids({log.path()}, {}, {}, set);
-  EXPECT_EQ(io::read_file(theirs / "mine.txt"), "x");
-  fs::remove_all(theirs);
-  EXPECT_EQ(log.files(), 10u);
-  const fs::path left = set / ".flexor-export-bbbbbb/set/sub-02/motion";
-  fs::create_directories(left);
-  io::write_file(set / "participants.tsv", "participant_id\nsub-01\nsub-02\n");
-  (void)write_bids({log.path()}, {}, {"02", "motion", 1}, set);
-  EXPECT_EQ(io::read_file(set / "participants.tsv"), "participant_id\nsub-01\nsub-02\n");
-  EXPECT_EQ(log.files(), 15u);
-  fs::create_directories(set / ".flexor-export-cccccc");
-  EXPECT_THROW((void)write_bids({log.path()}, {}, {"02", "motion", 1}, set), io::InputError);
-  EXPECT_EQ(log.files(), 15u) << "the subject was whole; what was left is gone";
-}
-
-// Every state that another process can see has all files of a run or none.
-TEST(Bids, RunsAreAddedToASubjectInOneStep) {
-  const TestRecording log(kEven);
-  const fs::path set = log.beside("set");
-  (void)write_bids({log.path()}, {}, {"01", "motion", 1}, set);
-  const fs::path motion = set / "sub-01/motion";
-  fs::create_symlink("elsewhere", motion / "mine");
-  struct stat before {};
-  ASSERT_EQ(stat(motion.c_str(), &before), 0);
-  (void)write_bids({log.path(), log.path()}, {}, {"01", "motion", 2}, set);
-  struct stat after {};
-  ASSERT_EQ(stat(motion.c_str(), &after), 0);
-  EXPECT_NE(after.st_ino, before.st_ino) << "one folder takes the other's place";
-  EXPECT_EQ(after.st_mode, before.st_mode);
-  EXPECT_EQ(fs::read_symlink(motion / "mine"), "elsewhere");
-  EXPECT_EQ(std::distance(fs::directory_iterator(motion), {}), 10);
 }
 
 TEST(Bids, PutsUnevenLogsOntoAGridWhenToldARate) {

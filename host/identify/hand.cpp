@@ -22,6 +22,7 @@
 #include "host/identify/motion_check.hpp"
 #include "host/identify/poses.hpp"
 #include "host/identify/refit.hpp"
+#include "host/identify/robust.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"

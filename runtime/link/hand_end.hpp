@@ -1,9 +1,9 @@
 // The hand's end of the link: whom it believes, when it challenges, and when it may speak.
 //
 // It challenges after its own start and after kOutage_ms without a frame, until a frame answers; a nonce is
-// given for kNonce_ms at most, and a frame that is kLate_ms later than the session's quickest, or as old as kHeldBack of
-// its glove's frames take, is followed by a new challenge: who holds frames back and hands them on slowly has no more of
-// them. The radio carries one
+// good for kNonce_ms at most, and another is drawn where it might end before the answer. A frame that is kLate_ms
+// later than the session's quickest, or as old as kHeldBack of its glove's frames take, is followed by a new
+// challenge: who holds frames back and hands them on slowly has no more of them. The radio carries one
 // direction at a time: this end speaks after a frame that says that its sender listens, or when nothing has
 // come for kSilence_ms. Challenges do not wait for that: what they could spoil would not be believed. They begin
 // in any gap, except while a turn is waited for: a glove that hears one begin leaves out its frame. And they begin at no even
@@ -69,7 +69,9 @@ class HandEnd {
     if (turn_ms_ > 0) --turn_ms_;
     // A session that took long to come about is given up later: the next one takes as long.
     const bool out = since_frame_ms_ > kOutage_ms + first_age_ms_ / 8;
-    if (receiver_.answered() ? out : seeks() && nonce_ms_ >= kNonce_ms) renew();
+    // The answer to a challenge that this nonce's end cut off would cost the glove's next turn.
+    const bool spent = nonce_ms_ >= kNonce_ms || (nonce_ms_ >= kNonce_ms - kChallenge_ms && may_challenge());
+    if (receiver_.answered() ? out : seeks() && spent) renew();
     if (out) latency_.restart();
   }
 
@@ -111,7 +113,7 @@ class HandEnd {
   // collision left of the challenge before would else spoil this one, too.
   uint8_t challenge(uint8_t* wire) {
     since_challenge_ms_ = 0;
-    scatter_ms_ = nonces_.noise() & (kScatter_ms - 1);
+    scatter_ms_ = nonces_.noise() & (kScatter_ms - 1 - (scatter_ms_ & 1));  // no two odd ones in succession
     turn_ms_ = 0;
     Packet packet;
     __builtin_memcpy(packet.body(), receiver_.session().nonce().bytes, kNonceBytes);
@@ -177,7 +179,7 @@ class HandEnd {
     const bool awaits_turn = static_cast<uint16_t>(nonce_ms_ - kFirst_ms) < kTurns_ms;
     const uint16_t quiet_ms = awaits_turn ? kAnswer_ms : kGap_ms;
     // A turn is never in the glove's way, except over a radio that delays, where each may be: once a nonce has long been in
-    // vain every other challenge, drawn, goes by no frame.
+    // vain some challenges, drawn, no two in succession, go by no frame.
     if (nonce_ms_ < kInVain_ms || (scatter_ms_ & 1) == 0) {
       if (turn_ms_ > 0) return since_challenge_ms_ >= kTurnAgain_ms;
       if (since_byte_ms_ >= quiet_ms && since_byte_ms_ < kGapEnd_ms)

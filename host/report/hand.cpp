@@ -155,9 +155,8 @@ void origins(Page& page, const Json& r) {
   page.begin_details("Digests of the recordings");
   page.table(t);
   page.end_details();
-  page.paragraph(fmt::format("{:g} Hz; structure asked for: {}; flexor {}.", r.at("rate_hz").get<double>(),
-                             r.at("structure_asked_for").get<std::string>(),
-                             r.at("version").get<std::string>()));
+  page.paragraph(fmt::format("{:g} Hz; structure asked for: {}.", r.at("rate_hz").get<double>(),
+                             r.at("structure_asked_for").get<std::string>()));
 }
 
 void overview(const Saved& saved) {
@@ -172,7 +171,7 @@ void overview(const Saved& saved) {
   joints_table(page, joints);
   clocks_table(page, r);
   origins(page, r);
-  io::write_file(saved.folder() / "report.html", page.html());
+  page.write(saved);
 }
 
 void joint_cards(Page& page, const Json& joint) {
@@ -194,22 +193,17 @@ void figures(Page& page, const Saved& saved, const Json& joint, std::size_t numb
   const Samples s = read_samples(saved, fmt::format("samples-{}.csv", number));
   const auto name = [&](const char* figure) { return fmt::format("{}_{}", figure, number); };
   const Json& sensors = joint.at("sensors");
-  std::vector<Figure> drawn = {holdout_figure(name("holdout")), curve_figure(name("curve"))};
+  page.chart(holdout_chart(name("holdout"), s));
+  Chart curve =
+      curve_chart(name("curve"), s, joint.at("static_map"), sensors.at(0).at("unit").get<std::string>());
   if (sensors.size() > 1)
-    drawn.back().caption += " The joint's other sensors are held at their medians for that line.";
-  Gnuplot g;
-  draw_holdout(g, drawn[0].name, s);
-  draw_curve(g, drawn[1].name, s,
-             {joint.at("static_map"), nullptr, sensors.at(0).at("unit").get<std::string>()});
+    curve.figure.caption += " The joint's other sensors are held at their medians for that line.";
+  page.chart(std::move(curve));
   const Held held = held_of(s);
-  if (!held.error_deg.empty()) {  // some of it lies outside pauses
-    drawn.push_back(error_histogram_figure(name("errors")));
-    draw_error_histogram(g, drawn.back().name, errors(s, false), held.error_deg);
-    drawn.push_back(error_correlation_figure(name("error_correlation")));
-    draw_error_correlation(g, drawn.back().name, held, 1 / saved.results().at("rate_hz").get<double>());
-  }
-  g.run();
-  for (const Figure& f : drawn) page.figure(f, g, saved.folder());
+  if (held.error_deg.empty()) return;  // none of it lies outside pauses
+  page.chart(error_histogram(name("errors"), errors(s, false), held.error_deg));
+  page.chart(
+      error_correlation(name("error_correlation"), held, 1 / saved.results().at("rate_hz").get<double>()));
 }
 
 void tried_structures(Page& page, const Json& joint) {
@@ -379,7 +373,7 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
   page.paragraph(fmt::format("Measured angle: {}. Structure of the saved model: {}.",
                              joint.at("reference").get<std::string>(),
                              joint.at("structure").get<std::string>()));
-  io::write_file(saved.folder() / page_of(number - 1), page.html());
+  page.write(saved, page_of(number - 1));
 }
 
 }  // namespace

@@ -70,9 +70,11 @@ void Script::begin(const Chart& chart, const std::filesystem::path& file) {
   if (chart.is_dated) add("set xdata time; set timefmt '%s'; set format x '%Y-%m-%d'");
   if (!chart.x_names.empty()) add("set xtics ({}) noenhanced rotate by -35", tics(chart.x_names));
   const double foot = chart.x_names.empty() && !chart.is_dated ? 55 : 110;
-  add("set multiplot layout {},1 margins 0.14,0.96,{:.3f},{:.3f} spacing 0,0.03", n, foot / height, 1 - 40 / height);
+  add("set multiplot layout {},1 margins 0.14,0.96,{:.3f},{:.3f} spacing 0,0.03", n, foot / height,
+      1 - 40 / height);
   for (const auto& [from, to] : chart.shaded)
-    add("set object rectangle from first {:.3f}, graph 0 to first {:.3f}, graph 1 fc rgb '#e8e8e8' fs solid noborder behind",
+    add("set object rectangle from first {:.3f}, graph 0 to first {:.3f}, graph 1 fc rgb '#e8e8e8' fs solid "
+        "noborder behind",
         from, to);
 }
 
@@ -86,10 +88,11 @@ void Script::panel(const Panel& panel, bool is_last, const Chart& chart) {
     add("EOD");
     const std::string title =
         series.name.empty() ? "notitle" : fmt::format("title {} noenhanced", gnuplot_text(series.name));
-    const std::string look = series.style == Style::points
-                                 ? fmt::format("points pt 7 ps {:.2f}", series.width / 5)
-                                 : fmt::format("{} lw {}{}", series.style == Style::steps ? "histeps" : "lines",
-                                               series.width, series.dashed ? " dt 2" : "");
+    const std::string look =
+        series.style == Style::points
+            ? fmt::format("points pt 7 ps {:.2f}", series.width / 5)
+            : fmt::format("{} lw {}{}", series.style == Style::steps ? "histeps" : "lines", series.width,
+                          series.dashed ? " dt 2" : "");
     plot += fmt::format("{}$data{} using 1:2 with {} lc rgb '{}' {}", s == 0 ? "plot " : ", ", s, look,
                         series.colour, title);
   }
@@ -97,8 +100,11 @@ void Script::panel(const Panel& panel, bool is_last, const Chart& chart) {
   panel.names.empty() ? add("set ytics auto") : add("set ytics ({}) noenhanced", tics(panel.names));
   add("{}", panel.is_logarithmic ? "set logscale y" : "unset logscale y");
   if (!is_last) add("set format x ''; unset xlabel");
-  if (is_last) add("set format x {}; set xlabel {} noenhanced", chart.is_dated ? "'%Y-%m-%d'" : "'%g'", gnuplot_text(chart.x_label));
-  add("{}", &panel == &chart.panels.front() ? "set key at screen 0.98,0.995 right top maxrows 2 samplen 1.5" : "unset key");
+  if (is_last)
+    add("set format x {}; set xlabel {} noenhanced", chart.is_dated ? "'%Y-%m-%d'" : "'%g'",
+        gnuplot_text(chart.x_label));
+  add("{}", &panel == &chart.panels.front() ? "set key at screen 0.98,0.995 right top maxrows 2 samplen 1.5"
+                                            : "unset key");
   if (!plot.empty()) add("{}", plot);
 }
 
@@ -198,7 +204,8 @@ void draw_files(const std::vector<Chart>& charts, const std::filesystem::path& f
   io::write_file(drawn.path() / "script", script.text());
   // Neither the reader's own settings nor the time zone, which a PDF carries, change a figure.
   const io::ProcessResult result = io::run_process(
-      {"/usr/bin/env", "TZ=UTC", "gnuplot", "--default-settings", (drawn.path() / "script").string()}, drawn.path());
+      {"/usr/bin/env", "TZ=UTC", "gnuplot", "--default-settings", (drawn.path() / "script").string()},
+      drawn.path());
   if (result.status != 0)
     throw io::InputError("gnuplot could not draw: " + io::to_utf8(result.err.substr(0, 200)));
   for (const Chart& chart : charts) {

@@ -12,7 +12,10 @@ namespace flexor::report {
 namespace {
 
 TEST(Chart, AnAxisThatSeriesShareIsWrittenOnceAndWhatIsNotKnownIsNull) {
-  const Chart chart{{"a", "", ""}, "x", {{"y", {{"one", "#000000", {0, 1}, {1, NAN}}, {"two", "#000000", {0, 1}, {1.0 / 3, 5}}}}}};
+  const Chart chart{
+      {"a", "", ""},
+      "x",
+      {{"y", {{"one", "#000000", {0, 1}, {1, NAN}}, {"two", "#000000", {0, 1}, {1.0 / 3, 5}}}}}};
   const auto json = nlohmann::json::parse(to_json(chart));
   EXPECT_EQ(json.at("axes").dump(), "[[0.0,1.0]]");
   EXPECT_EQ(json.at("/panels/0/series/0/y"_json_pointer).dump(), "[1.0,null]");
@@ -34,8 +37,10 @@ TEST(Chart, BytesThatAreNotUtf8AreSeenAndABreakIsASpace) {
 TEST(Chart, FilesShowAnyTextAsItIsAndTheSameDataAreTheSameBytes) {
   const io::TemporaryFolder folder;
   const std::string gone = (folder.path() / "gone").string();
-  const std::string text = "a_b^{c} @{d} `touch " + gone + "` $x %g \\ ' <script> &\nsystem 'touch " + gone + "'";
-  const Chart chart{{"figure", "", ""}, text, {{text, {{text, "#0072B2", {0, 1}, {1, 2}}}}}, {{0.2, 0.4}}, {text, "b"}};
+  const std::string text =
+      "a_b^{c} @{d} `touch " + gone + "` $x %g \\ ' <script> &\nsystem 'touch " + gone + "'";
+  const Chart chart{
+      {"figure", "", ""}, text, {{text, {{text, "#0072B2", {0, 1}, {1, 2}}}}}, {{0.2, 0.4}}, {text, "b"}};
   std::string first[2];
   for (int turn = 0; turn < 2; ++turn) {
     draw_files({chart}, folder.path());

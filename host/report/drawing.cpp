@@ -33,7 +33,8 @@ std::string escape_html(std::string_view text) {
   return out;
 }
 
-void Drawing::line(const std::vector<std::pair<double, double>>& points, const std::string& colour, double width) {
+void Drawing::line(const std::vector<std::pair<double, double>>& points, const std::string& colour,
+                   double width) {
   body_ += fmt::format(
       "<path d=\"{}\" stroke=\"{}\" stroke-width=\"{:g}\" fill=\"none\" stroke-linejoin=\"round\"/>\n",
       path_of(points), colour, width);
@@ -53,14 +54,15 @@ void Drawing::box(double x, double y, double width, double height, const std::st
 
 void Drawing::dot(double x, double y, double radius, const std::string& fill, const std::string& colour) {
   body_ += fmt::format(
-      "<circle cx=\"{:g}\" cy=\"{:g}\" r=\"{:g}\" fill=\"{}\" stroke=\"{}\" stroke-width=\"2\"/>\n", x, y, radius, fill,
-      colour);
+      "<circle cx=\"{:g}\" cy=\"{:g}\" r=\"{:g}\" fill=\"{}\" stroke=\"{}\" stroke-width=\"2\"/>\n", x, y,
+      radius, fill, colour);
 }
 
-void Drawing::text(double x, double y, const std::string& words, const char* anchor, const std::string& colour,
-                   int size) {
-  body_ += fmt::format("<text x=\"{:g}\" y=\"{:g}\" text-anchor=\"{}\" fill=\"{}\" font-size=\"{}\">{}</text>\n", x, y,
-                       anchor, colour, size, escape_html(words));
+void Drawing::text(double x, double y, const std::string& words, const char* anchor,
+                   const std::string& colour, int size) {
+  body_ +=
+      fmt::format("<text x=\"{:g}\" y=\"{:g}\" text-anchor=\"{}\" fill=\"{}\" font-size=\"{}\">{}</text>\n",
+                  x, y, anchor, colour, size, escape_html(words));
 }
 
 std::string Drawing::svg(const Figure& figure, int width, int height) const {

@@ -19,7 +19,8 @@ std::string escape_html(std::string_view text);
 
 class Drawing {
  public:
-  void line(const std::vector<std::pair<double, double>>& points, const std::string& colour = kInk, double width = 2);
+  void line(const std::vector<std::pair<double, double>>& points, const std::string& colour = kInk,
+            double width = 2);
   void area(const std::vector<std::pair<double, double>>& points, const std::string& colour);
   void box(double x, double y, double width, double height, const std::string& colour = kInk,
            const std::string& fill = kPaper);

@@ -6,7 +6,6 @@
 #include "host/report/jobs.hpp"
 #include "host/report/page.hpp"
 #include "host/report/sample_figures.hpp"
-#include "host/report/scores_table.hpp"
 
 namespace flexor::report {
 namespace {
@@ -233,12 +232,42 @@ void tried_structures(Page& page, const Json& joint) {
       "one was found before.");
 }
 
+// All scores on the held-out part: the compensator's, then its peers'.
+TableBlock scores_table(const Json& joint) {
+  struct Row {
+    const char* name;
+    const char* key;
+    const char* unit;
+  };
+  constexpr Row kRows[] = {{"RMSE", "rmse_deg", "°"},
+                           {"95th percentile of the error", "p95_abs_deg", "°"},
+                           {"largest error", "max_abs_deg", "°"},
+                           {"fit (NRMSE)", "fit_percent", " %"},
+                           {"R²", "r2", ""},
+                           {"integral of absolute error", "iae_deg_s", "°s"},
+                           {"best constant lag (positive: late)", "best_lag_s", " s"},
+                           {"RMSE with that lag removed", "lag_removed_rmse_deg", "°"},
+                           {"integral with that lag removed", "lag_removed_iae_deg_s", "°s"}};
+  TableBlock t{"Scores on the held-out part", {"score"}, {}, {}};
+  std::vector<Json> columns = {joint.at("holdout")};
+  t.columns.emplace_back("compensator");
+  for (const Peer& peer : kPeers) {
+    t.columns.emplace_back(peer.name);
+    columns.push_back(joint.at("baselines").value(peer.key, Json(nullptr)));
+  }
+  for (const Row& row : kRows) {
+    t.rows.push_back({row.name});
+    for (const Json& scores : columns) {
+      const double value = number(scores, row.key);
+      t.rows.back().push_back(std::isnan(value) ? "-" : fmt::format("{:.3f}{}", value, row.unit));
+    }
+  }
+  return t;
+}
+
 void joint_scores(Page& page, const Json& joint) {
-  std::vector<ScoredColumn> columns = {{"compensator", joint.at("holdout")}};
-  for (const Peer& peer : kPeers)
-    columns.push_back({peer.name, joint.at("baselines").value(peer.key, Json(nullptr))});
   page.heading("Scores beside the peers");
-  page.table(scores_table(columns));
+  page.table(scores_table(joint));
   for (const Json& refusal : joint.at("baseline_refusals"))
     page.paragraph("Could not be fitted: " + refusal.get<std::string>() + ".");
 }

@@ -40,7 +40,8 @@ Json rows_of(const std::vector<camera::FilteredRow>& rows, const std::vector<std
 
 Json seen(const Watch& watch, const std::vector<camera::FilteredRow>& rows) {
   return {{"rows", rows_of(rows, watch.angles())},
-          {"marks_found", watch.marks_found()},
+          {"marks_found", watch.marks_found().size()},
+          {"marks_at", watch.marks_found()},
           {"marks", watch.marks()},
           {"width", watch.width()},
           {"height", watch.height()}};

@@ -53,12 +53,14 @@ std::vector<camera::FilteredRow> Watch::flush() {
   return tracker_ ? tracker_->flush() : std::vector<camera::FilteredRow>();
 }
 
-std::size_t Watch::marks_found() const {
-  if (!tracker_) return 0;
-  std::size_t found = 0;
-  for (const camera::Observation& seen : tracker_->seen())
-    found += static_cast<std::size_t>(
-        std::ranges::count_if(seen.marks, [](const auto& mark) { return mark.measured; }));
+std::vector<std::array<double, 2>> Watch::marks_found() const {
+  std::vector<std::array<double, 2>> found;
+  if (!tracker_) return found;
+  for (const camera::Observation& seen : tracker_->seen()) {
+    for (const camera::ObservedMark& mark : seen.marks) {
+      if (mark.measured) found.push_back({mark.at.x / width_, mark.at.y / height_});
+    }
+  }
   return found;
 }
 

@@ -1,6 +1,7 @@
 // Pictures one after the other as somebody sends them, or as a camera gives them; rows of angles a few pictures later.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -36,7 +37,8 @@ class Watch {
   std::vector<camera::FilteredRow> flush();
 
   std::vector<std::string> angles() const { return camera::angle_names(joints_); }
-  std::size_t marks_found() const;  // in the newest picture
+  std::vector<std::array<double, 2>> marks_found()
+      const;  // in the newest picture, as shares of its width and height
   std::size_t marks() const;
   int width() const { return width_; }
   int height() const { return height_; }

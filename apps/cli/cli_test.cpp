@@ -105,25 +105,16 @@ TEST_F(Cli, AStandardErrorThatCannotBeWrittenCostsNothingButItsLines) {
   }
 }
 
-TEST_F(Cli, WithoutGnuplotAReportHasNoFiguresAndSaysSo) {
-  fs::create_directories(path("failing"));
-  io::write_file(path("failing/gnuplot"), "#!/bin/sh\nexit 1\n");
-  fs::permissions(path("failing/gnuplot"), fs::perms::owner_all);
-  for (const auto& [folders, says] :
-       {std::pair("failing", "gnuplot could not draw them"), std::pair("none", "gnuplot is missing")}) {
-    fs::remove(path("m.json"));
-    const Finished r =
-        run(identify_arguments(glove(), camera()), "/dev/null", "PATH='" + path(folders) + "'");
-    EXPECT_EQ(r.exit, 0) << r.err;
-    EXPECT_NE(content(path("report/joint-1.html")).find(says), std::string::npos);
-    EXPECT_FALSE(fs::exists(path("report/holdout_1.svg")));
-    EXPECT_EQ(run("show '" + path("m.json") + "'").exit, 0);
-    // With gnuplot the figures are drawn without another fit.
-    EXPECT_EQ(run("report '" + path("report") + "'").exit, 0);
-    EXPECT_EQ(content(path("report/joint-1.html")).find(says), std::string::npos);
-    EXPECT_TRUE(fs::exists(path("report/holdout_1.svg")));
-    fs::remove_all(path("report"));
-  }
+TEST_F(Cli, OnlyTheFilesOfAReportNeedGnuplot) {
+  EXPECT_EQ(run(identify_arguments(glove(), camera()), "/dev/null", "PATH='" + path("none") + "'").exit, 0);
+  EXPECT_NE(content(path("report/joint-1.html")).find("class=\"chart\""), std::string::npos);
+  const std::string files = "report '" + path("report") + "' --pdf";
+  EXPECT_NE(run(files, "/dev/null", "PATH='" + path("none") + "'").err.find("gnuplot is missing"),
+            std::string::npos);
+  EXPECT_FALSE(fs::exists(path("report/holdout_1.svg")));
+  EXPECT_EQ(run(files).exit, 0);
+  EXPECT_TRUE(fs::exists(path("report/holdout_1.svg")));
+  EXPECT_TRUE(fs::exists(path("report/holdout_1.pdf")));
 }
 
 TEST_F(Cli, AlignedRecordingsAreWrittenInNoOtherFormat) {
@@ -523,7 +514,7 @@ TEST_F(Cli, TrackWritesAnglesPreviewAndReportOfTheRealVideo) {
   EXPECT_EQ(angles.t_s.size(), 49U);
   EXPECT_GT(fs::file_size(path("p.mp4")), 10000U);
   const std::string report = content(path("rep/report.html"));
-  EXPECT_NE(report.find("<svg"), std::string::npos);
+  EXPECT_NE(report.find("class=\"chart\""), std::string::npos);
   EXPECT_NE(report.find("data:image/jpeg;base64,"), std::string::npos);
   EXPECT_NE(r.err.find("no lens calibration"), std::string::npos);
 }

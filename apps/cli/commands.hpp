@@ -128,7 +128,4 @@ void print_as_it_is(const std::string& text);
 // One line on standard error.
 void log(const std::string& line);
 
-// report::render, and a line where the report has no figures.
-void draw_report(const std::filesystem::path& folder, const std::atomic<bool>* stop = nullptr);
-
 }  // namespace flexor::cli

@@ -15,6 +15,7 @@
 #include "host/deploy/pair_key.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
+#include "host/report/render.hpp"
 #include "host/study/boards.hpp"
 
 namespace flexor::cli {
@@ -230,7 +231,7 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
   deploy::write_arduino_library(d.glove, folder / deploy::kArduinoFolder);
   measure(d, boards, counts);
   save_results(d, folder);
-  draw_report(folder);
+  report::render(folder);
   nlohmann::ordered_json json = to_json(d);
   json["folder"] = o.out;
   json["model"] = o.model;

@@ -4,6 +4,7 @@
 #include "host/identify/donning_sessions.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/report/render.hpp"
 
 namespace flexor::cli {
 namespace donning_command {
@@ -43,7 +44,7 @@ void run(const Options& o) {
   if (!o.out.empty()) io::write_file(o.out, to_json(all.prior));
   if (!o.report.empty()) {
     identify::save_results(all, o.report);
-    draw_report(o.report);
+    report::render(o.report);
   }
   if (o.json) return print(io::dump(to_json(all)));
   show(all);
@@ -64,7 +65,7 @@ void add_donning(CLI::App& app) {
       ->delimiter(',');
   add_time_options(*command, o->time);
   command->add_option("--out", o->out, "write how they differ here, for recalibrate --prior");
-  command->add_option("--report", o->report, "write report.html and changes.svg into this folder");
+  command->add_option("--report", o->report, "write report.html into this folder");
 }
 
 }  // namespace flexor::cli

@@ -11,6 +11,7 @@
 #include "apps/cli/stop.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
+#include "host/report/render.hpp"
 #include "host/study/boards.hpp"
 #include "host/study/null_model.hpp"
 #include "host/study/rendered_cameras.hpp"
@@ -168,9 +169,8 @@ void draw(const study::Plan& plan, const study::Result& result,
   log("drawing figures ...");
   try {
     study::save_results(plan, result, scenarios, plan.folder);
-    draw_report(plan.folder, plan.stop);
-  } catch (const std::exception&) {
-    if (!plan.stop->load()) throw;  // an interruption ends gnuplot, too, which then fails
+    report::render(plan.folder, plan.stop);
+  } catch (const io::Cancelled&) {
     throw io::Cancelled(fmt::format(
         "stopped: all trials are kept in {}, and the same command draws the report", plan.folder.string()));
   }
@@ -224,7 +224,7 @@ void play_ensemble(const Options& o) {
   if (!o.folder.empty()) {
     io::write_file(std::filesystem::path(o.folder) / "results.json", io::dump(json));
     log("drawing figures ...");
-    draw_report(o.folder, o.plan.stop);
+    report::render(o.folder, o.plan.stop);
   }
   if (o.json) {
     json["wall_s"] = result.wall_s;

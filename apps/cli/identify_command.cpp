@@ -16,6 +16,7 @@
 #include "host/identify/identify_files.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
+#include "host/report/render.hpp"
 
 namespace flexor::cli {
 namespace identify_command {
@@ -342,7 +343,7 @@ void run(Options& o) {
   if (!o.model.empty()) model::save(result.model, o.model);
   if (!o.report.empty()) {
     identify::save_hand_results(result, o.report);
-    draw_report(o.report);
+    report::render(o.report);
   }
   if (o.json) {
     print(io::dump(to_json(result)));

@@ -2,6 +2,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "host/io/json.hpp"
+#include "host/report/render.hpp"
 #include "host/study/latency.hpp"
 
 namespace flexor::cli {
@@ -34,7 +35,7 @@ void run(const Options& o) {
       fmt::format("{:g} samples and {:g} frames a second, {:g} baud", o.rate_hz, frames_hz, p.baud);
   if (!o.folder.empty()) {
     study::save_results(budget, title, o.folder);
-    draw_report(o.folder);
+    report::render(o.folder);
   }
   if (o.json) {
     nlohmann::ordered_json json = to_json(budget);
@@ -66,7 +67,7 @@ void add_latency(CLI::App& app) {
       ->check(seed_fault)
       ->capture_default_str();
   add_twin_options(*command, o->twin);
-  command->add_option("--out", o->folder, "write report.html, latency.svg and latency.csv into this folder");
+  command->add_option("--out", o->folder, "write report.html and latency.csv into this folder");
 }
 
 }  // namespace flexor::cli

@@ -23,8 +23,6 @@
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "host/recording/line_format.hpp"
-#include "host/report/gnuplot.hpp"
-#include "host/report/render.hpp"
 
 namespace flexor::cli {
 
@@ -136,12 +134,6 @@ void check_unit(const model::Input& input, const std::string& file, const std::s
 // Losing a line of a log is no reason to lose the work.
 void log(const std::string& line) {
   (void)std::fputs((io::without_controls(line, "\n\r\t") + "\n").c_str(), stderr);
-}
-
-void draw_report(const std::filesystem::path& folder, const std::atomic<bool>* stop) {
-  report::render(folder, stop);
-  if (const std::string why = report::gnuplot_missing(); !why.empty())
-    log("warning: the report has no figures: " + why);
 }
 
 namespace {

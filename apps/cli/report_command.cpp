@@ -5,6 +5,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "host/io/json.hpp"
+#include "host/report/render.hpp"
 #include "host/study/journal.hpp"
 
 namespace flexor::cli {
@@ -12,13 +13,14 @@ namespace report_command {
 
 struct Options {
   std::string folder;
+  bool files = false;
   bool json = false;
 };
 
 void run(const Options& o) {
   std::optional<study::FolderLock> lock;  // a run that goes on there would mix its results with these
   if (std::filesystem::exists(std::filesystem::path(o.folder) / "results.json")) lock.emplace(o.folder);
-  draw_report(o.folder);
+  report::render(o.folder, nullptr, o.files);
   const std::string page = o.folder + "/report.html";
   print(o.json ? io::dump({{"report", page}, {"version", FLEXOR_VERSION}})
                : fmt::format("report   {}\n", page));
@@ -36,6 +38,9 @@ void add_report(CLI::App& app) {
           "that identify --report, donning --report, experiment --out, track --report, deploy --out or "
           "latency --out has written")
       ->required();
+  command->add_flag(
+      "--pdf", o->files,
+      "also every curve as PDF and SVG (by gnuplot), and every drawing as SVG, beside the page");
 }
 
 }  // namespace flexor::cli

@@ -9,6 +9,7 @@
 #include "apps/cli/progress.hpp"
 #include "apps/cli/stop.hpp"
 #include "host/io/json.hpp"
+#include "host/report/render.hpp"
 #include "host/study/bench.hpp"
 #include "host/study/builtin.hpp"
 #include "host/study/catalogue.hpp"
@@ -121,7 +122,7 @@ void run(const Options& o) {
   std::optional<StopOnSignal> stop;
   if (std::filesystem::is_character_file(o.track.video)) stop.emplace();
   Json result = track_video(camera, o.track, [&] { return !stop || !*stop->flag(); });
-  if (!o.track.report.empty()) draw_report(o.track.report);
+  if (!o.track.report.empty()) report::render(o.track.report);
   if (stop && *stop->flag())
     result.at("warnings").push_back("interrupted: what was tracked until then is kept");
   for (const Json& warning : result.at("warnings")) log("warning: " + warning.get<std::string>());

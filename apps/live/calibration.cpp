@@ -204,7 +204,8 @@ void Calibration::add(const SeenAngles& seen, const std::vector<std::string>& na
   camera_->add({seen.t_s, {}, seen.angle_deg, {}});
 }
 
-void Calibration::saw(int marks_found, int marks) {
+void Calibration::saw(int marks_found, int marks, std::vector<std::array<double, 2>> marks_at) {
+  marks_at_ = std::move(marks_at);
   ++pictures_;
   marks_found_ = marks_found;
   marks_ = marks;
@@ -503,6 +504,7 @@ Json Calibration::state() const {
           {"angles", angle_rows_},
           {"marks_found", marks_found_},
           {"marks", marks_},
+          {"marks_at", marks_at_},
           {"tracked", recent_share_},
           {"failed", failure_.empty() ? Json(nullptr) : Json(failure_)},
           {"result", result_state()}};

@@ -10,6 +10,7 @@
 // A step ends when the person says so; what is not there yet is said, and nothing is thrown away for a bad second.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -58,7 +59,8 @@ class Calibration {
 
   void add(const listen::Sample& sample, const std::vector<std::string>& columns);
   void add(const SeenAngles& seen, const std::vector<std::string>& names);
-  void saw(int marks_found, int marks);          // of one picture; without marks: whether there was a hand
+  // Of one picture, and where in it (Seen::marks_at); without marks: whether there was a hand.
+  void saw(int marks_found, int marks, std::vector<std::array<double, 2>> marks_at = {});
   void saw_no_camera();                          // it ended by itself
   double glove_hz() const { return glove_hz_; }  // samples a second of the motion that was recorded
 
@@ -116,8 +118,9 @@ class Calibration {
   double worn_s_ = 0;  // likewise, without the glove's pauses
   double glove_hz_ = 0;
   std::uint64_t pictures_ = 0;
-  int marks_found_ = 0;      // in the newest picture
-  int marks_ = 0;            // that there are
+  int marks_found_ = 0;  // in the newest picture
+  int marks_ = 0;        // that there are
+  std::vector<std::array<double, 2>> marks_at_;
   double recent_share_ = 0;  // of marks that were found, lately
   double newest_angle_s_ = -1e9;
   std::uint64_t angle_rows_ = 0;

@@ -36,6 +36,7 @@ std::vector<SeenRow> rows_of(const Json& json, const std::vector<std::string>& a
 void read(const Json& json, const std::vector<std::string>& angles, Seen& out) {
   out.rows = rows_of(json, angles);
   out.marks_found = json.at("marks_found");
+  out.marks_at = json.at("marks_at").get<std::vector<std::array<double, 2>>>();
   out.marks = json.at("marks");
   out.width = json.at("width");
   out.height = json.at("height");

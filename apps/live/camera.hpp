@@ -1,6 +1,7 @@
 // The camera worker flexor-camera (apps/camera/live_jobs.hpp) as a class: pictures in, angles out, a few pictures later.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -26,6 +27,7 @@ struct SeenRow {
 struct Seen {
   std::vector<SeenRow> rows;  // that have become final
   std::size_t marks_found = 0;
+  std::vector<std::array<double, 2>> marks_at;  // those, as shares of the picture's width and height
   std::size_t marks = 0;
   int width = 0;
   int height = 0;

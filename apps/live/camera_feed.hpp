@@ -22,7 +22,8 @@ struct PictureSeen {
   std::vector<SeenAngles> rows;    // that became final
   int marks_found = 0;
   int marks = 0;
-  std::string jpeg;  // what was drawn; empty: it was the page's
+  std::vector<std::array<double, 2>> marks_at;  // as Seen's
+  std::string jpeg;                             // what was drawn; empty: it was the page's
 };
 
 struct CameraSetup {

@@ -9,6 +9,7 @@
 #include <condition_variable>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -24,8 +25,9 @@ class CameraSource : public listen::Source {
   // `device` is /dev/videoN or a video file; `joints` and `lens` as of Camera::open(). Takes the first picture. Throws
   // io::InputError.
   CameraSource(std::string device, const std::string& joints, const std::string& lens,
-               const std::filesystem::path& program = io::program_beside("flexor-camera"));
-  ~CameraSource() override;  // within the time of a picture
+               const std::filesystem::path& program = io::program_beside("flexor-camera"),
+               std::function<double()> clock = {});  // asked when a picture has come; none: the machine's
+  ~CameraSource() override;                          // within the time of a picture
 
   // Throws what went wrong with the camera meanwhile. ended: of a file.
   listen::Event wait(double timeout_s, std::vector<listen::Sample>& out) override;
@@ -42,6 +44,7 @@ class CameraSource : public listen::Source {
   std::string device_;
   std::string says_;
   Camera camera_;
+  std::function<double()> clock_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::vector<std::string> columns_;
   std::vector<double> last_deg_;

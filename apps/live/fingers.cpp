@@ -17,7 +17,8 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSilent_s = 1;
 constexpr double kUncertain_deg = 5;
 constexpr double kVeryUncertain_deg = 10;
-constexpr double kBeyond = 0.1;  // of the span, beyond what the model was made from
+constexpr double kBeyond = 0.1;     // of the span, beyond what the model was made from
+constexpr double kSlipped_deg = 4;  // less is within what a wearer's own bends differ by
 
 double median(const std::array<double, 3>& v) {
   return std::max(std::min(v[0], v[1]), std::min(std::max(v[0], v[1]), v[2]));
@@ -47,6 +48,7 @@ Fingers::Fingers(std::vector<std::string> columns) : names_(std::move(columns)) 
 void Fingers::take_off() {
   model_.reset();
   estimator_.reset();
+  watch_.reset();
   fingers_.clear();
   joints_deg_.clear();
   for (std::size_t c = 0; c < columns_.size(); ++c) fingers_.push_back({columns_[c].name, c, {}, {}});
@@ -70,7 +72,9 @@ void Fingers::wear(const model::Model& model, bool tracked) {
   std::vector<std::size_t> inputs;
   for (const model::Input& input : model.inputs) inputs.push_back(column_of(input));
   estimator_.emplace(model);
-  if (tracked && can_be_tracked(model)) estimator_->track({});
+  watch_.reset();
+  if (!tracked) watch_.emplace(model);
+  if (can_be_tracked(model)) (tracked ? *estimator_ : *watch_).track({});
   model_ = model;
   inputs_ = inputs;
   reading_.assign(inputs.size(), kNone);
@@ -111,10 +115,25 @@ void Fingers::add(const listen::Sample& sample) {
   }
   if (!estimator_) return;
   for (std::size_t i = 0; i < inputs_.size(); ++i) reading_[i] = columns_[inputs_[i]].now;
-  estimator_->push(clock_.time_s(sample), reading_, [this](const identify::Estimate& estimate) {
+  const double t_s = clock_.time_s(sample);
+  if (watch_) watch_->push(t_s, reading_, [](const identify::Estimate&) {});
+  estimator_->push(t_s, reading_, [this](const identify::Estimate& estimate) {
     joints_deg_ = estimate.angle_deg;
     status_ = estimate.status;
   });
+}
+
+bool Fingers::has_slipped() const {
+  const auto& watched = watch_ ? watch_ : estimator_;
+  if (!watched || !watched->trackers()) return false;
+  std::ptrdiff_t known = 0;
+  std::ptrdiff_t slipped = 0;
+  for (const model::Followed& f : watched->trackers()->followed()) {
+    if (!f.is_tracked) continue;
+    ++known;
+    if (f.alarmed || std::abs(f.shift_deg) > kSlipped_deg + 2 * f.standard_error_deg) ++slipped;
+  }
+  return known > 0 && 2 * slipped > known;
 }
 
 float Fingers::raw(std::size_t finger) const {

@@ -53,6 +53,8 @@ class Fingers {
   float raw(std::size_t finger) const;
   float angle_deg(std::size_t finger) const;
   std::vector<FingerView> view(double now_s) const;
+  // By whole bends most sensors lie otherwise than when the model was made, or drift more quickly than they could be followed.
+  bool has_slipped() const;
   bool is_worn() const { return estimator_.has_value(); }
   // The joints' angles of the newest sample, in the model's order; empty without a model.
   const std::vector<double>& joints_deg() const { return joints_deg_; }
@@ -86,7 +88,9 @@ class Fingers {
   std::vector<Finger> fingers_;
   std::optional<model::Model> model_;
   std::vector<std::size_t> inputs_;  // the model's, as columns
-  std::optional<identify::Estimator<model::DoubleArithmetic>> estimator_;
+  using Estimator = identify::Estimator<model::DoubleArithmetic>;
+  std::optional<Estimator> estimator_;
+  std::optional<Estimator> watch_;  // where the estimator follows no changes, what would: for has_slipped
   std::vector<double> reading_;
   std::vector<double> joints_deg_;
   std::vector<int> status_;

@@ -152,6 +152,10 @@ void Live::listen(int parts) {
 // What the model needs is known once the first sample is there. A recording that is played again keeps the model that is worn.
 void Live::learn_columns() {
   columns_ = source_->columns();
+  guard("columns", [this] {
+    const std::vector<std::string> names = sessions_.column_names(glove_id());
+    if (names.size() == columns_.size()) columns_ = names;
+  });
   fingers_.emplace(columns_);
   guard("model", [this] {
     if (!model_is_chosen_ && !replay_) {

@@ -142,6 +142,7 @@ class Live {
   static const std::map<std::string, void (Live::*)(io::JsonReader&)>& words();
   void device_connect(io::JsonReader& parts);
   void device_leave(io::JsonReader& parts);
+  void columns_name(io::JsonReader& parts);
   void model_choose(io::JsonReader& parts);
   void record_start(io::JsonReader& parts);
   void record_stop(io::JsonReader& parts);
@@ -214,6 +215,7 @@ class Live {
   Json what_next() const;
   Json what_next_anew() const;
   Json what_next_without_model() const;
+  bool is_named() const;
   void add_worn(Json& state) const;
 
   LiveOptions options_;

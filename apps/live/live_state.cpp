@@ -139,11 +139,15 @@ Live::Json Live::what_next_without_model() const {
     return f.most - f.least > kMoves_counts || f.unit != "count";
   };
   if (std::ranges::none_of(fingers, moves)) return {{"kind", "move"}};
-  const auto has_name = [](const FingerView& f) {
+  return {{"kind", "calibrate"}};
+}
+
+// Whether a column is called like a finger.
+bool Live::is_named() const {
+  return std::ranges::any_of(fingers_->view(now_s()), [](const FingerView& f) {
     return std::ranges::any_of(model::finger_names(),
                                [&](const std::string& name) { return f.name.starts_with(name); });
-  };
-  return {{"kind", std::ranges::none_of(fingers, has_name) ? "name" : "calibrate"}};
+  });
 }
 
 // What to do: a kind, and what there is to say of it.
@@ -155,10 +159,11 @@ Live::Json Live::what_next() const {
   if (calibration_ && !calibration_->is_sent()) return {{"kind", "calibration"}};
   if (anew_) return what_next_anew();
   if (device_ == listening || device_ == doubtful) return {{"kind", "listening"}};
-  if (replay_) return {{"kind", "replay"}};
   if (device_ == misunderstood) return {{"kind", "misunderstood"}, {"why", says_}};
-  if (!source_) return {{"kind", "plug_in"}};
+  if (!source_) return {{"kind", replay_ ? "replay" : "plug_in"}};
   if (!fingers_) return {{"kind", "wait"}};
+  if (!is_named()) return {{"kind", "name"}};
+  if (replay_) return {{"kind", "replay"}};
   if (source_->is_compensated()) return {{"kind", "compensated"}};
   if (!model_) return what_next_without_model();
   if (!misfit_.empty()) return {{"kind", "model_misfit"}, {"why", misfit_}};
@@ -167,7 +172,8 @@ Live::Json Live::what_next() const {
     if (std::string(f.quality) == "poor" && !f.remark.empty())
       return {{"kind", "look_at"}, {"finger", f.name}, {"why", f.remark}};
   }
-  const bool slipped = std::ranges::any_of(fingers, [](const FingerView& f) { return !f.remark.empty(); });
+  const bool slipped = fingers_->has_slipped() ||
+                       std::ranges::any_of(fingers, [](const FingerView& f) { return !f.remark.empty(); });
   return {{"kind", slipped ? "slipped" : "wear"}};
 }
 

@@ -1,6 +1,7 @@
 // What a page may ask for.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "apps/live/live.hpp"
@@ -18,6 +19,7 @@ const std::map<std::string, void (Live::*)(io::JsonReader&)>& Live::words() {
   static const std::map<std::string, void (Live::*)(io::JsonReader&)> all = {
       {"device.connect", &Live::device_connect},
       {"device.leave", &Live::device_leave},
+      {"columns.name", &Live::columns_name},
       {"model.choose", &Live::model_choose},
       {"record.start", &Live::record_start},
       {"record.stop", &Live::record_stop},
@@ -147,6 +149,32 @@ void Live::wear_model(const Session& session, const std::filesystem::path& path)
   misfit_.clear();
   model_path_ = path;
   model_session_ = session;
+}
+
+// Of a glove without names: a finger, or as it is. Kept for this glove.
+void Live::columns_name(io::JsonReader& parts) {
+  require_no_recording();
+  require_no_calibration();
+  if (!source_ || !fingers_) throw io::InputError("no glove is there: connect it first");
+  std::vector<std::string> names;
+  for (const Json& name : parts.member("names"))
+    names.push_back(name.is_string() ? name.get<std::string>() : "?");
+  std::vector<std::string> columns = source_->columns();
+  if (names.size() != columns.size())
+    throw io::InputError(fmt::format("\"names\" has not one for each of {} columns", columns.size()));
+  columns_ = columns;
+  const std::string glove = glove_id();
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    if (names[c].empty()) continue;
+    if (std::ranges::find(model::finger_names(), names[c]) == model::finger_names().end())
+      throw io::InputError("\"names\" has one that is no finger");
+    if (std::ranges::count(names, names[c]) > 1)
+      throw io::InputError(fmt::format("{} is chosen twice: one column for each finger", names[c]));
+    columns[c] = names[c];
+  }
+  sessions_.name_columns(glove, columns);
+  learn_columns();
+  rows_.reset();
 }
 
 void Live::model_choose(io::JsonReader& parts) {

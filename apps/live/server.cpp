@@ -29,6 +29,7 @@
 #include "apps/live/request.hpp"
 #include "host/io/beneath.hpp"
 #include "host/io/io.hpp"
+#include "host/report/templates.hpp"
 
 namespace flexor::live {
 namespace {
@@ -59,11 +60,15 @@ constexpr const char* kPagePolicy =
     "blob:; "
     "media-src 'self' blob:; font-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'";
-// What lies in the sessions' folder may come from anybody: it is shown, runs nothing, and has no origin to ask from.
-constexpr const char* kFilePolicy =
-    "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; media-src 'self'; base-uri "
-    "'none'; "
-    "form-action 'none'; frame-ancestors 'none'";
+// What lies in the sessions' folder may come from anybody: it is shown, has no origin to ask from, and runs nothing but the charts
+// of our own reports.
+const std::string& file_policy() {
+  static const std::string policy =
+      "sandbox allow-scripts; default-src 'none'; script-src " + report::report_script_source() +
+      "; style-src 'unsafe-inline'; img-src data:; media-src 'self'; base-uri 'none'; "
+      "form-action 'none'; frame-ancestors 'none'";
+  return policy;
+}
 
 template <class Fields>
 void set_headers(Fields& fields, const char* policy) {
@@ -456,7 +461,7 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
     file.native_handle(descriptor);
     auto out = response<http::basic_file_body<beast::file_posix>>(http::status::ok, type_of_file(name),
                                                                   keeps_alive());
-    out.set("Content-Security-Policy", kFilePolicy);
+    out.set("Content-Security-Policy", file_policy());
     error_code error;
     out.body().reset(std::move(file), error);
     if (error) return say(http::status::not_found, "the file cannot be read", keeps_alive());

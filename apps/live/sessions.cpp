@@ -243,4 +243,19 @@ std::optional<Session> Sessions::newest_with_model(const std::string& glove) con
   return newest;
 }
 
+std::vector<std::string> Sessions::column_names(const std::string& glove) const {
+  const fs::path file = root_ / "columns.json";
+  if (!is_plain_file(file)) return {};
+  return io::parse_json(io::read_document(file), file.string()).value(glove, std::vector<std::string>());
+}
+
+void Sessions::name_columns(const std::string& glove, const std::vector<std::string>& names) const {
+  const fs::path file = root_ / "columns.json";
+  auto all = nlohmann::ordered_json::object();
+  if (is_plain_file(file)) all = io::parse_json(io::read_document(file), file.string());
+  all[glove] = names;
+  io::make_folder(root_);
+  write_plain(file, io::dump(all));
+}
+
 }  // namespace flexor::live

@@ -63,6 +63,9 @@ class Sessions {
 
   // The model that was accepted last for this glove; of `person` alone where one is named.
   std::optional<Session> newest_with_model(const std::string& glove) const;
+  // What the wearer calls the columns of a glove that has no names for them (columns.json); empty: nobody was asked.
+  std::vector<std::string> column_names(const std::string& glove) const;
+  void name_columns(const std::string& glove, const std::vector<std::string>& names) const;
 
  private:
   std::filesystem::path root_;

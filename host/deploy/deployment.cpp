@@ -63,8 +63,15 @@ std::string strips_of(const model::Model& model) {
 
 using Lines = std::vector<std::pair<std::string, std::string>>;  // name and value
 
+WiringPlan plan_of(const Deployment& d) {
+  if (d.glove.output == Output::log) return wiring_plan(d.hardware, d.glove.output);
+  Sensed sensed{};
+  for (const std::size_t finger : model::wiring_of(d.glove.model).strip) sensed.at(finger) = true;
+  return wiring_plan(d.hardware, d.glove.output, sensed);
+}
+
 std::string pins_of(const Deployment& d) {
-  const WiringPlan plan = wiring_plan(d.hardware, d.glove.output);
+  const WiringPlan plan = plan_of(d);
   std::vector<std::string> out;
   for (const Connection& c : plan.boards.front().connections) {
     if (c.kind != "radio" && c.kind != "usb") out.push_back(fmt::format("{} {}", c.name, c.pin));
@@ -293,7 +300,7 @@ Json to_json(const Deployment& d) {
   json["joints_left_out"] = joints_left_out(d.glove);
   json["fingers"] = {{"covered", covered_fingers(d.glove.model)},
                      {"missing", missing_fingers(d.glove.model)}};
-  json["wiring"] = to_json(wiring_plan(d.hardware, d.glove.output));
+  json["wiring"] = to_json(plan_of(d));
   json["calibration"] = d.calibration;
   json["next"] = next_of(d);
   json["budget"] = {{"time_share", time_share(t)}, {"flash_share", flash_share(d)}};

@@ -29,9 +29,10 @@ void add_radio(std::vector<Connection>& out) {
   out.push_back({"D0", "radio", "HC-12 TXD", kOffD0});
 }
 
-BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm) {
+BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm, const Sensed& sensed) {
   BoardWiring out{"glove", boards_with(pins), {}};
   for (std::size_t i = 0; i < kFingers; ++i) {
+    if (!sensed[i]) continue;
     const std::string pin = fmt::format("A{}", pins.strip[i]);
     if (divider_kohm > 0) {
       out.connections.push_back(
@@ -108,7 +109,7 @@ std::string divider_part(double kohm) {
              sold);
 }
 
-std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm) {
+std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm, const Sensed& sensed) {
   const bool radio = output == Output::radio;
   const auto pressed = static_cast<int>(
       std::ranges::count_if(pins.button, [](const std::optional<int>& pin) { return pin.has_value(); }));
@@ -116,9 +117,10 @@ std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm)
   std::vector<Part> out = {{radio && !two_kinds ? 2 : 1, board_part(pins)}};
   if (two_kinds) out.push_back({1, board_part({}) + ", for the hand"});
   const bool are_strips = divider_kohm > 0;
-  out.push_back({static_cast<int>(kFingers), are_strips ? "flex sensor strip, one for each finger"
-                                                        : "potentiometer of 10 kOhm, one for each finger"});
-  if (are_strips) out.push_back({static_cast<int>(kFingers), divider_part(divider_kohm)});
+  const auto strips = static_cast<int>(std::ranges::count(sensed, true));
+  out.push_back({strips, are_strips ? "flex sensor strip, one for each finger"
+                                    : "potentiometer of 10 kOhm, one for each finger"});
+  if (are_strips) out.push_back({strips, divider_part(divider_kohm)});
   if (pins.joystick) out.push_back({1, "thumb joystick: two potentiometers of 10 kOhm"});
   if (pressed > 0) out.push_back({pressed, "push button that closes; the board has the pull-ups"});
   if (!radio) return out;
@@ -139,12 +141,12 @@ std::string boards_with(const Pins& pins) {
   return beyond_uno ? "Arduino Nano" : kAtmega328p.boards;
 }
 
-WiringPlan wiring_plan(const model::Hardware& hardware, Output output) {
+WiringPlan wiring_plan(const model::Hardware& hardware, Output output, const Sensed& sensed) {
   WiringPlan out;
   if (hardware.sensor == model::SensorKind::flex) out.divider_kohm = hardware.divider_kohm;
-  out.boards.push_back(glove_board(hardware.pins, output, out.divider_kohm));
+  out.boards.push_back(glove_board(hardware.pins, output, out.divider_kohm, sensed));
   if (output == Output::radio) out.boards.push_back(hand_board());
-  out.parts = parts_of(hardware.pins, output, out.divider_kohm);
+  out.parts = parts_of(hardware.pins, output, out.divider_kohm, sensed);
   return out;
 }
 

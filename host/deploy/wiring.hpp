@@ -1,6 +1,7 @@
 // What a user solders: each pin with what belongs on it, and the parts; and the sketch that logs the strips.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -42,8 +43,12 @@ struct WiringPlan {
 // Boards with these pins: only a Nano has A6 and A7.
 std::string boards_with(const Pins& pins);
 
+// The fingers with a sensor.
+using Sensed = std::array<bool, kFingers>;
+inline constexpr Sensed kAllSensed = {true, true, true, true, true};
+
 // A hand's board comes with output radio.
-WiringPlan wiring_plan(const model::Hardware& hardware, Output output);
+WiringPlan wiring_plan(const model::Hardware& hardware, Output output, const Sensed& sensed = kAllSensed);
 
 // {"divider_kohm", "boards": [{"name", "board", "connections": [{"pin", "kind", "name", "how"}]}], "parts": [{"count",
 // "what"}]}

@@ -26,6 +26,14 @@ TEST(Wiring, NamesBoardsThatHaveThePins) {
   EXPECT_EQ(plan_with(7).boards.back().board, "Arduino Nano or Uno") << "the hand's";
 }
 
+TEST(Wiring, HasNoWireOfAFingerWithoutSensor) {
+  const WiringPlan plan = wiring_plan({}, Output::radio, {false, true});
+  EXPECT_EQ(plan.boards[0].connections.size(), 3U) << "one strip and the radio's two";
+  EXPECT_EQ(plan.boards[0].connections[0].name, "index");
+  EXPECT_EQ(plan.parts[1].count, 1);
+  EXPECT_EQ(plan.parts[2].count, 1);
+}
+
 TEST(Wiring, NamesTheResistorThatIsSold) {
   const auto resistor = [](double kohm) {
     model::Hardware hardware;

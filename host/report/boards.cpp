@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "host/io/io.hpp"
 #include "host/report/jobs.hpp"
@@ -12,56 +13,61 @@ namespace {
 constexpr std::array<const char*, 6> kColours = {"#999999", "#56B4E9", "#F0E442",
                                                  "#0072B2", "#D55E00", "#009E73"};
 
-// The parts of a sample period and of a frame period, to scale.
-void time_budget(Gnuplot& g, const Json& t) {
-  const auto ms = [&](const char* part) { return t.at(part).get<double>(); };
-  g.begin("time_budget", 200);
-  g.add(
-      "unset key; set yrange [-0.6:1.6]; set ytics ('frame' 0, 'sample' 1); set xrange [0:{}]; set xlabel "
-      "'time (ms)'",
-      std::max(ms("sample_period"), ms("frame_period")) * 1.02);
-  g.add("set style fill solid noborder; unset grid; set grid x lc rgb '#dddddd'");
-  int objects = 0;
-  const auto bar = [&](double from, double to, int row, const char* colour) {
-    g.add("set object {} rectangle from {:.4f},{} to {:.4f},{} fc rgb '{}'", ++objects, from, row - 0.3, to,
-          row + 0.3, colour);
-  };
-  bar(0, ms("sample_period"), 1, "#eeeeee");
-  bar(0, ms("adc"), 1, kColours[1]);
-  bar(ms("adc"), ms("adc") + ms("compute_worst"), 1, kColours[4]);
-  bar(0, ms("frame_period"), 0, "#eeeeee");
-  bar(0, ms("frame_on_wire"), 0, kColours[3]);
-  g.add("plot NaN notitle");
-}
+// A bar for each row of parts, to scale, over an axis in milliseconds.
+struct Stretch {
+  double from_ms;
+  double to_ms;
+  std::string colour;
+};
 
-void latency_bar(Gnuplot& g, const Json& r) {
-  g.begin("latency", 300);
-  g.add("unset ytics; set yrange [-0.7:0.7]; set xrange [0:{}]; set xlabel 'time since the edge (ms)'",
-        r.at("total").at("mean_ms").get<double>() * 1.05);
-  g.add(
-      "set style fill solid noborder; unset grid; set grid x lc rgb '#dddddd'; set key above maxrows 3; set "
-      "border 1");
-  double from = 0;
-  std::string plot;
-  for (std::size_t i = 0; i < r.at("stages").size(); ++i) {
-    const Json& s = r.at("stages")[i];
-    const double mean = s.at("mean_ms").get<double>();
-    g.add("set object {} rectangle from {:.4f},-0.4 to {:.4f},0.4 fc rgb '{}'", i + 1, from, from + mean,
-          kColours.at(i));
-    plot += fmt::format("{}NaN with boxes fc rgb '{}' title {} noenhanced", i > 0 ? ", " : "plot ",
-                        kColours.at(i),
-                        gnuplot_text(fmt::format("{}: {:.1f} ms", s.at("name").get<std::string>(), mean)));
-    from += mean;
+std::string bars_svg(const Figure& figure,
+                     const std::vector<std::pair<std::string, std::vector<Stretch>>>& rows) {
+  constexpr double kLeft = 160, kWidth = 340, kRow = 48;
+  double end_ms = 0;
+  for (const auto& row : rows)
+    for (const Stretch& part : row.second) end_ms = std::max(end_ms, part.to_ms);
+  const double step = std::pow(10, std::floor(std::log10(end_ms)));
+  Drawing d;
+  const auto x = [&](double ms) { return kLeft + kWidth * ms / end_ms; };
+  const double foot = 10 + kRow * static_cast<double>(rows.size());
+  for (double ms = 0; ms <= end_ms * 1.001; ms += end_ms / step > 4 ? step : step / 2) {
+    d.line({{x(ms), 6}, {x(ms), foot}}, "#cccccc", 1);
+    d.text(x(ms), foot + 18, fmt::format("{:g}", ms));
   }
-  g.add("{}", plot);
+  d.text(kLeft + kWidth / 2, foot + 38, "time (ms)");
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const double top = 12 + kRow * static_cast<double>(r);
+    d.text(kLeft - 10, top + 20, rows[r].first, "end");
+    for (const auto& [from_ms, to_ms, colour] : rows[r].second)
+      d.area({{x(from_ms), top}, {x(to_ms), top}, {x(to_ms), top + 30}, {x(from_ms), top + 30}}, colour);
+  }
+  return d.svg(figure, 520, static_cast<int>(foot) + 50);
 }
 
-}  // namespace
+std::string budget_svg(const Figure& figure, const Json& t) {
+  const auto ms = [&](const char* part) { return t.at(part).get<double>(); };
+  return bars_svg(figure,
+                  {{"sample",
+                    {{0, ms("sample_period"), kShade},
+                     {0, ms("adc"), kColours[1]},
+                     {ms("adc"), ms("adc") + ms("compute_worst"), kColours[4]}}},
+                   {"frame", {{0, ms("frame_period"), kShade}, {0, ms("frame_on_wire"), kColours[3]}}}});
+}
 
-namespace {
+std::string latency_svg(const Figure& figure, const Json& stages) {
+  std::vector<std::pair<std::string, std::vector<Stretch>>> rows;
+  double from_ms = 0;
+  for (const Json& stage : stages) {
+    const double mean_ms = stage.at("mean_ms").get<double>();
+    rows.push_back(
+        {stage.at("name").get<std::string>(), {{from_ms, from_ms + mean_ms, kColours.at(rows.size())}}});
+    from_ms += mean_ms;
+  }
+  return bars_svg(figure, rows);
+}
 
 TableBlock table_of(const std::string& caption, const Json& rows) {
-  TableBlock table{caption, {"", ""}, {}, {}};
+  TableBlock table{caption, {}, {}, {}, true};
   for (const Json& row : rows)
     table.rows.push_back({row.at("name").get<std::string>(), row.at("value").get<std::string>()});
   return table;
@@ -71,9 +77,7 @@ TableBlock table_of(const std::string& caption, const Json& rows) {
 void add_lead(Page& page, const Json& r) {
   page.table(table_of("What it does", r.at("lead")));
   page.heading("What to do next");
-  std::string steps;
-  for (const Json& step : r.at("next")) steps += (steps.empty() ? "" : "\n") + step.get<std::string>();
-  page.code(steps);
+  page.steps(r.at("next").get<std::vector<std::string>>());
   page.paragraph("Or copy what is in arduino/ to the Arduino IDE's libraries and open the example.");
   page.heading("Wiring");
   const Json& wiring = r.at("wiring");
@@ -81,9 +85,9 @@ void add_lead(Page& page, const Json& r) {
     const auto name = board.at("name").get<std::string>();
     const Figure figure{"wiring_" + name, "Wiring of the " + name,
                         "Blue wires carry what the board reads or sends.", true};
-    page.figure(figure, wiring_svg(board, wiring.at("divider_kohm").get<double>()));
+    page.drawing(figure, wiring_svg(board, wiring.at("divider_kohm").get<double>()));
   }
-  TableBlock parts{"Parts", {"what", "count"}, {}, {}};
+  TableBlock parts{"Parts", {"what", "count"}, {}};
   for (const Json& part : wiring.at("parts"))
     parts.rows.push_back({part.at("what").get<std::string>(), std::to_string(part.at("count").get<int>())});
   page.table(parts);
@@ -112,9 +116,6 @@ void add_costs(Page& page, const Json& r) {
 
 void render_deployment(const Saved& saved) {
   const Json& r = saved.results();
-  Gnuplot g;
-  time_budget(g, r.at("time_budget_ms"));
-  g.run();
   save_wiring(r.at("wiring"), saved.folder());
   Page page("Firmware of " + saved.text("model_name"));
   page.paragraph(
@@ -125,18 +126,14 @@ void render_deployment(const Saved& saved) {
   add_costs(page, r);
   const Figure figure{
       "time_budget", "Time budget",
-      "Light blue: the ADC reads five strips; orange: the board computes and seals a frame; blue: the "
+      "Light blue: the ADC reads the strips; orange: the board computes and seals a frame; blue: the "
       "frame is on the wire; grey: it sleeps."};
-  page.figure(figure, g, saved.folder());
-  page.paragraph(fmt::format("flexor {}.", saved.text("version")));
-  io::write_file(saved.folder() / "report.html", page.html());
+  page.drawing(figure, budget_svg(figure, r.at("time_budget_ms")));
+  page.write(saved);
 }
 
 void render_latency(const Saved& saved) {
   const Json& r = saved.results();
-  Gnuplot g;
-  latency_bar(g, r);
-  g.run();
   Page page("From a sensor's edge to the motor");
   page.paragraph(fmt::format("{}; mean of {} edges{}.", saved.text("title"), r.at("edges").get<int>(),
                              r.at("lost").get<int>() > 0
@@ -144,8 +141,8 @@ void render_latency(const Saved& saved) {
                                  : ""));
   const Figure figure{"latency", "Stage by stage",
                       "How long each stage takes on average, one after the other."};
-  page.figure(figure, g, saved.folder());
-  TableBlock table{"Latency in milliseconds", {"stage", "mean", "least", "most"}, {}, {}};
+  page.drawing(figure, latency_svg(figure, r.at("stages")));
+  TableBlock table{"Latency in milliseconds", {"stage", "mean", "least", "most"}, {}};
   const auto row = [&](const std::string& name, const Json& s) {
     table.rows.push_back({name, fmt::format("{:.2f}", s.at("mean_ms").get<double>()),
                           fmt::format("{:.2f}", s.at("min_ms").get<double>()),
@@ -154,8 +151,7 @@ void render_latency(const Saved& saved) {
   for (const Json& s : r.at("stages")) row(s.at("name").get<std::string>(), s);
   row("total", r.at("total"));
   page.table(table);
-  page.paragraph(fmt::format("flexor {}.", saved.text("version")));
-  io::write_file(saved.folder() / "report.html", page.html());
+  page.write(saved);
 }
 
 }  // namespace flexor::report

@@ -1,4 +1,9 @@
 #include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <regex>
 
 #include "host/io/io.hpp"
 #include "host/report/colours.hpp"
@@ -26,52 +31,70 @@ std::vector<std::string> sensors_worn(const Json& r) {
   return out;
 }
 
-// A panel for each quantity: sessions in their order, each sensor a little beside the others, with its interval.
-void draw_changes(Gnuplot& g, const Json& r) {
+// Seconds since 1970 of the first day in a name as 2018-12-16 is; none: no such day.
+std::optional<double> day_of(const std::string& name) {
+  static const std::regex kDay(R"((\d{4})-(\d{2})-(\d{2}))");
+  std::smatch found;
+  if (!std::regex_search(name, found, kDay)) return std::nullopt;
+  const std::chrono::year_month_day day{std::chrono::year(std::stoi(found[1])),
+                                        std::chrono::month(static_cast<unsigned>(std::stoi(found[2]))),
+                                        std::chrono::day(static_cast<unsigned>(std::stoi(found[3])))};
+  if (!day.ok()) return std::nullopt;
+  return 86400.0 * static_cast<double>(std::chrono::sys_days(day).time_since_epoch().count());
+}
+
+// A panel for each quantity, each sensor with its interval: over days where all sessions have one, else in their order, each sensor a
+// little beside the others.
+Chart changes_chart(const Json& r) {
   const Json& sessions = r.at("sessions");
   const std::vector<std::string> sensors = sensors_worn(r);
   const std::vector<std::string> colours = colours_of(sensors);
+  Chart chart{
+      {"changes", "Where each sensor lies, and how far it reaches",
+       "Each session against the mean of all, with 95 % intervals. Sensors that go up and down together "
+       "are a glove that moved as a whole.",
+       true},
+      "",
+      {}};
+  std::vector<double> place;
+  for (const Json& session : sessions) {
+    const auto name = session.at("name").get<std::string>();
+    chart.x_names.push_back(name);
+    if (const auto day = day_of(name)) place.push_back(*day);
+  }
+  chart.is_dated = place.size() == sessions.size();
+  if (chart.is_dated) chart.x_names.clear();
+  if (!chart.is_dated) {
+    place.resize(sessions.size());
+    std::iota(place.begin(), place.end(), 0);
+  }
+  const double spread = chart.is_dated ? 86400.0 : 0.5;
   for (const Change& quantity : kChanges) {
+    Panel panel{fmt::format("{} (% of the span)", quantity.name), {}};
     for (std::size_t s = 0; s < sensors.size(); ++s) {
-      const double beside = 0.5 * (static_cast<double>(s) + 0.5) / static_cast<double>(sensors.size()) - 0.25;
-      g.data(fmt::format("{}{}", quantity.key, s), sessions.size(), [&](std::size_t i) {
+      std::vector<double> at, value, low, high;
+      for (std::size_t i = 0; i < sessions.size(); ++i) {
         const Json& read = sessions.at(i).at("sensors");
-        if (!read.contains(sensors[s])) return fmt::format("{} NaN NaN NaN", i);
+        if (!read.contains(sensors[s])) continue;
         const Json& c = read.at(sensors[s]).at(quantity.key);
-        return fmt::format("{} {} {} {}", static_cast<double>(i) + beside, percent_of(c.at("value")),
-                           percent_of(c.at("low")), percent_of(c.at("high")));
-      });
+        at.push_back(place[i] +
+                     spread * ((static_cast<double>(s) + 0.5) / static_cast<double>(sensors.size()) - 0.5));
+        value.push_back(percent_of(c.at("value")));
+        low.push_back(percent_of(c.at("low")));
+        high.push_back(percent_of(c.at("high")));
+      }
+      panel.series.push_back(intervals(colours[s], at, low, high));
+      panel.series.push_back({"", colours[s], at, value});
+      panel.series.push_back({sensors[s], colours[s], at, value, Style::points, 4});
     }
+    chart.panels.push_back(std::move(panel));
   }
-  g.begin("changes", 560);
-  g.add("set multiplot layout 2,1 margins 0.13,0.97,0.2,0.93 spacing 0,0.05");
-  g.add("set xrange [-0.6:{}]; set xzeroaxis lw 1 lc rgb '#888888'",
-        static_cast<double>(sessions.size()) - 0.4);
-  g.add("set key above");
-  for (const Change& quantity : kChanges) {
-    const bool last = &quantity == &kChanges[1];
-    std::string tics;
-    for (std::size_t i = 0; i < sessions.size(); ++i) {
-      tics += fmt::format("{}{} {}", i > 0 ? ", " : "",
-                          last ? gnuplot_tic(sessions.at(i).at("name").get<std::string>()) : "''", i);
-    }
-    g.add("set xtics ({}) rotate by 40 right noenhanced", tics);
-    g.add("set ylabel '{} (% of the span)'", quantity.name);
-    std::string plot;
-    for (std::size_t s = 0; s < sensors.size(); ++s) {
-      plot += fmt::format(
-          "{}${}{} using 1:2:3:4 with yerrorlines lw 1.5 pt 7 ps 0.5 lc rgb '{}' title {} noenhanced",
-          s > 0 ? ", " : "", quantity.key, s, colours[s], gnuplot_text(sensors[s]));
-    }
-    g.add("plot {}", plot);
-    g.add("set key off");
-  }
-  g.add("unset multiplot");
+  return chart;
 }
 
 std::string change_text(const Json& c) {
-  return fmt::format("{:+.0f} ({:+.0f} to {:+.0f})", percent_of(c.at("value")), percent_of(c.at("low")),
-                     percent_of(c.at("high")));
+  const auto whole = [&](const char* key) { return std::round(percent_of(c.at(key))) + 0.0; };  // never -0
+  return fmt::format("{:+.0f} ({:+.0f} to {:+.0f})", whole("value"), whole("low"), whole("high"));
 }
 
 TableBlock changes_table(const Json& r) {
@@ -94,10 +117,6 @@ TableBlock changes_table(const Json& r) {
 void render_donning(const Saved& saved) {
   const Json& r = saved.results();
   const Json& prior = r.at("prior");
-  Gnuplot g;
-  draw_changes(g, r);
-  g.run();
-  saved.go_on();
   Page page("What changed from session to session");
   page.cards({{fmt::format("{:.0f} %", percent_of(prior.at("shift_sd"))),
                "standard deviation of where a sensor lies"},
@@ -105,12 +124,7 @@ void render_donning(const Saved& saved) {
               {fmt::format("{:.2f}", prior.at("alike").get<double>()),
                "correlation of the shifts of two sensors, drawn towards the shipped one", true},
               {fmt::format("{}", r.at("sessions").size()), "sessions", true}});
-  page.figure(
-      {"changes", "Where each sensor lies, and how far it reaches",
-       "Each session against the mean of all, with 95 % intervals. Sensors that go up and down together "
-       "are a glove that moved as a whole.",
-       true},
-      g, saved.folder());
+  page.chart(changes_chart(r));
   page.table(changes_table(r));
   page.paragraph(
       "Shift: of the middle between the reading that 2 % of the samples stay below and that of 98 %. Gain: "
@@ -118,8 +132,7 @@ void render_donning(const Saved& saved) {
       "distance between the two, as a logarithm. Shape: what both leave, root mean square over five "
       "quantiles. "
       "Noise: of one reading.");
-  page.paragraph(fmt::format("flexor {}.", saved.text("version")));
-  io::write_file(saved.folder() / "report.html", page.html());
+  page.write(saved);
 }
 
 }  // namespace flexor::report

@@ -32,30 +32,29 @@ bool has_ratios(const Json& r) {
   return std::ranges::any_of(r.at("headlines"), [](const Json& h) { return ratio_to_hw(h) != nullptr; });
 }
 
-void ratio_figure(Gnuplot& g, const Json& r) {
+Chart ratio_chart(const Json& r) {
+  Chart chart{
+      {"ratios", "Compensators in all laboratories",
+       "Dots: the median. Lines: from 5 to 95 % of the laboratories. Below the dashed line is better than "
+       "the published Hammerstein-Wiener compensator."},
+      "",
+      {{"error relative to published HW", {}}}};
+  chart.panels[0].is_logarithmic = true;
+  chart.panel_px = 300;
   const std::vector<std::string> names = compensators_of(r);
   const std::vector<std::string> colour = colours_of(names);
-  g.begin("ratios", 120 + 34 * static_cast<int>(names.size()));
-  std::string tics;
-  std::string plot = "plot NaN notitle";
-  std::size_t row = 0;
   for (std::size_t c = 0; c < names.size(); ++c) {
     const Json* ratio = ratio_to_hw(r.at("headlines")[c]);
     if (ratio == nullptr) continue;
-    tics += fmt::format("{}{} {}", row == 0 ? "" : ", ", gnuplot_tic(names[c]), row);
-    g.data(fmt::format("bar{}", c), 1, [&](std::size_t) {
-      return fmt::format("{} {} {} {}", ratio->at("median").get<double>(), row,
-                         ratio->at("low").get<double>(), ratio->at("high").get<double>());
-    });
-    plot += fmt::format(", $bar{0} using 1:2:3:4 with xerrorbars pt 7 ps 1 lw 3 lc rgb '{1}' notitle", c,
-                        colour[c]);
-    ++row;
+    const std::vector<double> at = {static_cast<double>(chart.x_names.size())};
+    const auto of = [&](const char* key) { return std::vector<double>{ratio->at(key).get<double>()}; };
+    chart.x_names.push_back(names[c]);
+    chart.panels[0].series.push_back(intervals(colour[c], at, of("low"), of("high")));
+    chart.panels[0].series.push_back({"", colour[c], at, of("median"), Style::points, 6});
   }
-  g.add("set logscale x; set xlabel 'error relative to published HW'; set ytics ({}) noenhanced", tics);
-  g.add("set xtics (0.25, 0.5, 1, 2, 4, 8, 16); set yrange [{}:-0.6]; set lmargin 22",
-        static_cast<double>(row) - 0.4);
-  g.add("set arrow from 1, graph 0 to 1, graph 1 nohead lc rgb '#999999' dt 2");
-  g.add("{}", plot);
+  const auto last = static_cast<double>(chart.x_names.size()) - 0.5;
+  chart.panels[0].series.push_back({"", "#999999", {-0.5, last}, {1, 1}, Style::line, 1.5, true});
+  return chart;
 }
 
 // What every compensator is compared with, where the run has it.
@@ -104,18 +103,14 @@ void changed_laboratories(Page& page, const Json& r) {
 
 // The distance from the published table beside that of the null model.
 void distances_of_laboratories(Page& page, const Json& r) {
-  const auto card = [&](const char* part, const char* constants, const char* what, bool plain) {
-    return Card{
-        with_quantiles(r.at("log_rms").at(part), 2),
-        fmt::format(
-            "distance from the published table on gestures {} (root mean square of ln(ours/published); one "
-            "constant for each compensator: {:.2f})",
-            what, r.at("null_model").at(constants).get<double>()),
-        plain};
+  const auto say = [&](const char* part, const char* constants, const char* what) {
+    page.paragraph(fmt::format(
+        "Distance from the published table on gestures {}: {} (root mean square of ln(ours/published); one "
+        "constant for each compensator: {:.2f}).",
+        what, with_quantiles(r.at("log_rms").at(part), 2), r.at("null_model").at(constants).get<double>()));
   };
-  page.cards(
-      {card("gestures_1_to_4", "log_rms_gestures_1_to_4", "1 to 4", false),
-       card("gestures_5_and_6", "log_rms_gestures_5_and_6", "5 and 6, which the draw did not use", true)});
+  say("gestures_1_to_4", "log_rms_gestures_1_to_4", "1 to 4");
+  say("gestures_5_and_6", "log_rms_gestures_5_and_6", "5 and 6, which the draw did not use");
 }
 
 void cell_table(Page& page, const Json& r) {
@@ -151,13 +146,6 @@ void laboratory_shapes(Page& page, const Json& shapes) {
 
 void render_ensemble(const Saved& saved) {
   const Json& r = saved.results();
-  Gnuplot g;
-  const bool compares = has_ratios(r);  // where the published compensator took part
-  if (compares) {
-    ratio_figure(g, r);
-    g.run();
-  }
-  saved.go_on();
   Page page("Glove to bionic hand, in the laboratories that the article leaves plausible");
   page.paragraph(fmt::format(
       "{} laboratories, drawn by how well they agree with the published averages of gestures 1 to 4. In "
@@ -166,26 +154,19 @@ void render_ensemble(const Saved& saved) {
       r.at("laboratories").get<std::size_t>()));
   if (const auto doubt = r.at("ensemble").at("doubt").get<std::string>(); !doubt.empty())
     page.warnings({doubt});
-  distances_of_laboratories(page, r);
   ratio_table(page, r);
-  if (compares) {
-    const Figure figure{"ratios", "Compensators in all laboratories",
-                        "Dots: the median. Bars: from 5 to 95 % of the laboratories. Left of the dashed line "
-                        "is better than the "
-                        "published Hammerstein-Wiener compensator."};
-    page.figure(figure, g, saved.folder());
-  }
+  if (has_ratios(r)) page.chart(ratio_chart(r));  // the published compensator took part
   changed_laboratories(page, r);
   cell_table(page, r);
   page.heading("Shapes");
   laboratory_shapes(page, r.at("shapes"));
+  distances_of_laboratories(page, r);
   const Json& chains = r.at("ensemble");
-  page.paragraph(fmt::format(
-      "{} Markov chains, largest R-hat {:.3f}, smallest effective sample {:.0f}, seed {}; flexor {}.",
-      chains.at("chains").get<int>(), chains.at("worst_r_hat").get<double>(),
-      chains.at("least_effective").get<double>(), chains.at("seed").get<std::uint64_t>(),
-      saved.text("version")));
-  io::write_file(saved.folder() / "report.html", page.html());
+  page.paragraph(
+      fmt::format("{} Markov chains, largest R-hat {:.3f}, smallest effective sample {:.0f}, seed {}.",
+                  chains.at("chains").get<int>(), chains.at("worst_r_hat").get<double>(),
+                  chains.at("least_effective").get<double>(), chains.at("seed").get<std::uint64_t>()));
+  page.write(saved);
 }
 
 }  // namespace flexor::report

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 
 #include "host/io/io.hpp"
+#include "host/report/colours.hpp"
 #include "host/report/experiment_figures.hpp"
 #include "host/report/jobs.hpp"
 #include "host/report/page.hpp"
@@ -23,6 +25,10 @@ std::string figure_of(double value) {
   return value < 99.95 ? fmt::format("{:.1f}", value) : fmt::format("{:.0f}", value);
 }
 
+std::string counted(std::size_t n, const char* what) {
+  return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+}
+
 std::string with_interval(const Json& statistic) {
   if (statistic.is_null()) return "-";
   const double mean = number_or_nan(statistic.at("mean"));
@@ -31,26 +37,39 @@ std::string with_interval(const Json& statistic) {
   return std::isnan(half) ? figure_of(mean) : fmt::format("{} ± {}", figure_of(mean), figure_of(half));
 }
 
-double mean_error(const Json& cell) { return cell.at("total_error_deg_s").at("mean").get<double>(); }
-
-std::string ratio(double value, double to) { return fmt::format("{:.3f}", value / to); }
-
-void distance_cards(Page& page, const Json& log_rms) {
-  std::vector<Card> cards;
-  const auto add = [&](const char* part, const char* what, bool plain) {
-    const Json& d = log_rms.at(part);
-    if (d.is_null()) return;
-    cards.push_back(
-        {fmt::format("{:.2f}", d.at("log_rms").get<double>()),
-         fmt::format("distance from the published table on gestures {}, {} (root mean square of "
-                     "ln(ours/published); 0.35 is a factor of 1.4; one constant per compensator: {:.2f})",
-                     fmt::join(d.at("gestures").get<std::vector<int>>(), ", "), what,
-                     d.at("null_model_log_rms").get<double>()),
-         plain});
+// The article's table as it is printed, ours beside it, and one to the other. A compensator that the article has not is beside its
+// Hammerstein-Wiener compensator.
+void published_table(Page& page, const Experiment& e) {
+  TableBlock t{"Total error in degree-seconds", {"compensator"}, {}};
+  for (std::size_t m = 0; m < e.motions.size(); ++m) t.columns.push_back(e.title(m));
+  const auto hw = e.index_of("published-hw");
+  const auto row = [&](const std::string& name, const std::function<std::string(std::size_t)>& cell) {
+    t.rows.push_back({name});
+    for (std::size_t m = 0; m < e.motions.size(); ++m) t.rows.back().push_back(cell(m));
   };
-  add("fitted", "whose averages are among those that the twin is fitted to", false);
-  add("not_fitted", "which the fit did not use", true);
-  if (!cards.empty()) page.cards(cards);
+  bool any_published = false;
+  for (std::size_t c = 0; c < e.compensators.size(); ++c) {
+    const auto published = [&](std::size_t m) { return number_or_nan(e.cell(m, c).at("published_deg_s")); };
+    const auto to = [&](std::size_t m) {
+      const double own = published(m);
+      return std::isnan(own) && hw ? number_or_nan(e.cell(m, *hw).at("published_deg_s")) : own;
+    };
+    const bool is_published = !std::isnan(published(0));
+    any_published = any_published || is_published;
+    const std::string& name = e.compensators[c];
+    if (is_published) row(name + ", article", [&](std::size_t m) { return figure_of(published(m)); });
+    t.marked.push_back(t.rows.size());
+    row(name + ", here", [&](std::size_t m) { return with_interval(e.cell(m, c).at("total_error_deg_s")); });
+    if (!std::isnan(to(0)))
+      row(is_published ? "ratio to the article" : "ratio to the article's HW", [&](std::size_t m) {
+        return std::isnan(to(m)) ? "-" : fmt::format("×{:.2f}", mean_error(e.cell(m, c)) / to(m));
+      });
+  }
+  page.heading(any_published ? "The article's table, and ours" : "Total error");
+  page.table(t);
+  page.paragraph(fmt::format(
+      "Mean and 95 % interval over {} of each motion. Every lag counts, the hand's and the radio's too.",
+      counted(e.cell(0, 0).at("trials").get<std::size_t>(), "trial")));
 }
 
 void verdict(Page& page, const Experiment& e) {
@@ -67,44 +86,20 @@ void verdict(Page& page, const Experiment& e) {
   }
   if (!ratios.empty()) {
     page.paragraph(fmt::format(
-        "The error of {} is {} (geometric mean over {} motion(s); the error of every lag counts).{}",
-        e.compensators[last], fmt::join(ratios, ", "), e.motions.size(),
+        "The error of {} is {} here (geometric mean over {}).{}", e.compensators[last],
+        fmt::join(ratios, ", "), counted(e.motions.size(), "motion"),
         e.index_of("raw") ? " Much of raw's is the hand's loop, which winds up against its end stops." : ""));
   }
-  distance_cards(page, e.results.at("log_rms"));
-}
-
-void error_table(Page& page, const Experiment& e) {
-  const auto raw = e.index_of("raw");
-  const auto wiener = e.index_of("published-w");
-  TableBlock t{"Total error in degree-seconds, motion by motion",
-               {"motion, compensator", "causal", "published", "ratio to published", "ratio to raw",
-                "ratio to W", "lag removed", "lag"},
-               {},
-               {}};
-  for (std::size_t m = 0; m < e.motions.size(); ++m) {
-    for (std::size_t c = 0; c < e.compensators.size(); ++c) {
-      const Json& cell = e.cell(m, c);
-      const double error = mean_error(cell);
-      const double published = number_or_nan(cell.at("published_deg_s"));
-      const double lag_s = cell.at("lag_s").is_null() ? NAN : number_or_nan(cell.at("lag_s").at("mean"));
-      t.rows.push_back({e.title(m) + ", " + e.compensators[c], with_interval(cell.at("total_error_deg_s")),
-                        std::isnan(published) ? "-" : figure_of(published),
-                        std::isnan(published) ? "-" : fmt::format("{:.2f}", error / published),
-                        raw ? ratio(error, mean_error(e.cell(m, *raw))) : "-",
-                        wiener ? ratio(error, mean_error(e.cell(m, *wiener))) : "-",
-                        with_interval(cell.at("lag_removed_deg_s")),
-                        std::isnan(lag_s) ? "-" : fmt::format("{:.0f} ms", 1000 * lag_s)});
-    }
+  for (const auto& [part, what] :
+       {std::pair("fitted", "the fit of the twin used"), {"not_fitted", "the fit did not use"}}) {
+    const Json& d = e.results.at("log_rms").at(part);
+    if (d.is_null()) continue;
+    page.paragraph(fmt::format(
+        "Over gestures {}, which {}, the errors here are a factor of {:.2f} from the published ones (root "
+        "mean square of the logarithm); one constant for each compensator would be {:.2f}.",
+        fmt::join(d.at("gestures").get<std::vector<int>>(), ", "), what,
+        std::exp(d.at("log_rms").get<double>()), std::exp(d.at("null_model_log_rms").get<double>())));
   }
-  page.heading("Total error, degree-seconds");
-  page.table(t);
-  page.paragraph(fmt::format(
-      "Mean and 95 % interval over {} trial(s). Causal: every lag counts, the hand's and the radio's too. "
-      "Lag "
-      "removed: after the one lag of each trial that makes it smallest; never to be compared with a causal "
-      "figure.",
-      e.cell(0, 0).at("trials").get<int>()));
 }
 
 // Five fingers together: the fastest, or the sum.
@@ -140,13 +135,16 @@ void shape_table(Page& page, const Json& shapes) {
 void finger_table(Page& page, const Experiment& e) {
   TableBlock t{"Error of each finger in degree-seconds", {"motion, compensator"}, {}, {}};
   for (const auto& finger : e.cell(0, 0).at("finger_error_deg_s").items()) t.columns.push_back(finger.key());
-  t.columns.insert(t.columns.end(), {"fastest hit", "pressed", "frames lost"});
+  t.columns.insert(t.columns.end(), {"lag", "with the lag removed", "fastest hit", "pressed", "frames lost"});
   for (std::size_t m = 0; m < e.motions.size(); ++m) {
     for (std::size_t c = 0; c < e.compensators.size(); ++c) {
       const Json& cell = e.cell(m, c);
       std::vector<std::string> row = {e.title(m) + ", " + e.compensators[c]};
       for (const auto& finger : cell.at("finger_error_deg_s").items())
         row.push_back(figure_of(finger.value().get<double>()));
+      const double lag_s = cell.at("lag_s").is_null() ? NAN : number_or_nan(cell.at("lag_s").at("mean"));
+      row.push_back(std::isnan(lag_s) ? "-" : fmt::format("{:.0f} ms", 1000 * lag_s));
+      row.push_back(with_interval(cell.at("lag_removed_deg_s")));
       row.push_back(fmt::format("{:.0f}°/s", fastest(cell.at("impact_deg_s"))));
       row.push_back(fmt::format("{:.2f} s", sum(cell.at("pressed_s"))));
       row.push_back(fmt::format("{:.1f} %", 100 * cell.at("frames_lost").get<double>() /
@@ -154,9 +152,12 @@ void finger_table(Page& page, const Experiment& e) {
       t.rows.push_back(std::move(row));
     }
   }
-  page.begin_details("Each finger, and what the end stops suffer");
+  page.begin_details("Each finger, the lag, and what the end stops suffer");
   page.table(t);
-  page.paragraph(kStops);
+  page.paragraph(std::string(kStops) +
+                 " With the lag removed: after the one lag of each trial that makes the error smallest; "
+                 "never to be compared "
+                 "with an error in which every lag counts.");
   page.end_details();
 }
 
@@ -196,6 +197,7 @@ void scenario_table(Page& page, const Experiment& e) {
 Experiment::Experiment(const Saved& saved)
     : results(saved.results()),
       compensators(results.at("compensators").get<std::vector<std::string>>()),
+      colours(colours_of(compensators)),
       motions(results.at("motions")) {
   if (motions.empty() || compensators.empty() ||
       results.at("cells").size() != motions.size() * compensators.size()) {
@@ -232,23 +234,22 @@ void render_experiment(const Saved& saved) {
                                              : "Glove to bionic hand, played by " + saved.text("engine"));
   const auto warnings = e.results.value("warnings", std::vector<std::string>());
   if (!warnings.empty()) page.warnings(warnings);
+  published_table(page, e);
   verdict(page, e);
-  error_table(page, e);
+  page.chart(errors_chart(e));
   scenario_table(page, e);
   shape_table(page, e.results.at("shapes"));
   finger_table(page, e);
-  for (const DrawnFigure& f : draw_experiment(saved, e)) {
-    if (!f.svg.empty()) io::write_file(saved.folder() / (f.figure.name + ".svg"), f.svg);
-    if (!f.pdf.empty()) io::write_file(saved.folder() / (f.figure.name + ".pdf"), f.pdf);
-    page.figure(f.figure, f.svg, f.undrawn);
+  for (std::size_t m = 0; m < e.motions.size(); ++m) {
+    saved.go_on();
+    add_motion(page, saved, e, m);
   }
-  page.paragraph(fmt::format(
-      "A simulation: person, glove, radio, hand and cameras follow the configuration in results.json. {:g} "
-      "Hz, seed {}, "
-      "flexor {}. Every figure is beside this page as SVG and PDF; every trial is a row of trials.csv.",
-      e.results.at("rate_hz").get<double>(), e.results.at("seed").get<std::uint64_t>(),
-      saved.text("version")));
-  io::write_file(saved.folder() / "report.html", page.html());
+  page.paragraph(
+      fmt::format("A simulation: person, glove, radio, hand and cameras follow the configuration in "
+                  "results.json. {:g} Hz, seed {}. Every "
+                  "trial is a row of trials.csv.",
+                  e.results.at("rate_hz").get<double>(), e.results.at("seed").get<std::uint64_t>()));
+  page.write(saved);
 }
 
 }  // namespace flexor::report

@@ -1,4 +1,4 @@
-// The figures of an experiment: errors, the table as bars; response_N and error_N, trial 0 of motion N with all
+// The figures of an experiment: errors, the table with its intervals; response_N and error_N, trial 0 of motion N with all
 // compensators; posture_N, the hand at its end.
 #pragma once
 
@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "host/report/gnuplot.hpp"
-#include "host/report/saved.hpp"
+#include "host/report/page.hpp"
 
 namespace flexor::report {
 
 struct Experiment {
   const Json& results;
   std::vector<std::string> compensators;
+  std::vector<std::string> colours;  // theirs
   const Json& motions;
 
   // Throws io::InputError for cells that do not fill the table.
@@ -25,12 +25,10 @@ struct Experiment {
   std::string title(std::size_t motion) const;  // "4 okay"
 };
 
-struct DrawnFigure {
-  Figure figure;
-  std::string svg;
-  std::string pdf;
-  std::string undrawn;  // why both are empty
-};
-std::vector<DrawnFigure> draw_experiment(const Saved& saved, const Experiment& experiment);
+double mean_error(const Json& cell);
+
+Chart errors_chart(const Experiment& experiment);
+// A row of figures: response, error and final posture. Throws io::InputError for traces that were cut off.
+void add_motion(Page& page, const Saved& saved, const Experiment& experiment, std::size_t motion);
 
 }  // namespace flexor::report

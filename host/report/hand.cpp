@@ -6,7 +6,6 @@
 #include "host/report/jobs.hpp"
 #include "host/report/page.hpp"
 #include "host/report/sample_figures.hpp"
-#include "host/report/scores_table.hpp"
 
 namespace flexor::report {
 namespace {
@@ -155,9 +154,8 @@ void origins(Page& page, const Json& r) {
   page.begin_details("Digests of the recordings");
   page.table(t);
   page.end_details();
-  page.paragraph(fmt::format("{:g} Hz; structure asked for: {}; flexor {}.", r.at("rate_hz").get<double>(),
-                             r.at("structure_asked_for").get<std::string>(),
-                             r.at("version").get<std::string>()));
+  page.paragraph(fmt::format("{:g} Hz; structure asked for: {}.", r.at("rate_hz").get<double>(),
+                             r.at("structure_asked_for").get<std::string>()));
 }
 
 void overview(const Saved& saved) {
@@ -172,7 +170,7 @@ void overview(const Saved& saved) {
   joints_table(page, joints);
   clocks_table(page, r);
   origins(page, r);
-  io::write_file(saved.folder() / "report.html", page.html());
+  page.write(saved);
 }
 
 void joint_cards(Page& page, const Json& joint) {
@@ -194,22 +192,17 @@ void figures(Page& page, const Saved& saved, const Json& joint, std::size_t numb
   const Samples s = read_samples(saved, fmt::format("samples-{}.csv", number));
   const auto name = [&](const char* figure) { return fmt::format("{}_{}", figure, number); };
   const Json& sensors = joint.at("sensors");
-  std::vector<Figure> drawn = {holdout_figure(name("holdout")), curve_figure(name("curve"))};
+  page.chart(holdout_chart(name("holdout"), s));
+  Chart curve =
+      curve_chart(name("curve"), s, joint.at("static_map"), sensors.at(0).at("unit").get<std::string>());
   if (sensors.size() > 1)
-    drawn.back().caption += " The joint's other sensors are held at their medians for that line.";
-  Gnuplot g;
-  draw_holdout(g, drawn[0].name, s);
-  draw_curve(g, drawn[1].name, s,
-             {joint.at("static_map"), nullptr, sensors.at(0).at("unit").get<std::string>()});
+    curve.figure.caption += " The joint's other sensors are held at their medians for that line.";
+  page.chart(std::move(curve));
   const Held held = held_of(s);
-  if (!held.error_deg.empty()) {  // some of it lies outside pauses
-    drawn.push_back(error_histogram_figure(name("errors")));
-    draw_error_histogram(g, drawn.back().name, errors(s, false), held.error_deg);
-    drawn.push_back(error_correlation_figure(name("error_correlation")));
-    draw_error_correlation(g, drawn.back().name, held, 1 / saved.results().at("rate_hz").get<double>());
-  }
-  g.run();
-  for (const Figure& f : drawn) page.figure(f, g, saved.folder());
+  if (held.error_deg.empty()) return;  // none of it lies outside pauses
+  page.chart(error_histogram(name("errors"), errors(s, false), held.error_deg));
+  page.chart(
+      error_correlation(name("error_correlation"), held, 1 / saved.results().at("rate_hz").get<double>()));
 }
 
 void tried_structures(Page& page, const Json& joint) {
@@ -244,12 +237,42 @@ void tried_structures(Page& page, const Json& joint) {
       "one was found before.");
 }
 
+// All scores on the held-out part: the compensator's, then its peers'.
+TableBlock scores_table(const Json& joint) {
+  struct Row {
+    const char* name;
+    const char* key;
+    const char* unit;
+  };
+  constexpr Row kRows[] = {{"RMSE", "rmse_deg", "°"},
+                           {"95th percentile of the error", "p95_abs_deg", "°"},
+                           {"largest error", "max_abs_deg", "°"},
+                           {"fit (NRMSE)", "fit_percent", " %"},
+                           {"R²", "r2", ""},
+                           {"integral of absolute error", "iae_deg_s", "°s"},
+                           {"best constant lag (positive: late)", "best_lag_s", " s"},
+                           {"RMSE with that lag removed", "lag_removed_rmse_deg", "°"},
+                           {"integral with that lag removed", "lag_removed_iae_deg_s", "°s"}};
+  TableBlock t{"Scores on the held-out part", {"score"}, {}, {}};
+  std::vector<Json> columns = {joint.at("holdout")};
+  t.columns.emplace_back("compensator");
+  for (const Peer& peer : kPeers) {
+    t.columns.emplace_back(peer.name);
+    columns.push_back(joint.at("baselines").value(peer.key, Json(nullptr)));
+  }
+  for (const Row& row : kRows) {
+    t.rows.push_back({row.name});
+    for (const Json& scores : columns) {
+      const double value = number(scores, row.key);
+      t.rows.back().push_back(std::isnan(value) ? "-" : fmt::format("{:.3f}{}", value, row.unit));
+    }
+  }
+  return t;
+}
+
 void joint_scores(Page& page, const Json& joint) {
-  std::vector<ScoredColumn> columns = {{"compensator", joint.at("holdout")}};
-  for (const Peer& peer : kPeers)
-    columns.push_back({peer.name, joint.at("baselines").value(peer.key, Json(nullptr))});
   page.heading("Scores beside the peers");
-  page.table(scores_table(columns));
+  page.table(scores_table(joint));
   for (const Json& refusal : joint.at("baseline_refusals"))
     page.paragraph("Could not be fitted: " + refusal.get<std::string>() + ".");
 }
@@ -384,7 +407,7 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
   page.paragraph(fmt::format("Measured angle: {}. Structure of the saved model: {}.",
                              joint.at("reference").get<std::string>(),
                              joint.at("structure").get<std::string>()));
-  io::write_file(saved.folder() / page_of(number - 1), page.html());
+  page.write(saved, page_of(number - 1));
 }
 
 }  // namespace

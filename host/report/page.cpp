@@ -41,7 +41,7 @@ Json texts(const std::vector<std::string>& values) {
 // A block inside another must not find its parent's content: every kind that it is not is named and false.
 Json block(const char* kind, Json content) {
   Json out;
-  for (const char* other : {"heading", "paragraph", "good", "code", "links", "warnings", "cards", "figures",
+  for (const char* other : {"heading", "paragraph", "good", "steps", "links", "warnings", "cards", "figures",
                             "table", "details"}) {
     out[other] = false;
   }
@@ -51,24 +51,6 @@ Json block(const char* kind, Json content) {
 
 }  // namespace
 
-std::string escape_html(std::string_view text) {
-  std::string out;
-  for (const char c : io::to_utf8(std::string(text))) {
-    const char* const entity = c == '&'    ? "&amp;"
-                               : c == '<'  ? "&lt;"
-                               : c == '>'  ? "&gt;"
-                               : c == '"'  ? "&quot;"
-                               : c == '\'' ? "&#39;"
-                                           : nullptr;
-    if (entity != nullptr) {
-      out += entity;
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
-
 void Page::add(const char* kind, Json content) {
   (details_.empty() ? blocks_ : inner_).push_back(block(kind, std::move(content)));
 }
@@ -76,7 +58,8 @@ void Page::add(const char* kind, Json content) {
 void Page::heading(const std::string& t) { add("heading", text(t)); }
 void Page::paragraph(const std::string& t) { add("paragraph", text(t)); }
 void Page::good(const std::string& t) { add("good", text(t)); }
-void Page::code(const std::string& t) { add("code", text(t)); }
+
+void Page::steps(const std::vector<std::string>& lines) { add("steps", {{"lines", texts(lines)}}); }
 
 void Page::warnings(const std::vector<std::string>& lines) { add("warnings", {{"lines", texts(lines)}}); }
 
@@ -100,36 +83,36 @@ void Page::table(const TableBlock& t) {
                     {"first", row.front()},
                     {"cells", texts({row.begin() + 1, row.end()})}});
   }
-  add("table", {{"name", t.caption}, {"columns", texts(t.columns)}, {"rows", std::move(rows)}});
+  add("table", {{"name", t.caption},
+                {"has_head", !t.columns.empty()},
+                {"columns", texts(t.columns)},
+                {"words", t.is_text},
+                {"rows", std::move(rows)}});
 }
 
-void Page::figure(const Figure& f, const std::string& svg, const std::string& undrawn) {
-  if (svg.empty()) {
-    if (!lacks_figures_) warnings({"This report has no figures: " + undrawn});
-    lacks_figures_ = true;
-    return;
-  }
+void Page::add_figure(const Figure& f, Json content) {
   Json& list = details_.empty() ? blocks_ : inner_;
   if (list.empty() || !list.back().at("figures").is_object()) add("figures", {{"list", Json::array()}});
-  list.back()["figures"]["list"].push_back({{"title", f.title},
-                                            {"caption", f.caption},
-                                            {"svg", for_page(svg, f)},
-                                            {"wide", f.wide},
-                                            {"jpeg", false}});
+  Json out = {{"title", f.title}, {"caption", f.caption}, {"wide", f.wide},
+              {"svg", ""},        {"jpeg", false},        {"chart", false}};
+  out.update(content);
+  list.back()["figures"]["list"].push_back(std::move(out));
 }
 
-void Page::figure(const Figure& f, const Gnuplot& drawn, const std::filesystem::path& folder) {
-  const std::string svg = drawn.svg(f.name);
-  if (!svg.empty()) io::write_file(folder / (f.name + ".svg"), svg);
-  figure(f, svg, drawn.undrawn());
+void Page::chart(Chart chart) {
+  if (charts_.empty() && page_template("uPlot.iife.min.js").empty())
+    warnings({"This page has no curves: this flexor was built without web/node_modules (script/bootstrap)."});
+  add_figure(chart.figure, {{"chart", {{"data", to_json(chart)}, {"name", chart.figure.name}}}});
+  charts_.push_back(std::move(chart));
+}
+
+void Page::drawing(const Figure& f, const std::string& svg) {
+  add_figure(f, {{"svg", svg}});
+  drawings_.emplace_back(f.name, svg);
 }
 
 void Page::picture(const Figure& f, std::string_view jpeg) {
-  add("figures", {{"list", Json::array({{{"title", f.title},
-                                         {"caption", f.caption},
-                                         {"svg", ""},
-                                         {"wide", false},
-                                         {"jpeg", {{"alt", f.title}, {"base64", io::base64(jpeg)}}}}})}});
+  add_figure(f, {{"jpeg", {{"alt", f.title}, {"base64", io::base64(jpeg)}}}});
 }
 
 void Page::begin_details(const std::string& summary) { details_ = summary; }
@@ -142,11 +125,23 @@ void Page::end_details() {
 }
 
 std::string Page::html() const {
-  mustache::data view = to_data({{"title", title_}, {"blocks", blocks_}});
+  Json plots = false;
+  if (!charts_.empty()) plots = {{"script", report_script()}, {"style", page_template("uPlot.min.css")}};
+  mustache::data view = to_data({{"title", title_}, {"blocks", blocks_}, {"plots", plots}});
   view.set("block_list", mustache::partial([] { return page_template("blocks.mustache"); }));
   mustache::mustache page{page_template("page.mustache")};
   if (!page.is_valid()) throw std::logic_error(page.error_message());
   return page.render(view);
+}
+
+void Page::write(const Saved& saved, const std::string& file) {
+  paragraph("flexor " + saved.text("version") + ".");
+  saved.go_on();
+  if (saved.draws_files()) {
+    draw_files(charts_, saved.folder());
+    for (const auto& [name, svg] : drawings_) io::write_file(saved.folder() / (name + ".svg"), svg);
+  }
+  io::write_file(saved.folder() / file, html());
 }
 
 }  // namespace flexor::report

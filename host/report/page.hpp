@@ -4,18 +4,17 @@
 // eye sees; the style is for a phone first, light or dark as the reader's machine is.
 #pragma once
 
-#include <filesystem>
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "host/report/gnuplot.hpp"
+#include "host/report/drawing.hpp"
+#include "host/report/saved.hpp"
 
 namespace flexor::report {
-
-// & < > " ' as HTML and XML want them; bytes that are not UTF-8 as question marks.
-std::string escape_html(std::string_view text);
 
 struct Card {
   std::string value;
@@ -27,7 +26,8 @@ struct TableBlock {
   std::string caption;
   std::vector<std::string> columns;
   std::vector<std::vector<std::string>> rows;  // the first cell names the row
-  std::vector<std::size_t> marked;             // rows that stand out
+  std::vector<std::size_t> marked = {};        // rows that stand out
+  bool is_text = false;                        // words, no figures
 };
 
 // Of a report's own pages, which lie in one folder.
@@ -46,30 +46,32 @@ class Page {
   void warnings(const std::vector<std::string>& lines);
   void cards(const std::vector<Card>& cards);
   void table(const TableBlock& table);
-  void code(const std::string& text);
+  void steps(const std::vector<std::string>& lines);  // numbered
   // A list of its own; `name` is what a screen reader calls it.
   void links(const std::string& name, const std::vector<Link>& links);
-  // Figures that follow one another stand side by side where there is room. Without `svg` the page says once that its
-  // figures are missing, and why.
-  void figure(const Figure& figure, const std::string& svg, const std::string& undrawn = {});
-  // What `drawn` holds of that name, also as NAME.svg in `folder`.
-  void figure(const Figure& figure, const Gnuplot& drawn, const std::filesystem::path& folder);
+  // Figures that follow one another stand side by side where there is room.
+  void chart(Chart chart);
+  void drawing(const Figure& figure, const std::string& svg);
   void picture(const Figure& figure, std::string_view jpeg);
   // What follows until end_details() opens on a click.
   void begin_details(const std::string& summary);
   void end_details();
 
   std::string html() const;
+  // With the version at its end; and its drawings and charts as files of their own where the reader wants them.
+  void write(const Saved& saved, const std::string& file = "report.html");
 
  private:
   using Json = nlohmann::ordered_json;
   void add(const char* kind, Json content);
+  void add_figure(const Figure& figure, Json content);
 
   std::string title_;
   Json blocks_ = Json::array();
   std::string details_;  // summary, while open
   Json inner_ = Json::array();
-  bool lacks_figures_ = false;  // and says so
+  std::vector<Chart> charts_;
+  std::vector<std::pair<std::string, std::string>> drawings_;  // name, SVG
 };
 
 }  // namespace flexor::report

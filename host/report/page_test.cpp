@@ -19,7 +19,7 @@ TEST(Page, ShowsMarkupAndTemplatesAsText) {
   page.warnings({bad});
   page.cards({{bad, bad}});
   page.table({bad, {bad}, {{bad, bad}}, {}});
-  page.code(bad);
+  page.steps({bad});
   const std::string html = page.html();
   EXPECT_EQ(html.find("<b>&\""), std::string::npos);
   EXPECT_EQ(html.find('\xff'), std::string::npos);
@@ -67,29 +67,22 @@ TEST(Page, NeedsNothingElseAndRunsNothing) {
   }
 }
 
-TEST(Page, FiguresHaveNamesOfTheirOwnAndThePagesColours) {
-  Gnuplot g;
-  for (const char* name : {"first", "second"}) {
-    g.begin(name, 200);
-    g.add("plot x with points pt 7 lc rgb '#0072B2'");
-  }
-  g.run();
+TEST(Page, ChartsAndDrawingsHaveNamesAndTheirTextsStayTexts) {
+  const std::string bad = "</script><b>";
   Page page("T");
-  page.figure({"first", "One & only", "what it <shows>"}, g.svg("first"));
-  page.figure({"second", "Two", "more"}, g.svg("second"));
+  page.chart(
+      {{"first", "One & only", "what it <shows>"}, bad, {{bad, {{bad, "#0072B2", {0, 1}, {2, NAN}}}}}});
+  Drawing drawing;
+  drawing.text(0, 0, bad);
+  const Figure figure{"second", "Two", "more"};
+  page.drawing(figure, drawing.svg(figure, 10, 10));
   const std::string html = page.html();
   EXPECT_EQ(count(html, "class=\"figures\""), 1U);
-  EXPECT_NE(html.find("role=\"img\" aria-labelledby=\"first_title\" aria-describedby=\"first_desc\""),
-            std::string::npos);
-  EXPECT_NE(
-      html.find(
-          "<title id=\"first_title\">One &amp; only</title><desc id=\"first_desc\">what it &lt;shows&gt;"),
-      std::string::npos);
-  for (const char* id : {"id='gp", "#gpP", "id='textbox", "id=\"gnuplot_canvas\""})
-    EXPECT_EQ(count(html, id), 0U) << id;
-  EXPECT_NE(html.find("var(--c0072b2, #0072b2)"), std::string::npos);
-  EXPECT_EQ(html.find("#0072B2"), std::string::npos);
-  EXPECT_EQ(html.find("rgb( "), std::string::npos);
+  EXPECT_EQ(count(html, "<b>"), 0U);
+  EXPECT_EQ(count(html, "<script"), 2U) << "the chart's data, and what draws them";
+  EXPECT_NE(html.find("id=\"first\" role=\"group\" aria-label=\"One &amp; only\""), std::string::npos);
+  EXPECT_NE(html.find("role=\"img\" aria-labelledby=\"second_title\""), std::string::npos);
+  EXPECT_NE(html.find("\\u003c/script>"), std::string::npos);
 }
 
 }  // namespace

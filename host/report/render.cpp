@@ -19,8 +19,8 @@ constexpr Kind kKinds[] = {{"hand", render_hand},         {"experiment", render_
 
 }  // namespace
 
-void render(const std::filesystem::path& folder, const std::atomic<bool>* stop) {
-  const Saved saved(folder, stop);
+void render(const std::filesystem::path& folder, const std::atomic<bool>* stop, bool draws_files) {
+  const Saved saved(folder, stop, draws_files);
   const std::string wanted = saved.text("kind");
   for (const Kind& kind : kKinds) {
     if (wanted != kind.name) continue;

@@ -9,10 +9,11 @@
 
 namespace flexor::report {
 
-// Writes report.html, for a hand also joint-N.html for each joint, N from 1, and each figure as SVG, some as PDF. A page
-// holds its figures, or says why there are none. Every file appears whole or not at all. Throws io::InputError for a folder
-// without results or with other ones than this version writes.
-// Where `stop` is given and becomes true, io::Cancelled is thrown between two figures.
-void render(const std::filesystem::path& folder, const std::atomic<bool>* stop = nullptr);
+// Writes report.html, for a hand also joint-N.html for each joint, N from 1; a page needs nothing else. With `draws_files` also
+// each curve as NAME.svg and NAME.pdf, by gnuplot, and each drawing as SVG. Every file appears whole or not at all. Throws
+// io::InputError for a folder without results or with other ones than this version writes, and where gnuplot is missing.
+// Where `stop` is given and becomes true, io::Cancelled is thrown between two pages.
+void render(const std::filesystem::path& folder, const std::atomic<bool>* stop = nullptr,
+            bool draws_files = false);
 
 }  // namespace flexor::report

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "host/report/gnuplot.hpp"
+#include "host/report/chart.hpp"
 #include "host/report/saved.hpp"
 
 namespace flexor::report {
@@ -44,23 +44,11 @@ struct Held {
 };
 Held held_of(const Samples& samples);
 
-struct Curve {
-  Json static_map;   // reading, angle_deg
-  Json knots;        // likewise, or null
-  std::string unit;  // of the reading; may be empty
-};
-
-// Each begins the figure of that name.
-void draw_holdout(Gnuplot& g, const std::string& name, const Samples& samples);
-void draw_curve(Gnuplot& g, const std::string& name, const Samples& samples, const Curve& curve);
-void draw_error_histogram(Gnuplot& g, const std::string& name, const std::vector<double>& fitted,
-                          const std::vector<double>& held_out);
-void draw_error_correlation(Gnuplot& g, const std::string& name, const Held& held, double period_s);
-
-// Their titles and captions.
-Figure holdout_figure(const std::string& name);
-Figure curve_figure(const std::string& name);
-Figure error_histogram_figure(const std::string& name);
-Figure error_correlation_figure(const std::string& name);
+Chart holdout_chart(const std::string& name, const Samples& samples);
+Chart curve_chart(const std::string& name, const Samples& samples, const Json& static_map,
+                  const std::string& unit);
+Chart error_histogram(const std::string& name, const std::vector<double>& fitted,
+                      const std::vector<double>& held_out);
+Chart error_correlation(const std::string& name, const Held& held, double period_s);
 
 }  // namespace flexor::report

@@ -32,8 +32,8 @@ bool read_number(std::string_view cell, double& value) {
 
 }  // namespace
 
-Saved::Saved(std::filesystem::path folder, const std::atomic<bool>* stop)
-    : folder_(std::move(folder)), stop_(stop) {
+Saved::Saved(std::filesystem::path folder, const std::atomic<bool>* stop, bool draws_files)
+    : folder_(std::move(folder)), stop_(stop), draws_files_(draws_files) {
   const auto path = folder_ / "results.json";
   if (!std::filesystem::exists(path)) {
     throw io::InputError(

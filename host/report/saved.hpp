@@ -18,11 +18,15 @@ using Columns = std::map<std::string, std::vector<double>>;
 class Saved {
  public:
   // Throws io::InputError: no results.json, or none that a report can be made of.
-  explicit Saved(std::filesystem::path folder, const std::atomic<bool>* stop = nullptr);
+  explicit Saved(std::filesystem::path folder, const std::atomic<bool>* stop = nullptr,
+                 bool draws_files = false);
 
   const std::filesystem::path& folder() const { return folder_; }
   const Json& results() const { return results_; }
   std::string text(const char* key) const { return results_.at(key).get<std::string>(); }
+
+  // Figures are wanted as files of their own, too.
+  bool draws_files() const { return draws_files_; }
 
   // Throws io::Cancelled when the report shall not be drawn any more.
   void go_on() const;
@@ -34,6 +38,7 @@ class Saved {
   std::filesystem::path folder_;
   Json results_;
   const std::atomic<bool>* stop_;
+  bool draws_files_;
 };
 
 // A number that may be null.

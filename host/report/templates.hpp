@@ -6,7 +6,12 @@
 
 namespace flexor::report {
 
-// "page.mustache", "blocks.mustache". Throws std::out_of_range for any other name.
+// "page.mustache", "blocks.mustache", "chart.mjs"; of uPlot "uPlot.iife.min.js" and "uPlot.min.css", empty where web/node_modules was
+// missing. Throws std::out_of_range for any other name.
 std::string page_template(std::string_view name);
+
+// The one script of a page with charts, and its name in a Content-Security-Policy: 'sha256-...'.
+std::string report_script();
+std::string report_script_source();
 
 }  // namespace flexor::report

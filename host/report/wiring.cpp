@@ -6,13 +6,11 @@
 #include <map>
 
 #include "host/io/io.hpp"
-#include "host/report/page.hpp"
+#include "host/report/drawing.hpp"
 
 namespace flexor::report {
 namespace {
 
-constexpr const char* kInk = "#222222";
-constexpr const char* kFaint = "#999999";
 constexpr const char* kSignal = "#0072b2";
 
 constexpr int kWidth = 900;
@@ -22,44 +20,22 @@ constexpr int kTop = 80;
 constexpr int kAnalogRow = 64;
 constexpr int kDigitalRow = 38;
 
-class WiringDrawing {
+class WiringDrawing : public Drawing {
  public:
-  void line(int x1, int y1, int x2, int y2, const char* colour = kInk) {
-    body_ += fmt::format("<path d='M{},{} L{},{}' stroke='{}' stroke-width='2' fill='none'/>\n", x1, y1, x2,
-                         y2, colour);
+  void wire(double x1, double y1, double x2, double y2, const std::string& colour = kInk) {
+    line({{x1, y1}, {x2, y2}}, colour);
   }
-  void box(int x, int y, int width, int height, const std::string& label, const char* colour = kInk) {
-    body_ += fmt::format(
-        "<rect x='{}' y='{}' width='{}' height='{}' rx='3' fill='#ffffff' stroke='{}' stroke-width='2'/>\n",
-        x, y, width, height, colour);
-    text(x + width / 2, y + height / 2 + 5, label, "middle");
+  void part(double x, double y, double width, double height, const std::string& label,
+            const char* colour = kInk) {
+    box(x, y, width, height, colour);
+    text(x + width / 2, y + height / 2 + 5, label);
   }
-  void dot(int x, int y) {
-    body_ += fmt::format("<circle cx='{}' cy='{}' r='3.5' fill='{}'/>\n", x, y, kSignal);
+  void joint(double x, double y) { dot(x, y, 2.5, kSignal, kSignal); }
+  void ring(double x, double y) { dot(x, y, 4, kPaper, kInk); }
+  void ground(double x, double y) {
+    wire(x, y, x, y + 8);
+    for (int k = 0; k < 3; ++k) wire(x - 9 + 3 * k, y + 8 + 4 * k, x + 9 - 3 * k, y + 8 + 4 * k);
   }
-  void ring(int x, int y) {
-    body_ += fmt::format("<circle cx='{}' cy='{}' r='4' fill='#ffffff' stroke='{}' stroke-width='2'/>\n", x,
-                         y, kInk);
-  }
-  void ground(int x, int y) {
-    line(x, y, x, y + 8);
-    for (int k = 0; k < 3; ++k) line(x - 9 + 3 * k, y + 8 + 4 * k, x + 9 - 3 * k, y + 8 + 4 * k);
-  }
-  void text(int x, int y, const std::string& words, const char* anchor, const char* colour = kInk,
-            int size = 14) {
-    body_ += fmt::format("<text x='{}' y='{}' text-anchor='{}' fill='{}' font-size='{}'>{}</text>\n", x, y,
-                         anchor, colour, size, escape_html(words));
-  }
-  std::string svg(int height, const std::string& title) const {
-    return fmt::format(
-        "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' width='{0}' height='{1}' "
-        "font-family='sans-serif'>"
-        "<title>{2}</title><desc>{2}</desc>\n<rect width='{0}' height='{1}' fill='#ffffff'/>\n{3}</svg>\n",
-        kWidth, height, escape_html(title), body_);
-  }
-
- private:
-  std::string body_;
 };
 
 struct Connection {
@@ -82,43 +58,43 @@ ByPin by_pin(const Json& board) {
 void draw_strip(WiringDrawing& d, int y, const std::string& finger, double divider_kohm) {
   const int chain = y - 24;
   d.text(32, chain + 5, "5 V", "middle");
-  d.line(48, chain, 350, chain);
-  d.box(64, chain - 12, 84, 24, fmt::format("{:g} kΩ", divider_kohm));
-  d.box(206, chain - 12, 124, 24, finger + " strip");
+  d.wire(48, chain, 350, chain);
+  d.part(64, chain - 12, 84, 24, fmt::format("{:g} kΩ", divider_kohm));
+  d.part(206, chain - 12, 124, 24, finger + " strip");
   d.ground(350, chain);
-  d.dot(176, chain);
-  d.line(176, chain, 176, y, kSignal);
-  d.line(176, y, kBoardLeft, y, kSignal);
+  d.joint(176, chain);
+  d.wire(176, chain, 176, y, kSignal);
+  d.wire(176, y, kBoardLeft, y, kSignal);
 }
 
 void draw_potentiometer(WiringDrawing& d, int y, const std::string& name, bool has_pull) {
   const int chain = y - 30;
   d.text(92, chain + 5, "5 V", "middle");
-  d.line(108, chain, 350, chain);
-  d.box(128, chain - 12, 190, 24, name);
+  d.wire(108, chain, 350, chain);
+  d.part(128, chain - 12, 190, 24, name);
   d.ground(350, chain);
-  d.line(223, chain + 12, 223, y, kSignal);
-  d.line(223, y, kBoardLeft, y, kSignal);
+  d.wire(223, chain + 12, 223, y, kSignal);
+  d.wire(223, y, kBoardLeft, y, kSignal);
   if (!has_pull) return;
-  d.dot(223, y);
-  d.line(36, y, 223, y);
-  d.box(64, y - 10, 84, 20, "100 kΩ");
+  d.joint(223, y);
+  d.wire(36, y, 223, y);
+  d.part(64, y - 10, 84, 20, "100 kΩ");
   d.ground(36, y);
 }
 
 void draw_digital(WiringDrawing& d, int y, const Connection& c) {
   if (c.kind == "button") {
-    d.line(kBoardRight, y, 590, y, kSignal);
+    d.wire(kBoardRight, y, 590, y, kSignal);
     d.ring(594, y);
-    d.line(597, y - 4, 632, y - 16);
+    d.wire(597, y - 4, 632, y - 16);
     d.ring(636, y);
-    d.line(640, y, 668, y);
+    d.wire(640, y, 668, y);
     d.ground(668, y);
     d.text(694, y + 5, c.name + " button", "start");
     return;
   }
-  d.line(kBoardRight, y, 590, y, kSignal);
-  d.box(590, y - 13, 140, 26, c.name);
+  d.wire(kBoardRight, y, 590, y, kSignal);
+  d.part(590, y - 13, 140, 26, c.name);
   d.text(740, y + 5, c.kind == "motor" ? "motor driver" : "radio at 5 V", "start");
 }
 
@@ -198,9 +174,9 @@ std::string wiring_svg(const Json& board, double divider_kohm) {
   const ByPin pins = by_pin(board);
   const int height = std::max(14 * kDigitalRow, analog_rows(pins) * kAnalogRow) + 40;
   d.text(kWidth / 2, 28, title, "middle", kInk, 18);
-  d.box(kBoardLeft, kTop, kBoardRight - kBoardLeft, height, name);
+  d.part(kBoardLeft, kTop, kBoardRight - kBoardLeft, height, name);
   const bool usb = pins.contains("USB");
-  d.box((kBoardLeft + kBoardRight) / 2 - 30, kTop - 26, 60, 26, "USB", usb ? kSignal : kInk);
+  d.part((kBoardLeft + kBoardRight) / 2 - 30, kTop - 26, 60, 26, "USB", usb ? kSignal : kInk);
   const bool shares_d0 = pins.contains("D0") && pins.at("D0").how.starts_with("off");
   d.text((kBoardLeft + kBoardRight) / 2 + 42, kTop - 8,
          usb         ? "to the PC"
@@ -211,7 +187,8 @@ std::string wiring_svg(const Json& board, double divider_kohm) {
   draw_digital_side(d, pins);
   d.text(kWidth / 2, kTop + height + 28,
          "5 V and ground are the board's own pins; every ground is one. Grey pins are not used.", "middle");
-  return d.svg(kTop + height + 44, title);
+  return d.svg({"wiring_" + name, title, "Blue wires carry what the board reads or sends."}, kWidth,
+               kTop + height + 44);
 }
 
 void save_wiring(const Json& wiring, const std::filesystem::path& folder) {

@@ -4,7 +4,7 @@
 // A wait ends when what is waited for is there.
 // Usage: node page_test.mjs PROGRAM PAGE [--short] [--pictures FOLDER]        CHROMIUM names another browser.
 // PAGE: the folder of the built page. --short: one screen, nothing measured in time.
-import { existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, statSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -186,6 +186,7 @@ async function begin(view, reference) {
     (await view.at('calibrate-reference-markerless').isEnabled()) === hasMarkerless,
   );
   await view.at(`calibrate-reference-${reference}`).check();
+  if (reference === 'marks') await view.says('marks-chosen', '24 dots');
   await view.inspect(`calibrate_start_${reference}`);
   await view.press('calibrate-start');
 }
@@ -226,6 +227,8 @@ async function reference(view, kind) {
   if (kind === 'drawn') {
     await view.says('calibrate-say', 'The camera sees the marks');
     await view.until(() => document.querySelector('[data-testid=server-picture]')?.naturalWidth > 100);
+    await view.until(() => document.querySelectorAll('[data-testid=camera-marks] circle').length === 24);
+    view.check('each mark that is seen has a ring', true);
     await view.click('calibrate-next');
     await step(view.page, 'motion');
     await view.until(() => (document.querySelector('[data-testid=missing-index]')?.textContent ?? '').length > 5);
@@ -236,7 +239,10 @@ async function reference(view, kind) {
     await step(view.page, 'reference');
   } else {
     await view.says('calibrate-say', kind === 'marks' ? 'sees every mark' : 'Show the whole hand');
-    if (kind === 'marks') await view.says('camera-facts', /[1-9]\d* pictures, \d of \d+ marks seen/);
+    if (kind === 'marks') {
+      await view.says('camera-facts', /[1-9]\d* pictures, \d of \d+ marks seen/);
+      await view.says('marks-wanted', '24 dots');
+    }
     view.check('Next waits for what the camera is to see', !(await view.at('calibrate-next').isEnabled()));
     await view.inspect(`calibrate_reference_${kind}`);
   }
@@ -322,6 +328,36 @@ async function lostAndFound(view) {
   await view.says('status', 'Simulated glove');
 }
 
+// A glove whose columns have no names is asked for them once.
+async function unnamed(browser) {
+  const sessions = mkdtempSync(join(tmpdir(), 'flexor-page-'));
+  const log = join(sessions, 'log.txt');
+  const rows = Array.from({ length: 500 }, (_, k) => {
+    const [s, ms] = [Math.floor(k / 50), 20 * (k % 50)].map((n, i) => String(n).padStart(2 + i, '0'));
+    return `12:00:${s}.${ms} -> ${400 + (k % 100)} ${500 + (k % 90)}`;
+  });
+  writeFileSync(log, `${rows.join('\n')}\n`);
+  for (const isFirst of [true, false]) {
+    const { live, url } = await start(program, ['--from', log], join(sessions, 'kept'));
+    const view = await open(browser, url, { width: 1280, height: 800, colorScheme: 'light' });
+    if (isFirst) {
+      await view.at('name-column1').selectOption('index');
+      await view.at('name-column2').selectOption('index');
+      await view.click('names-save');
+      await view.says('names-error', 'twice');
+      await view.at('name-column2').selectOption('ring');
+      await view.inspect('names');
+      await view.click('names-save');
+    }
+    await view.at('card-ring').waitFor();
+    await view.at('names').waitFor({ state: 'hidden' });
+    view.check(isFirst ? 'columns get names' : 'and keep them for this glove', true);
+    live.kill('SIGINT');
+    await view.page.context().close();
+  }
+  rmSync(sessions, { recursive: true, force: true });
+}
+
 // ---- the whole walk
 
 async function walk(view, screen, isFirst) {
@@ -341,6 +377,7 @@ async function main() {
   weigh();
   const browser = await launch('--enable-unsafe-swiftshader');
   await (await browser.newPage()).goto('about:blank'); // a browser in use has long started
+  await unnamed(browser);
   const screens = [
     { width: 1280, height: 800, colorScheme: 'light', reference: 'poses' },
     { width: 390, height: 844, colorScheme: 'dark', reference: 'drawn', reducedMotion: 'reduce' },

@@ -1,8 +1,9 @@
 // The camera that sees the reference: the page's own, whose pictures go to the program, or the program's, which are shown.
 import { errorLine, say } from './action';
 import type { App } from './app';
-import { h, percent, setOptions, setText, show } from './dom';
+import { h, percent, setAttribute, setOptions, setText, show, svg } from './dom';
 import { kHasMarkerless, Markerless } from './markerless';
+import { createMarks } from './marks';
 import type { Calibration } from './state';
 import { Webcam } from './webcam';
 import type { Picture } from './wire';
@@ -10,6 +11,8 @@ import type { Picture } from './wire';
 export function createCamera(app: App) {
   const error = errorLine('camera-error');
   const picture = createServerPicture();
+  const found = svg('svg', { class: 'found', 'aria-hidden': 'true', 'data-testid': 'camera-marks' });
+  const wanted = createMarks('marks-wanted');
   const waiting = h('p', { class: 'camera-waiting' });
   const facts = h('p', { class: 'facts', 'data-testid': 'camera-facts' });
   const webcam = new Webcam(app.sendPicture, (wrong) => {
@@ -30,10 +33,11 @@ export function createCamera(app: App) {
   const element = h(
     'aside',
     { class: 'camera', 'aria-label': 'Camera' },
-    h('div', { class: 'camera-frame' }, webcam.video, markerless.overlay, picture.element, waiting),
+    h('div', { class: 'camera-frame' }, webcam.video, markerless.overlay, picture.element, found, waiting),
     h('div', { class: 'row' }, turnOn, devices.element),
     facts,
     error,
+    wanted.element,
   );
   let asked = false; // once in a calibration: who says no is not asked again and again
 
@@ -63,6 +67,14 @@ export function createCamera(app: App) {
       show(webcam.video, own && webcam.on);
       show(markerless.overlay, withoutMarks && webcam.on);
       show(turnOn, own && !webcam.on);
+      const { step, reference, joints, marks_at } = calibration;
+      const { videoWidth, videoHeight } = webcam.video;
+      const { naturalWidth, naturalHeight } = picture.element;
+      const [width, height] = own ? [videoWidth, videoHeight] : [naturalWidth, naturalHeight];
+      setAttribute(found, 'viewBox', `0 0 ${width} ${height}`);
+      const ring = ([x, y]: [number, number]) => svg('circle', { cx: x * width, cy: y * height, r: width / 70 });
+      found.replaceChildren(...marks_at.map(ring));
+      wanted.set(step === 'reference' && reference === 'marks' ? joints : null);
       show(waiting, own ? !webcam.on : picture.element.hidden);
       setText(waiting, whyEmpty(calibration, own));
       setText(facts, markerless.loading ? 'The model is being loaded …' : factsOf(calibration));

@@ -425,8 +425,8 @@ function createFlash(app: App) {
   return {
     element,
     update() {
-      const { ports, device } = app.store.state;
-      show(element, device?.status !== 'twin'); // which has no board
+      const { ports, device, twin } = app.store.state;
+      show(element, twin === null || device?.status === 'boards'); // else a twin without boards
       setOptions(
         port,
         [{ value: '', text: 'Where it was heard' }, ...ports.map((p) => ({ value: p.path, text: p.path }))],

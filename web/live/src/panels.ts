@@ -15,7 +15,8 @@ import {
   time,
   title,
 } from './dom';
-import type { AnewFinger, Device } from './state';
+import { kFingers } from './mapping';
+import type { AnewFinger, Device, Finger } from './state';
 
 const kStatus: Record<Device['status'], string> = {
   none: 'No glove',
@@ -51,6 +52,7 @@ export function createGlove(app: App) {
     ask: () => app.do('device.leave'),
   });
   const choose = h('div', { class: 'row' }, h('label', { for: 'port', class: 'sr' }, 'Port'), port, connect);
+  const names = createNames(app);
   const element = h(
     'section',
     { class: 'panel', 'aria-labelledby': 'panel-glove' },
@@ -58,6 +60,7 @@ export function createGlove(app: App) {
     status,
     says,
     facts,
+    names.element,
     choose,
     error,
   );
@@ -65,6 +68,7 @@ export function createGlove(app: App) {
     element,
     update() {
       const { device, ports } = app.store.state;
+      names.update();
       const here = device !== null && !['none', 'gone'].includes(device.status);
       setText(status, [statusWord(device), device?.name].filter(Boolean).join(': '));
       setText(says, device?.says ?? '');
@@ -82,6 +86,41 @@ export function createGlove(app: App) {
       ]);
       show(choose, !here);
       show(leave, here);
+    },
+  };
+}
+
+// Which finger each column of a glove without names is: asked once, the program keeps it for that glove.
+function createNames(app: App) {
+  const error = errorLine('names-error');
+  const list = h('div', { class: 'names' });
+  const chosen = (): string[] => [...list.querySelectorAll('select')].map(({ value }) => value);
+  const save = button({
+    label: 'These are the fingers',
+    testId: 'names-save',
+    kind: 'primary',
+    error,
+    ask: () => app.do('columns.name', { names: chosen() }),
+  });
+  const element = h(
+    'div',
+    { class: 'field', 'data-testid': 'names', hidden: true },
+    h('p', {}, 'Its columns have no names. Bend one finger after the other: which reading moves? This is asked once.'),
+    list,
+    h('div', { class: 'row' }, save),
+    error,
+  );
+  const make = ({ name }: Finger): HTMLElement => {
+    const choice = h('select', { 'data-testid': `name-${name}` }, h('option', { value: '' }, 'No finger'));
+    choice.append(...kFingers.map((finger) => h('option', { value: finger }, title(finger))));
+    return h('label', { class: 'row' }, h('span', {}, title(name)), choice);
+  };
+  return {
+    element,
+    update() {
+      const { next, fingers } = app.store.state;
+      show(element, next?.kind === 'name');
+      keyed(list, fingers, ({ name }) => name, make);
     },
   };
 }
@@ -163,17 +202,17 @@ export function createModel(app: App) {
   };
 }
 
+const kMotion = 'Open and close every finger for ten seconds. Nothing changes before you accept.';
+const kPutOn = `Glove put on again? ${kMotion}`;
+const kSlipped = `The glove has slipped: it reads otherwise than when it was calibrated. ${kMotion}`;
+
 export function createAnew(app: App) {
   const error = errorLine('anew-error');
   const ask = (label: string, word: string, kind?: 'primary' | 'quiet'): HTMLButtonElement =>
     button({ label, testId: `anew-${word}`, ...(kind ? { kind } : {}), error, ask: () => app.do(`anew.${word}`) });
   const start = ask('Ten seconds of motion', 'start');
   const decide = h('div', { class: 'row' }, ask('Accept', 'accept', 'primary'), ask('Keep as it was', 'keep', 'quiet'));
-  const intro = h(
-    'p',
-    { class: 'muted' },
-    'Glove put on again? Open and close every finger for ten seconds. Nothing changes before you accept.',
-  );
+  const intro = h('p', { class: 'muted', 'data-testid': 'anew-intro' }, kPutOn);
   const bar = h('progress', { max: 10, value: 0, 'aria-label': 'Seconds of motion', 'data-testid': 'anew-progress' });
   const clock = h('p', { class: 'facts' });
   const { table, body } = tableOf('anew-table', 'How far off, degrees, by the new calibration', [
@@ -187,7 +226,7 @@ export function createAnew(app: App) {
   return {
     element,
     update() {
-      const { anew, model, tracking: isTracking, tracking_remark: why } = app.store.state;
+      const { anew, model, next, tracking: isTracking, tracking_remark: why } = app.store.state;
       const fingers = anew?.fingers ?? [];
       const seconds = anew?.seconds ?? 0;
       const of = anew?.of_seconds ?? 10;
@@ -199,6 +238,10 @@ export function createAnew(app: App) {
       for (const part of [bar, clock]) show(part, running);
       show(start, !done);
       show(intro, !running && !done);
+      const isSlipped = next?.kind === 'slipped';
+      element.classList.toggle('offered', isSlipped);
+      start.classList.toggle('primary', isSlipped);
+      setText(intro, isSlipped ? kSlipped : kPutOn);
       bar.max = of;
       bar.value = Math.min(of, seconds);
       setText(clock, `Keep moving: ${number(seconds)} of ${number(of)} s`);

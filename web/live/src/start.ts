@@ -3,6 +3,7 @@ import { button, errorLine, say } from './action';
 import type { App } from './app';
 import { h, keyed, setOptions, show, title } from './dom';
 import { kHasMarkerless } from './markerless';
+import { createMarks } from './marks';
 import type { Reference, State } from './state';
 
 const kReferences: { value: Reference; name: string; text: string }[] = [
@@ -54,7 +55,10 @@ export function createStart(app: App) {
   const references = radios('reference', kReferences);
   if (!kHasMarkerless) references.disable('markerless');
   const joints = h('select', { id: 'joints', 'data-testid': 'calibrate-joints' });
-  const jointsField = h('div', { class: 'field' }, h('label', { for: 'joints' }, 'Where the marks are'), joints);
+  const marks = createMarks('marks-chosen');
+  const label = h('label', { for: 'joints' }, 'Where the marks are');
+  const jointsField = h('div', { class: 'field' }, label, joints, marks.element);
+  joints.addEventListener('change', () => marks.set(joints.value));
   const ask = (): Promise<string | null> => {
     const name = person.value.trim();
     if (name === '') {
@@ -101,6 +105,7 @@ export function createStart(app: App) {
         state.joint_files.map((name) => ({ value: name, text: title(name) })),
         kFirstJoints,
       );
+      marks.set(joints.value);
       if (state.model?.side && !sides.touched()) sides.set(state.model.side);
       const simulated = state.twin !== null;
       references.offer('drawn', simulated);

@@ -75,6 +75,7 @@ export interface Calibration {
   pictures: Maybe;
   marks_found: Maybe; // of the newest picture
   marks: Maybe;
+  marks_at: [number, number][]; // where they are in the newest picture, as shares of its width and height
   tracked: Maybe;
   failed?: string | null;
   result: {

@@ -18,11 +18,11 @@ const kNext: Record<string, string> = {
   compensated:
     'The glove sends its own angles, and no readings of its strips: what you see and record is what it sends. A calibration needs readings: flash the firmware of flexor deploy for them.',
   move: 'Move your fingers: no reading has changed yet.',
-  name: 'No column is called like a finger, so no hand can be drawn: let the glove’s program print a first line, as thumb,index,middle,ring,pinky.',
+  name: 'No column is called like a finger: say which is which.',
   calibrate: 'The glove moves. Calibrate it: three minutes with a camera, or one without.',
   model_misfit: 'The model that was chosen is not worn: {why}',
   look_at: 'Look at {finger}: {why}.',
-  slipped: 'The glove lies otherwise than it did: put on anew, ten seconds.',
+  slipped: 'The glove has slipped: put on anew, ten seconds.',
   wear: 'Wear it. Put it on anew whenever it has been off.',
 };
 

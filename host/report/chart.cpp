@@ -1,0 +1,220 @@
+#include "host/report/chart.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/io/io.hpp"
+#include "host/io/json.hpp"
+#include "host/io/process.hpp"
+
+namespace flexor::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kStyles[] = {"line", "points", "steps", "intervals"};
+constexpr const char* kEndings[] = {"svg", "pdf"};
+
+// Five digits are more than a picture shows.
+Json rounded(const std::vector<double>& values, int digits) {
+  Json out = Json::array();
+  for (const double v : values)
+    out.push_back(std::isfinite(v) ? Json(std::stod(fmt::format("{:.{}g}", v, digits))) : Json(nullptr));
+  return out;
+}
+
+Json bound(double value) { return std::isnan(value) ? Json(nullptr) : Json(value); }
+
+class Script {
+ public:
+  template <class... Args>
+  void add(fmt::format_string<Args...> format, Args&&... args) {
+    text_ += fmt::format(format, std::forward<Args>(args)...) + "\n";
+  }
+  void begin(const Chart& chart, const std::filesystem::path& file);
+  void panel(const Panel& panel, bool is_last, const Chart& chart);
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+// The label of a tic is a format of gnuplot's.
+std::string tics(const std::vector<std::string>& names) {
+  std::string out;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::string label;
+    for (const char c : names[i]) label += c == '%' ? std::string("%%") : std::string(1, c);
+    out += fmt::format("{}{} {}", i == 0 ? "" : ", ", gnuplot_text(label), i);
+  }
+  return out;
+}
+
+std::string range(double least, double most) {
+  const auto end = [](double v) { return std::isnan(v) ? std::string("*") : fmt::format("{}", v); };
+  return fmt::format("[{}:{}]", end(least), end(most));
+}
+
+void Script::begin(const Chart& chart, const std::filesystem::path& file) {
+  const std::size_t n = chart.panels.size();
+  const auto height = static_cast<double>(90 + static_cast<int>(n) * chart.panel_px);
+  add("reset");
+  file.extension() == ".pdf"
+      ? add("set terminal pdfcairo size 4.7in,{:.2f}in font 'Helvetica,9' background '#ffffff'", height / 110)
+      : add("set terminal svg size 520,{:.0f} dynamic font 'Helvetica,14' name '{}' background '#ffffff'",
+            height, chart.figure.name);
+  add("set output {}", gnuplot_text(std::filesystem::absolute(file).string()));
+  add("set grid lc rgb '#dddddd'; set border 3 lc rgb '#666666'; set tics nomirror");
+  if (chart.is_dated) add("set xdata time; set timefmt '%s'; set format x '%Y-%m-%d'");
+  if (!chart.x_names.empty()) add("set xtics ({}) noenhanced rotate by -35", tics(chart.x_names));
+  const double foot = chart.x_names.empty() && !chart.is_dated ? 55 : 110;
+  add("set multiplot layout {},1 margins 0.14,0.96,{:.3f},{:.3f} spacing 0,0.03", n, foot / height,
+      1 - 40 / height);
+  for (const auto& [from, to] : chart.shaded)
+    add("set object rectangle from first {:.3f}, graph 0 to first {:.3f}, graph 1 fc rgb '#e8e8e8' fs solid "
+        "noborder behind",
+        from, to);
+}
+
+void Script::panel(const Panel& panel, bool is_last, const Chart& chart) {
+  std::string plot;
+  for (std::size_t s = 0; s < panel.series.size(); ++s) {
+    const Series& series = panel.series[s];
+    add("$data{} << EOD", s);
+    for (std::size_t i = 0; i < series.x.size(); ++i)
+      add("{}", std::isfinite(series.y[i]) ? fmt::format("{:.10g} {:.6g}", series.x[i], series.y[i]) : "");
+    add("EOD");
+    const std::string title =
+        series.name.empty() ? "notitle" : fmt::format("title {} noenhanced", gnuplot_text(series.name));
+    const std::string look =
+        series.style == Style::points
+            ? fmt::format("points pt 7 ps {:.2f}", series.width / 5)
+            : fmt::format("{} lw {}{}", series.style == Style::steps ? "histeps" : "lines", series.width,
+                          series.dashed ? " dt 2" : "");
+    plot += fmt::format("{}$data{} using 1:2 with {} lc rgb '{}' {}", s == 0 ? "plot " : ", ", s, look,
+                        series.colour, title);
+  }
+  add("set ylabel {} noenhanced; set yrange {}", gnuplot_text(panel.label), range(panel.least, panel.most));
+  panel.names.empty() ? add("set ytics auto") : add("set ytics ({}) noenhanced", tics(panel.names));
+  add("{}", panel.is_logarithmic ? "set logscale y" : "unset logscale y");
+  if (!is_last) add("set format x ''; unset xlabel");
+  if (is_last)
+    add("set format x {}; set xlabel {} noenhanced", chart.is_dated ? "'%Y-%m-%d'" : "'%g'",
+        gnuplot_text(chart.x_label));
+  add("{}", &panel == &chart.panels.front() ? "set key at screen 0.98,0.995 right top maxrows 2 samplen 1.5"
+                                            : "unset key");
+  if (!plot.empty()) add("{}", plot);
+}
+
+// The same data are the same bytes: a PDF has the date.
+void forget_date(const std::filesystem::path& file) {
+  constexpr std::string_view kDate = "/CreationDate (D:";
+  std::string bytes = io::read_file(file);
+  if (const auto at = bytes.find(kDate); at != std::string::npos)
+    bytes.replace(at + kDate.size(), 14, "20000101000000");
+  io::write_file(file, bytes);
+}
+
+}  // namespace
+
+Series intervals(const std::string& colour, const std::vector<double>& x, const std::vector<double>& low,
+                 const std::vector<double>& high) {
+  Series out{"", colour, {}, {}, Style::intervals};
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(low[i]) || !std::isfinite(high[i])) continue;
+    out.x.insert(out.x.end(), {x[i], x[i], x[i]});
+    out.y.insert(out.y.end(), {low[i], high[i], NAN});
+  }
+  return out;
+}
+
+std::string to_json(const Chart& chart) {
+  Json axes = Json::array();  // what several series share is written once
+  std::vector<const std::vector<double>*> known;
+  const auto axis_of = [&](const std::vector<double>& x) {
+    const auto at = std::ranges::find_if(known, [&](const auto* k) { return *k == x; });
+    const auto index = static_cast<std::size_t>(at - known.begin());
+    if (at == known.end()) {
+      known.push_back(&x);
+      axes.push_back(rounded(x, 10));
+    }
+    return index;
+  };
+  Json panels = Json::array();
+  for (const Panel& panel : chart.panels) {
+    Json list = Json::array();
+    for (const Series& s : panel.series) {
+      list.push_back({{"name", io::to_utf8(s.name)},
+                      {"colour", s.colour},
+                      {"x", axis_of(s.x)},
+                      {"y", rounded(s.y, 5)},
+                      {"style", kStyles[static_cast<std::size_t>(s.style)]},
+                      {"width", s.width},
+                      {"dashed", s.dashed}});
+    }
+    Json names = Json::array();
+    for (const std::string& name : panel.names) names.push_back(io::to_utf8(name));
+    panels.push_back({{"label", io::to_utf8(panel.label)},
+                      {"names", std::move(names)},
+                      {"least", bound(panel.least)},
+                      {"most", bound(panel.most)},
+                      {"log", panel.is_logarithmic},
+                      {"series", std::move(list)}});
+  }
+  Json x_names = Json::array();
+  for (const std::string& name : chart.x_names) x_names.push_back(io::to_utf8(name));
+  const Json json = {{"label", io::to_utf8(chart.x_label)},
+                     {"names", std::move(x_names)},
+                     {"dated", chart.is_dated},
+                     {"shaded", chart.shaded},
+                     {"height", chart.panel_px},
+                     {"axes", std::move(axes)},
+                     {"panels", std::move(panels)}};
+  std::string out;
+  for (const char c : json.dump()) out += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  return out;
+}
+
+std::string gnuplot_text(std::string_view text) {
+  std::string out = "'";
+  for (const char c : io::to_utf8(std::string(text))) {
+    if (c == '\'') out += '\'';
+    const auto byte = static_cast<unsigned char>(c);
+    out += byte < 0x20 || byte == 0x7f ? ' ' : c;
+  }
+  return out + "'";
+}
+
+void draw_files(const std::vector<Chart>& charts, const std::filesystem::path& folder) {
+  if (charts.empty()) return;
+  if (io::find_program("gnuplot").empty())
+    throw io::InputError("gnuplot is missing (script/bootstrap installs it): it draws the files of --pdf");
+  const io::TemporaryFolder drawn;
+  Script script;
+  for (const Chart& chart : charts) {
+    for (const char* ending : kEndings) {
+      script.begin(chart, drawn.path() / (chart.figure.name + "." + ending));
+      for (const Panel& panel : chart.panels) script.panel(panel, &panel == &chart.panels.back(), chart);
+      script.add("unset multiplot");
+    }
+  }
+  script.add("unset output");
+  io::write_file(drawn.path() / "script", script.text());
+  // Neither the reader's own settings nor the time zone, which a PDF carries, change a figure.
+  const io::ProcessResult result = io::run_process(
+      {"/usr/bin/env", "TZ=UTC", "gnuplot", "--default-settings", (drawn.path() / "script").string()},
+      drawn.path());
+  if (result.status != 0)
+    throw io::InputError("gnuplot could not draw: " + io::to_utf8(result.err.substr(0, 200)));
+  for (const Chart& chart : charts) {
+    forget_date(drawn.path() / (chart.figure.name + ".pdf"));
+    for (const char* ending : kEndings) {
+      const std::string name = chart.figure.name + "." + ending;
+      io::write_file(folder / name, io::read_file(drawn.path() / name));
+    }
+  }
+}
+
+}  // namespace flexor::report

@@ -221,11 +221,7 @@ void play_ensemble(const Options& o) {
         plan, [&](std::size_t done, std::size_t of) { line.step("experiment: laboratory", done, of); });
   }
   nlohmann::ordered_json json = study::to_json(result, plan);
-  if (!o.folder.empty()) {
-    io::write_file(std::filesystem::path(o.folder) / "results.json", io::dump(json));
-    log("drawing figures ...");
-    report::render(o.folder, o.plan.stop);
-  }
+  if (!o.folder.empty()) io::write_file(std::filesystem::path(o.folder) / "results.json", io::dump(json));
   if (o.json) {
     json["wall_s"] = result.wall_s;
     json["threads"] = result.threads;
@@ -234,7 +230,6 @@ void play_ensemble(const Options& o) {
     return;
   }
   print(ensemble_text(result, plan));
-  if (!o.folder.empty()) print(fmt::format("report    {}/report.html\n", o.folder));
 }
 
 // Units of readings and ends of angles, as the twin's glove and hand have them.

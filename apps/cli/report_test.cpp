@@ -381,26 +381,6 @@ TEST_F(ReportTest, OfDonningsIsDrawnFromWhatWasSaved) {
       << "2018-12-16, the first of two sensors";
 }
 
-// Of `experiment --ensemble --compensators raw`.
-TEST_F(ReportTest, OfAnEnsembleNeedsNoPublishedCompensatorToCompareWith) {
-  io::write_file(folder_ / "results.json",
-                 R"({"kind": "ensemble", "version": "1", "laboratories": 1, "shapes": [],
-  "cells": [{"gesture": 4, "compensator": "raw", "published_deg_s": 860,
-             "total_error_deg_s": {"median": 390, "low": 380, "high": 400}}],
-  "headlines": [{"compensator": "raw", "mean_ratio_to": {"line": {"median": 2, "low": 1, "high": 3}},
-                 "share_of_laboratories_below": {"line": 0}}],
-  "scenarios": [{"name": "worn anew", "headlines": []}], "null_model": {"log_rms_gestures_1_to_4": 0.25, "log_rms_gestures_5_and_6": 0.44},
-  "log_rms": {"gestures_1_to_4": null, "gestures_5_and_6": null},
-  "ensemble": {"chains": 8, "worst_r_hat": 1.1, "least_effective": 9, "seed": 7,
-               "doubt": "the chains disagree"}})");
-  expect_the_same_once_more();
-  EXPECT_NE(read("report.html").find("the chains disagree"), std::string::npos);
-  EXPECT_NE(read("report.html").find("worn anew"), std::string::npos) << "a scenario without its figures";
-  EXPECT_NE(read("report.html").find("one constant for each compensator: 0.25"), std::string::npos);
-  EXPECT_NE(read("report.html").find("390 (380 to 400)"), std::string::npos);
-  EXPECT_EQ(page("report.html").find("published Hammerstein-Wiener"), std::string::npos);
-}
-
 TEST_F(ReportTest, OfADeploymentIsDrawnFromWhatWasSaved) {
   deploy::Deployment d;
   d.glove.model = study::compensator("published-hw", 10).model;

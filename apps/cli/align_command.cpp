@@ -57,10 +57,9 @@ void run(const Options& o) {
         {"drift_se_ppm", optional(a.drift_se_ppm)},
         {"version", FLEXOR_VERSION},
         {"warnings", aligned.warnings}};
-    print(io::dump(json));
-    return;
+    return print(io::dump(json));
   }
-  for (const std::string& warning : aligned.warnings) log("warning: " + warning);
+  for (const std::string& warning : aligned.warnings) log_warning(warning);
   const std::string error = a.clock_offset_se_s ? fmt::format(" +- {:.3f}", *a.clock_offset_se_s) : "";
   print(fmt::format("clock offset   {:+.3f} s{} (reference time minus sensor time)\n", aligned.clock_offset_s,
                     o.clock_offset_s ? ", as given" : error));

@@ -102,7 +102,7 @@ Done follow(const Options& o, const model::Model& model, recording::CsvReader& r
   } else {
     with(identify::Estimator<model::DoubleArithmetic>(model));
   }
-  for (const std::string& note : stream.notes()) log("note: " + note);
+  for (const std::string& note : stream.notes()) log_note(note);
   return done;
 }
 

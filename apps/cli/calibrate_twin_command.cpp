@@ -5,7 +5,6 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/ensemble_text.hpp"
 #include "apps/cli/progress.hpp"
-#include "apps/cli/stop.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/study/null_model.hpp"
@@ -47,8 +46,7 @@ void fit_twin(const TwinOptions& o) {
                        {"file", o.out},
                        {"seed", o.seed},
                        {"version", FLEXOR_VERSION}};
-    print(io::dump(json));
-    return;
+    return print(io::dump(json));
   }
   print(fmt::format(
       "rms of ln(ours/published) on gestures 1-4: {:.3f} (one constant for each compensator: {:.3f}), {} "
@@ -63,7 +61,7 @@ void draw_twins(const TwinOptions& o) {
   request.trials = o.trials.value_or(request.trials);
   request.seed = o.seed;
   request.threads = o.threads;
-  StopOnSignal stop;
+  io::StopOnSignal stop;
   request.stop = stop.flag();
   study::Ensemble ensemble;
   try {
@@ -76,7 +74,7 @@ void draw_twins(const TwinOptions& o) {
     stop.end();
   }
   io::write_file(o.out, study::to_json(ensemble));
-  if (const std::string doubt = ensemble.doubt(); !doubt.empty()) log("warning: " + doubt);
+  if (const std::string doubt = ensemble.doubt(); !doubt.empty()) log_warning(doubt);
   if (!o.json) {
     print(ensemble_text(ensemble));
     print(fmt::format("written to {}\n", o.out));

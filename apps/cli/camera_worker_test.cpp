@@ -101,7 +101,7 @@ TEST_F(Rendered, ATrackThatIsStoppedKeepsWhatItHas) {
   const Json whole = camera.run("track", track_arguments());
   const std::string all = io::read_file(path("angles.csv"));
   const Json stopped =
-      camera.run("track", track_arguments(), [](std::size_t done, std::size_t) { return done < 5; });
+      camera.run("track", track_arguments(), [](const io::Progress& p) { return p.done < 5; });
   EXPECT_LT(stopped.at("frames"), whole.at("frames"));
   EXPECT_GE(stopped.at("frames"), 5);
   EXPECT_LT(io::read_file(path("angles.csv")).size(), all.size());

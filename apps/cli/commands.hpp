@@ -30,6 +30,9 @@ std::pair<std::remove_const_t<Options>*, CLI::App*> add_command(
   return {options.get(), command};
 }
 
+// All commands of `app`, as main() parses them.
+void add_commands(CLI::App& app);
+
 void add_align(CLI::App& app);
 void add_protocol(CLI::App& app);
 void add_camera(CLI::App& app);
@@ -50,6 +53,7 @@ void add_track(CLI::App& app);
 void add_twin(CLI::App& app);
 void add_twin_wear(CLI::App& twin);
 void add_identify(CLI::App& app);
+void add_job(CLI::App& app);
 void add_apply(CLI::App& app);
 void add_recalibrate(CLI::App& app);
 void add_report(CLI::App& app);
@@ -89,7 +93,7 @@ std::string seed_fault(const std::string& text);
 void check_unit(const model::Input& input, const std::string& file, const std::string& column,
                 const std::string& unit);
 
-// Throws Doubt, one line, where the model hardly knows what the columns of the log hold; warns where it knows a part.
+// Throws io::Doubt, one line, where the model hardly knows what the columns of the log hold; warns where it knows a part.
 void check_ranges(const model::Model& model, const std::string& file, const std::vector<std::string>& columns,
                   const model::RangeCount& ranges);
 
@@ -115,17 +119,14 @@ struct TrackOptions {
 nlohmann::ordered_json track_video(io::Worker& camera, const TrackOptions& options,
                                    const std::function<bool()>& goes_on);
 
-// The result is written, but it means little. Exit 3.
-struct Doubt : std::runtime_error {
-  explicit Doubt(std::string_view what) : std::runtime_error(io::one_line(what)) {}
-};
-
 // Prints to standard output, control characters but line ends and tabs as question marks; throws io::JobError when it is closed or full.
 void print(const std::string& text);
 // Likewise with our own escapes: what is foreign in it was given to io::one_line.
 void print_as_it_is(const std::string& text);
 
-// One line on standard error.
-void log(const std::string& line);
+// One line on standard error, or a warning of the job: a message of its own kind, "warning: ..." or "note: ...".
+void log(const std::string& line, const char* kind = "message");
+inline void log_warning(const std::string& text) { log("warning: " + text, "warning"); }
+inline void log_note(const std::string& text) { log("note: " + text, "note"); }
 
 }  // namespace flexor::cli

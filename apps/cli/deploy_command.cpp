@@ -74,7 +74,8 @@ link::Key given_key(const std::string& text) {
   if (!hex && text != "-" && !std::filesystem::exists(text, error))
     throw io::InputError("--key: no file of this name, and not 32 hexadecimal digits either");
   if (!hex) return deploy::load_key(text);
-  log("warning: a key on the command line shows in the process list and the shell's history: --key takes a "
+  log_warning(
+      "a key on the command line shows in the process list and the shell's history: --key takes a "
       "file");
   return deploy::key_from_hex(text);
 }

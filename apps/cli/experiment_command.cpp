@@ -8,7 +8,6 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/ensemble_text.hpp"
 #include "apps/cli/progress.hpp"
-#include "apps/cli/stop.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/report/render.hpp"
@@ -23,7 +22,7 @@ namespace experiment_command {
 
 struct Options {
   std::string gestures = "1-6";
-  std::string compensators = "raw,published-w,published-hw";
+  std::vector<std::string> compensators = {"raw", "published-w", "published-hw"};
   TwinFiles twin;
   double rate_hz = 10;
   std::optional<int> trials;
@@ -189,7 +188,7 @@ void play(Options& o) {
     result = study::run(plan, progress);
     if (o.scenarios) scenarios = run_scenarios(plan, progress);
   }
-  for (const std::string& warning : study::warnings(result, plan)) log("warning: " + warning);
+  for (const std::string& warning : study::warnings(result, plan)) log_warning(warning);
   if (!o.folder.empty()) {
     draw(plan, result, scenarios);
   }
@@ -210,7 +209,7 @@ void require_ensemble_options(const Options& o) {
 void play_ensemble(const Options& o) {
   study::EnsemblePlan plan{
       study::ensemble_from_json(io::read_document(o.ensemble), o.ensemble), o.plan, {}, o.rate_hz};
-  if (const std::string doubt = plan.ensemble.doubt(); !doubt.empty()) log("warning: " + doubt);
+  if (const std::string doubt = plan.ensemble.doubt(); !doubt.empty()) log_warning(doubt);
   if (o.scenarios) plan.scenarios = study::changed_scenarios();
   std::optional<study::FolderLock> lock;
   if (!o.folder.empty()) plan.plan.lock = &lock.emplace(o.folder);
@@ -226,8 +225,7 @@ void play_ensemble(const Options& o) {
     json["wall_s"] = result.wall_s;
     json["threads"] = result.threads;
     json["resumed_laboratories"] = result.resumed;
-    print(io::dump(json));
-    return;
+    return print(io::dump(json));
   }
   print(ensemble_text(result, plan));
 }
@@ -257,11 +255,11 @@ void run(Options& o) {
   plan.parameters = twin_parameters(o.twin);
   std::vector<std::string> notes;
   plan.motions = study::motions(o.gestures, notes);
-  for (const std::string& note : notes) log("warning: " + note);
+  for (const std::string& note : notes) log_warning(note);
   plan.compensators = study::compensators(o.compensators, o.rate_hz);
   for (study::Compensator& one : plan.compensators) meet_twin(one, plan.parameters);
   plan.folder = o.folder;
-  StopOnSignal stop;
+  io::StopOnSignal stop;
   plan.stop = stop.flag();
   try {
     if (o.ensemble.empty()) {
@@ -320,6 +318,7 @@ void add_experiment(CLI::App& app) {
   command
       ->add_option("--compensators", o->compensators,
                    "raw, published-w, published-hw, or model files, with commas")
+      ->delimiter(',')
       ->capture_default_str();
   command->add_option("--seed", o->plan.seed, "everything random follows from it")
       ->check(seed_fault)

@@ -99,7 +99,7 @@ void run(Options& o) {
   if (is_of_model(o.to)) return write_function(o);
   o.angles.ends_deg = ends_deg(o.model);
   const exports::Written done = write(o);
-  for (const std::string& note : done.notes) log("note: " + note);
+  for (const std::string& note : done.notes) log_note(note);
   if (o.json) {
     nlohmann::ordered_json rate = nullptr;
     if (done.rate_hz > 0) rate = done.rate_hz;

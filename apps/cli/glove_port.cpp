@@ -55,7 +55,7 @@ std::unique_ptr<listen::Source> open_boards(const GlovePort& o) {
 
 std::unique_ptr<listen::Source> open_recording(const GlovePort& o) {
   auto replay = std::make_unique<listen::ReplaySource>(o.from, o.speed, o.time);
-  for (const std::string& warning : replay->warnings()) log("warning: " + warning);
+  for (const std::string& warning : replay->warnings()) log_warning(warning);
   return replay;
 }
 

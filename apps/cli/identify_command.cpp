@@ -8,12 +8,12 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
-#include "apps/cli/stop.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/identify/from_poses.hpp"
 #include "host/identify/hand.hpp"
 #include "host/identify/hand_results.hpp"
 #include "host/identify/identify_files.hpp"
+#include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 #include "host/report/render.hpp"
@@ -82,7 +82,7 @@ class Search {
 
   std::optional<double> limit_s_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  std::optional<StopOnSignal> stop_{std::in_place};
+  std::optional<io::StopOnSignal> stop_{std::in_place};
   bool said_ = false;
   std::optional<ProgressLine> line_{std::in_place};
 };
@@ -97,7 +97,7 @@ std::filesystem::path angles_of_video(const Options& o, io::Worker& camera,
   track.lens = o.lens;
   track.out = folder / (video.stem().string() + "_angles.csv");
   const nlohmann::ordered_json tracked = track_video(camera, track, [] { return true; });
-  for (const auto& warning : tracked.at("warnings")) log("warning: " + warning.get<std::string>());
+  for (const auto& warning : tracked.at("warnings")) log_warning(warning.get<std::string>());
   return track.out;
 }
 
@@ -143,7 +143,7 @@ void show_rows(const std::string& joint, const std::string& what,
 }
 
 void show(const identify::HandIdentification& r) {
-  for (const std::string& warning : r.warnings) log("warning: " + warning);
+  for (const std::string& warning : r.warnings) log_warning(warning);
   const std::vector<std::string> names = identify::names_of_pairs(r.request);
   for (std::size_t p = 0; p < r.clocks.size(); ++p) {
     print(fmt::format("{}: clock offset {:+.3f} s +- {:.3f}, confidence {:.2f}\n", names[p],
@@ -233,8 +233,8 @@ std::vector<identify::JointMap> map_by_name(const identify::HandRequest& r) {
     const std::string finger = angle.substr(0, angle.find('_'));
     if (std::ranges::count(model::finger_names(), finger) > 0 && !angle.ends_with("_quality") &&
         std::ranges::count(map, angle, &identify::JointMap::reference) == 0)
-      log(fmt::format("note: {} is left out: {} has no column of numbers called {}", angle,
-                      r.pairs.front().sensor.string(), finger));
+      log_note(fmt::format("{} is left out: {} has no column of numbers called {}", angle,
+                           r.pairs.front().sensor.string(), finger));
   }
   return map;
 }
@@ -302,7 +302,7 @@ void run_poses(const Options& o) {
                            {"warnings", r.warnings},
                            {"version", FLEXOR_VERSION}}));
   }
-  for (const std::string& warning : r.warnings) log("warning: " + warning);
+  for (const std::string& warning : r.warnings) log_warning(warning);
   for (std::size_t j = 0; j < r.model.joints.size(); ++j) {
     print(fmt::format("{:<16}open {:.5g}, fist {:.5g} {}\n", r.model.joints[j].name,
                       r.model.inputs[j].poses->open, r.model.inputs[j].poses->fist, r.model.inputs[j].unit));
@@ -353,9 +353,9 @@ void run(Options& o) {
     if (!o.report.empty()) print(fmt::format("report   {}/report.html\n", o.report));
   }
   if (std::ranges::any_of(result.joints, [](const auto& joint) { return joint.untried > 0; }))
-    throw Doubt(identify::kStopped);
+    throw io::Doubt(identify::kStopped);
   if (result.leave_out_stopped)
-    throw Doubt("stopped before each part was left out: their verdict is missing");
+    throw io::Doubt("stopped before each part was left out: their verdict is missing");
 }
 
 void add_structure(CLI::App& command, identify::HandRequest& r) {

@@ -43,8 +43,7 @@ void run(const Options& o) {
     json["frame_rate_hz"] = frames_hz;
     json["seed"] = o.seed;
     json["version"] = FLEXOR_VERSION;
-    print(io::dump(json));
-    return;
+    return print(io::dump(json));
   }
   print(fmt::format("from a sensor's edge to the motor, ms: {}, {} edges{}\n\n{}", title, budget.edges,
                     budget.lost > 0 ? fmt::format(", {} more lost on the way", budget.lost) : "",

@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
 #include "apps/cli/commands.hpp"
-#include "apps/cli/stop.hpp"
 #include "apps/live/live.hpp"
 #include "apps/live/worn_gloves.hpp"
 #include "host/export/joint_state.hpp"
 #include "host/export/opengloves.hpp"
+#include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
@@ -105,7 +105,7 @@ live::LiveOptions live_options(const Options& o) {
 void run(const Options& o) {
   live::LiveOptions options = live_options(o);
   live::Live live(std::move(options));
-  StopOnSignal stop;
+  io::StopOnSignal stop;
   if (o.json) {
     print(io::dump_line({{"url", live.url()},
                          {"sessions", sessions_folder(o.sessions).string()},

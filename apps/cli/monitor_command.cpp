@@ -7,7 +7,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/glove_port.hpp"
-#include "apps/cli/stop.hpp"
+#include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 
 namespace flexor::cli {
@@ -114,7 +114,7 @@ class View {
 
 void run(const Options& o) {
   const std::unique_ptr<listen::Source> source = open_glove(o.glove);
-  StopOnSignal stop;
+  io::StopOnSignal stop;
   View view(*source);
   const bool live = !o.json && isatty(STDOUT_FILENO) != 0;
   const double begin_s = source->now_s();

@@ -154,8 +154,8 @@ void run_complete(CompleteOptions& o) {
   const posture::Completion c = complete(o);
   const std::vector<std::string> warnings = warnings_of(o, c);
   if (o.json) return print(io::dump(json_of(c, warnings)));
-  for (const std::string& note : c.notes) log("note: " + note);
-  for (const std::string& warning : warnings) log("warning: " + warning);
+  for (const std::string& note : c.notes) log_note(note);
+  for (const std::string& warning : warnings) log_warning(warning);
   std::vector<std::string> inputs;
   for (const auto& input : c.inputs) inputs.push_back(input.name);
   print(fmt::format("rows      {}\ninputs    {}\n", c.rows, fmt::join(inputs, ", ")));

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "apps/cli/commands.hpp"
+#include "apps/cli/job.hpp"
 #include "apps/cli/program.hpp"
 #include "host/identify/map_check.hpp"
 #include "host/io/interrupt.hpp"
@@ -53,6 +54,7 @@ void add_hardware(CLI::App& command, std::string& hardware) {
 void print(const std::string& text) { print_as_it_is(io::without_controls(text, "\n\r\t")); }
 
 void print_as_it_is(const std::string& text) {
+  if (job_output != nullptr) return void(job_output->result += text);
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
     standard_output_failed();
   }
@@ -102,7 +104,7 @@ void check_ranges(const model::Model& model, const std::string& file, const std:
                                    columns[i], count.beyond, read, input.readings->reading.front(),
                                    input.readings->reading.back()));
     } else if (count.readings > 0 && 10 * count.outside >= count.readings) {
-      log(fmt::format("warning: {}: {}", file, outside));
+      log_warning(fmt::format("{}: {}", file, outside));
     }
     if (ranges.mirrored(i)) turned.push_back(columns[i]);
   }
@@ -120,19 +122,24 @@ void check_ranges(const model::Model& model, const std::string& file, const std:
         "wired "
         "the other way round?",
         recording::listed(turned));
-    if (doubts.empty()) log(fmt::format("warning: {}: {}", file, mend));
+    if (doubts.empty()) log_warning(fmt::format("{}: {}", file, mend));
   }
   if (doubts.empty()) return;
-  throw Doubt(fmt::format("{}: {}: {}", file, fmt::join(doubts, "; "), mend));
+  throw io::Doubt(fmt::format("{}: {}: {}", file, fmt::join(doubts, "; "), mend));
 }
 
 void check_unit(const model::Input& input, const std::string& file, const std::string& column,
                 const std::string& unit) {
-  if (const auto note = identify::unit_note(input, file, column, unit)) log("note: " + *note);
+  if (const auto note = identify::unit_note(input, file, column, unit)) log_note(*note);
 }
 
 // Losing a line of a log is no reason to lose the work.
-void log(const std::string& line) {
+void log(const std::string& line, const char* kind) {
+  if (job_output != nullptr) {
+    const std::string text =
+        line.substr(line.starts_with(std::string(kind) + ": ") ? std::strlen(kind) + 2 : 0);
+    return void(job_output->event({{"warning", {{"kind", kind}, {"text", io::to_utf8(text)}}}}));
+  }
   (void)std::fputs((io::without_controls(line, "\n\r\t") + "\n").c_str(), stderr);
 }
 
@@ -197,6 +204,7 @@ constexpr Command kCommands[] = {
     {add_experiment, "The paper", "flexor experiment --trials 200 --out paper/"},
     {add_twin, "The paper", "flexor twin record --out glove/"},
     {add_calibrate_twin, "The paper", "flexor calibrate-twin --out twin.json"},
+    {add_job, "Programs", "flexor job identify < request.json"},
 };
 constexpr std::pair<const char*, const char*> kMore[] = {
     {"twin record", "flexor twin record --out glove/"},
@@ -250,21 +258,18 @@ void require_command(const CLI::App& app, const std::string& name) {
       *std::ranges::min_element(names, {}, [&](const std::string& one) { return distance(name, one); })));
 }
 
+// Whatever ends a command: its exit status. What fails once a signal has come is nobody's fault.
+int failed(const std::string& text, int status) {
+  io::wait_if_ending();
+  log("flexor: " + text);
+  return status;
+}
+
 }  // namespace
 
-int run(int argc, char** argv) {
-  constexpr int kFailed = 1;
-  constexpr int kBadInput = 2;
-  constexpr int kDoubt = 3;
-  std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);
-  occupy_standard_streams();
-  io::end_cleanly_on_signals();
-  CLI::App app("Flexor: turn a flex-sensor glove into a measuring instrument", "flexor");
-  app.set_version_flag("--version", std::string("flexor ") + FLEXOR_VERSION);
+void add_commands(CLI::App& app) {
   app.require_subcommand(1);
   app.formatter(std::make_shared<Formatter>());
-  app.add_option_function<int>("--ends-with", io::end_with)->group("");  // a job of the live view, with it
   for (const Command& command : kCommands) {
     command.add(app);
     describe(*app.get_subcommands({}).back(), command);
@@ -276,6 +281,20 @@ int run(int argc, char** argv) {
     begin_with(*command, example);
   }
   guard_options(app);
+}
+
+int run(int argc, char** argv) {
+  constexpr int kFailed = 1;
+  constexpr int kBadInput = 2;
+  constexpr int kDoubt = 3;
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  occupy_standard_streams();
+  const bool is_worker = argc == 2 && std::string_view(argv[1]) == "job";
+  io::end_cleanly_on_signals(is_worker ? io::LastWord::none : io::LastWord::interrupted);
+  CLI::App app("Flexor: turn a flex-sensor glove into a measuring instrument", "flexor");
+  app.set_version_flag("--version", std::string("flexor ") + FLEXOR_VERSION);
+  add_commands(app);
   try {
     if (argc < 2 || std::string_view(argv[1]) == "help") {
       print(app.help());
@@ -284,24 +303,20 @@ int run(int argc, char** argv) {
     require_command(app, argv[1]);
     parse(app, argc, argv);
     return 0;
+  } catch (const JobEnded& job) {
+    return job.status;
   } catch (const CLI::ParseError& error) {
-    log(fmt::format("flexor: {} (try --help)", error.what()));
-    return kBadInput;
+    return failed(fmt::format("{} (try --help)", error.what()), kBadInput);
   } catch (const io::InputError& error) {
-    log(fmt::format("flexor: {}", error.what()));
-    return kBadInput;
-  } catch (const Doubt& error) {
-    log(fmt::format("flexor: {}", error.what()));
-    return kDoubt;
+    return failed(error.what(), kBadInput);
+  } catch (const io::Doubt& error) {
+    return failed(error.what(), kDoubt);
   } catch (const io::JobError& error) {
-    log(fmt::format("flexor: {}", error.what()));
-    return kFailed;
+    return failed(error.what(), kFailed);
   } catch (const std::bad_alloc&) {
-    log("flexor: out of memory: is the recording's time column in the right unit?");
-    return kFailed;
+    return failed("out of memory: is the recording's time column in the right unit?", kFailed);
   } catch (const std::exception& error) {
-    log(fmt::format("flexor: {}: this is a defect of Flexor, please report it", error.what()));
-    return kFailed;
+    return failed(fmt::format("{}: this is a defect of Flexor, please report it", error.what()), kFailed);
   }
 }
 

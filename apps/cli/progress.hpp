@@ -1,4 +1,5 @@
-// Progress on standard error: one line that rewrites itself for a person, now and then a line in a log.
+// Progress on standard error: one line that rewrites itself for a person, now and then a line in a log; or to whoever asked for
+// the job.
 #pragma once
 
 #include <fmt/format.h>
@@ -7,6 +8,8 @@
 #include <chrono>
 #include <cstdio>
 #include <string>
+
+#include "apps/cli/job.hpp"
 
 namespace flexor::cli {
 
@@ -19,13 +22,7 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  void show(const std::string& text) {
-    const auto now = std::chrono::steady_clock::now();
-    if (now - last_ < (terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(2000))) return;
-    last_ = now;
-    shown_ = true;
-    write(terminal_ ? "\r\033[K" + text : text + "\n");
-  }
+  void show(const std::string& text) { show(io::Progress{text}); }
 
   // Step `done` of `of` (0: not known) begins; from two seconds on with the time left, as fast as it went so
   // far. A further run of steps starts its own clock.
@@ -34,12 +31,10 @@ class ProgressLine {
     if (done < last_done_) begin_ = now;
     last_done_ = done;
     const double elapsed_s = std::chrono::duration<double>(now - begin_).count();
-    std::string text = of > 0 ? fmt::format("{} {} of {}", what, done, of) : fmt::format("{} {}", what, done);
-    if (elapsed_s > 2 && done > 0 && done < of) {
-      text += fmt::format(", about {:.0f} s left",
-                          elapsed_s * static_cast<double>(of - done) / static_cast<double>(done));
-    }
-    show(text);
+    io::Progress progress{what, done, of};
+    if (elapsed_s > 2 && done > 0 && done < of)
+      progress.seconds_left = elapsed_s * static_cast<double>(of - done) / static_cast<double>(done);
+    show(progress);
   }
 
   // The same for what is counted in percent; 0: it begins, or cannot be counted.
@@ -51,6 +46,20 @@ class ProgressLine {
   }
 
  private:
+  void show(const io::Progress& p) {
+    const bool often = terminal_ || job_output != nullptr;
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < std::chrono::milliseconds(often ? 100 : 2000)) return;
+    last_ = now;
+    if (job_output != nullptr) return job_output->show(p);
+    shown_ = true;
+    std::string text = p.stage;
+    if (p.done > 0 || p.of > 0) text += fmt::format(" {}", p.done);
+    if (p.of > 0) text += fmt::format(" of {}", p.of);
+    if (p.seconds_left) text += fmt::format(", about {:.0f} s left", *p.seconds_left);
+    write(terminal_ ? "\r\033[K" + text : text + "\n");
+  }
+
   static void write(const std::string& text) { (void)std::fputs(text.c_str(), stderr); }
 
   bool terminal_;

@@ -18,7 +18,7 @@ struct Options {
 };
 
 void show(const identify::Recalibration& r, const std::string& out) {
-  for (const std::string& note : r.notes) log("note: " + note);
+  for (const std::string& note : r.notes) log_note(note);
   print(fmt::format("{:<16}{:>18}{:>20}\n", "", "angles change by", "uncertain by"));
   for (const identify::RecalibratedJoint& joint : r.joints)
     print(fmt::format("{:<16}{:>14.1f} deg{:>13.1f} deg\n", joint.name, joint.change_deg, joint.se_deg));

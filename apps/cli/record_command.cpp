@@ -5,7 +5,7 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/glove_port.hpp"
 #include "apps/cli/progress.hpp"
-#include "apps/cli/stop.hpp"
+#include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/listen/log.hpp"
 
@@ -64,7 +64,7 @@ Recorded record(const Options& o, listen::Source& source, const std::atomic<bool
     take(samples, source, o.out, log);
     out.silent_s = event == listen::Event::ended ? 0 : span.silent_s(source.now_s());
     if (!std::exchange(is_silent, out.silent_s >= kSilence_s) && is_silent)
-      cli::log(fmt::format("warning: nothing has come for {:g} s: is the glove still running?", kSilence_s));
+      cli::log_warning(fmt::format("nothing has come for {:g} s: is the glove still running?", kSilence_s));
     if (log) log->flush_if_due(source.now_s());
     if (!log && (event == listen::Event::ended || source.now_s() > kPatience_s))
       throw io::JobError("no sample came: the glove is heard but says nothing that can be recorded");
@@ -79,7 +79,7 @@ void run(const Options& o) {
   if (std::filesystem::exists(o.out))
     throw io::InputError(o.out + ": is there already: a recording is never written over, name another");
   const std::unique_ptr<listen::Source> source = open_glove(o.glove);
-  StopOnSignal stop;
+  io::StopOnSignal stop;
   const auto [log, unplugged, silent_s] = record(o, *source, *stop.flag());
   if (!log) stop.end();
   const listen::Tally& tally = source->tally();
@@ -103,7 +103,7 @@ void run(const Options& o) {
         unplugged));
   }
   if (silent_s >= kSilence_s)
-    throw Doubt(fmt::format("{}: the glove fell silent {:.0f} s before the end", o.out, silent_s));
+    throw io::Doubt(fmt::format("{}: the glove fell silent {:.0f} s before the end", o.out, silent_s));
 }
 
 }  // namespace record_command

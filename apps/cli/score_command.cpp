@@ -57,7 +57,7 @@ recording::Recording read(const std::string& path, const std::string& column,
                           const recording::TimeOptions& time) {
   recording::Recording out =
       column.empty() ? recording::read_csv(path, {}, time) : recording::read_angle(path, column, time);
-  for (const std::string& warning : out.warnings) log("note: " + warning);
+  for (const std::string& warning : out.warnings) log_note(warning);
   out.warnings.clear();
   return out;
 }
@@ -65,7 +65,7 @@ recording::Recording read(const std::string& path, const std::string& column,
 recording::Recording angle_of(recording::Recording all, const std::string& column) {
   recording::leave_out_lost(all, column);
   recording::to_degrees(all, column, "");
-  for (const std::string& warning : all.warnings) log("note: " + warning);
+  for (const std::string& warning : all.warnings) log_note(warning);
   return all;
 }
 
@@ -84,13 +84,13 @@ score::Score score_of(const Options& o, const recording::Recording& measured, co
                                      o.estimate, name, error.what()));
   }
   if (s.left_out > 0) {
-    log(fmt::format(
-        "note: {}{} of {} samples of the estimate lie in gaps of the measured angle and are left out", name,
-        s.left_out, s.left_out + s.samples));
+    log_note(
+        fmt::format("{}{} of {} samples of the estimate lie in gaps of the measured angle and are left out",
+                    name, s.left_out, s.left_out + s.samples));
   }
   if (s.lag_at_edge) {
-    log(
-        fmt::format("warning: {}the best lag lies at the edge of the search: are the two on the same clock? "
+    log_warning(
+        fmt::format("{}the best lag lies at the edge of the search: are the two on the same clock? "
                     "--estimate-offset shifts one",
                     name));
   }

@@ -21,7 +21,7 @@ void run(const Options& o) {
         fmt::format("{}: there are no sessions yet: flexor live makes them", folder.string()));
   const std::vector<live::Session> sessions = live::Sessions(folder).list();
   if (sessions.size() == live::Sessions::kMostListed)
-    log(fmt::format("note: the newest {} sessions are listed", sessions.size()));
+    log_note(fmt::format("the newest {} sessions are listed", sessions.size()));
   if (o.json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const live::Session& s : sessions) {

@@ -7,7 +7,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
-#include "apps/cli/stop.hpp"
+#include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/report/render.hpp"
 #include "host/study/bench.hpp"
@@ -69,12 +69,9 @@ Json setup_arguments(const Options& o) {
 
 void run_setup(const Options& o, io::Worker& camera) {
   const Json setup = camera.run("propose_marks", setup_arguments(o));
-  if (o.json) {
-    print(io::dump(setup));
-    return;
-  }
+  if (o.json) return print(io::dump(setup));
   const auto trouble = setup.at("trouble").get<std::string>();
-  if (!trouble.empty()) log("warning: " + trouble);
+  if (!trouble.empty()) log_warning(trouble);
   print(fmt::format("{:>3}  {:<16}{:>9}{:>9}{:>9}\n", "", o.assign.empty() ? "proposed" : "assigned", "x px",
                     "y px", "area"));
   for (const Json& c : setup.at("candidates")) {
@@ -119,17 +116,14 @@ void run(const Options& o) {
     return;
   }
   // A camera has no end of its own: Ctrl-C is how its recording is finished.
-  std::optional<StopOnSignal> stop;
+  std::optional<io::StopOnSignal> stop;
   if (std::filesystem::is_character_file(o.track.video)) stop.emplace();
   Json result = track_video(camera, o.track, [&] { return !stop || !*stop->flag(); });
   if (!o.track.report.empty()) report::render(o.track.report);
   if (stop && *stop->flag())
     result.at("warnings").push_back("interrupted: what was tracked until then is kept");
-  for (const Json& warning : result.at("warnings")) log("warning: " + warning.get<std::string>());
-  if (o.json) {
-    print(io::dump(result));
-    return;
-  }
+  for (const Json& warning : result.at("warnings")) log_warning(warning.get<std::string>());
+  if (o.json) return print(io::dump(result));
   show(o, result);
 }
 
@@ -148,15 +142,12 @@ void run_calibrate(const CalibrateOptions& o) {
                                {{"pictures", std::move(pictures)},
                                 {"board", io::bytes_to_json(o.board)},
                                 {"out", io::bytes_to_json(o.out)}},
-                               [](std::size_t, std::size_t of) {
-                                 log(fmt::format("looking for the board in {} picture(s) ...", of));
+                               [](const io::Progress& p) {
+                                 log(fmt::format("looking for the board in {} picture(s) ...", p.of));
                                  return true;
                                });
-  for (const Json& refused : lens.at("refused")) log("warning: " + refused.get<std::string>());
-  if (o.json) {
-    print(io::dump(lens));
-    return;
-  }
+  for (const Json& refused : lens.at("refused")) log_warning(refused.get<std::string>());
+  if (o.json) return print(io::dump(lens));
   const auto number = [&](const char* key, std::size_t i) { return lens.at(key).at(i).get<double>(); };
   print(
       fmt::format("{} of {} pictures; corners within {:.2f} px rms\nfocal length {:.1f} x {:.1f} px, centre "
@@ -208,15 +199,12 @@ void run_film(const FilmOptions& o) {
                          {"seed", o.seed},
                          {"folder", io::bytes_to_json(o.folder)},
                          {"mjpeg", o.mjpeg}},
-                        [&](std::size_t frame, std::size_t of) {
-                          line.step("filming: frame", frame, of);
+                        [&](const io::Progress& p) {
+                          line.step("filming: frame", p.done, p.of);
                           return true;
                         });
   }
-  if (o.json) {
-    print(io::dump(result));
-    return;
-  }
+  if (o.json) return print(io::dump(result));
   print(fmt::format("glove.csv, video.mp4{}, truth.csv and joints.json are in {}\n",
                     o.mjpeg ? ", video.mjpeg" : "", o.folder));
 }
@@ -234,8 +222,8 @@ Json track_video(io::Worker& camera, const TrackOptions& o, const std::function<
                      {"preview", bytes(o.preview)},
                      {"report", bytes(o.report)},
                      {"seconds", o.seconds}},
-                    [&](std::size_t frames, std::size_t of) {
-                      line.step("tracking: frame", frames, of);
+                    [&](const io::Progress& p) {
+                      line.step("tracking: frame", p.done, p.of);
                       return goes_on();
                     });
 }

@@ -22,10 +22,7 @@ struct RecordOptions {
 
 void show_parameters(bool json) {
   const twin::Parameters p;
-  if (json) {
-    print(twin::to_json(p));
-    return;
-  }
+  if (json) return print(twin::to_json(p));
   for (const model::Number& n : twin::numbers(p))
     print(fmt::format("{:<31}{:<34}{:<10}{}\n", n.name, model::value_text(n), n.unit, n.source));
 }

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "apps/cli/commands.hpp"
-#include "apps/cli/stop.hpp"
 #include "host/deploy/pair_key.hpp"
+#include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/study/bench.hpp"
 
@@ -54,7 +54,7 @@ void run(const Options& o) {
   if (!std::isfinite(o.slip_deg)) throw io::InputError("--slip must be a number of degrees");
   (void)study::bench_motion(o.motion);
   study::Bench bench(io::program_beside(kBoardsWorker), bench_of(o));
-  StopOnSignal stop;
+  io::StopOnSignal stop;
   say(o, bench);
   study::BenchChange change;
   change.ms = kStep_ms;

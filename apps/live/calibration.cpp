@@ -26,7 +26,6 @@ constexpr double kPoses_s = 16;  // likewise of held poses
 constexpr double kShort_s = 30;  // less is refused: a fit takes 100 samples and as many to prove it
 constexpr double kPosesShort_s = 8;
 constexpr const char* kArticlesHand = "paper_hand";
-constexpr std::size_t kMostPoints = 1200;  // of a plot
 constexpr double kSeen = 0.5;              // share of marks, below which the camera does not see the hand
 constexpr std::uint64_t kLeastRows = 100;  // with every angle
 constexpr double kUnseen_s = 3;            // without a row: it is said
@@ -317,46 +316,43 @@ std::string Calibration::map() const {
   return out;
 }
 
-// "index_mcp=14,index_pip=13" of the joints that will be fitted.
-std::string Calibration::reference_error() const {
-  std::string out;
+// "index_mcp=14", "index_pip=13": of the joints that will be fitted.
+Json Calibration::reference_error() const {
+  Json out = Json::array();
   for (const std::string& angle : angles_) {
     const std::string joint = angle.substr(0, angle.rfind('_'));
     const std::string finger = joint.substr(0, joint.find('_'));
     const bool is_sensed = std::ranges::any_of(
         columns_, [&](const std::string& column) { return recording::cut_name(column).name == finger; });
-    if (is_sensed)
-      out += fmt::format("{}{}={:g}", out.empty() ? "" : ",", joint, markerless_error_deg(joint));
+    if (is_sensed) out.push_back(fmt::format("{}={:g}", joint, markerless_error_deg(joint)));
   }
   return out;
 }
 
-std::vector<std::string> Calibration::identify_arguments(double lead_s,
-                                                         const std::string& pose_angles) const {
+Json Calibration::identify_request(double lead_s, const Json& pose_angles) const {
   require_own(model());
   require_own(file("report"));
-  std::vector<std::string> out = {"identify"};
+  Json out = {{"rate", setup_.rate_hz}, {"model", model().string()}};
   if (setup_.reference == Reference::poses) {
-    out.insert(out.end(), {"--poses", file("log.csv").string()});
-    if (!pose_angles.empty()) out.insert(out.end(), {"--pose-angles", pose_angles});
-    out.insert(out.end(), {"--first-pose", "open"});
-  } else {
-    out.insert(out.end(), {"--pair", file("log.csv").string(), file("camera.csv").string(), "--fit-all",
-                           "--report", file("report").string()});
-    if (!map().empty()) out.insert(out.end(), {"--map", map()});
-    if (is_markerless()) out.insert(out.end(), {"--reference-error", reference_error()});
-    if (lead_s > 0) out.insert(out.end(), {"--lead", fmt::format("{}", lead_s)});
+    out.update({{"poses", file("log.csv").string()}, {"pose-angles", pose_angles}, {"first-pose", "open"}});
+    return out;
   }
-  out.insert(out.end(), {"--rate", fmt::format("{:g}", setup_.rate_hz), "--model", model().string()});
+  out["pair"] = Json::array({Json::array({file("log.csv").string(), file("camera.csv").string()})});
+  out["fit-all"] = true;
+  out["report"] = file("report").string();
+  if (!map().empty()) out["map"] = map();
+  if (is_markerless()) out["reference-error"] = reference_error();
+  if (lead_s > 0) out["lead"] = lead_s;
   return out;
 }
 
 void Calibration::identified(const Json& result, std::vector<std::string> warnings) {
   warnings_ = std::move(warnings);
   fingers_ = Json::array();
-  joints_.clear();
+  curves_ = Json::object();
+  plot_ = nullptr;
   for (const auto& [name, joint] : result.at("joints").items()) {
-    joints_.push_back(name);
+    if (joint.contains("held_out_curve")) curves_[name] = joint.at("held_out_curve");
     Json finger = {{"name", name}};
     if (!joint.contains("holdout")) {  // of poses alone
       finger.update({{"error_deg", joint.at("expected_error_deg")},
@@ -380,44 +376,21 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
     finger["reference_error_deg"] = reference_deg;
     fingers_.push_back(std::move(finger));
   }
-  plot_ = setup_.reference == Reference::poses || joints_.empty() ? Json(nullptr) : plot_of(0);
   step_ = Step::result;
+  if (!curves_.empty()) plot(curves_.begin().key());
 }
 
 void Calibration::failed(const std::string& why) { failure_ = why; }
 
-// The held-out part, thinned.
-Json Calibration::plot_of(std::size_t joint) const {
-  const std::string name = fmt::format("{}/samples-{}.csv", file("report").filename().string(), joint + 1);
-  const std::vector<std::string> columns = {"measured_deg", "estimated_deg", "held_out", "straight_line_deg"};
-  std::istringstream samples(io::FileBeneath(folder_, name, kMostLogBytes).all());
-  recording::CsvReader reader(samples, name, {columns, {}, false});
-  const recording::Recording r = recording::read(reader);
-  const auto& held_out = r.column("held_out").value;
-  std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < held_out.size(); ++i) {
-    if (held_out[i] != 0) rows.push_back(i);
-  }
-  const std::size_t stride = rows.size() / kMostPoints + 1;
-  Json out = {{"finger", joints_[joint]},
-              {"t_s", Json::array()},
-              {"reference_deg", Json::array()},
-              {"model_deg", Json::array()},
-              {"line_deg", Json::array()}};
-  for (std::size_t k = 0; k < rows.size(); k += stride) {
-    out["t_s"].push_back(r.t_s[rows[k]]);
-    out["reference_deg"].push_back(r.column("measured_deg").value[rows[k]]);
-    out["model_deg"].push_back(r.column("estimated_deg").value[rows[k]]);
-    out["line_deg"].push_back(r.column("straight_line_deg").value[rows[k]]);
-  }
-  return out;
-}
-
 void Calibration::plot(const std::string& finger) {
-  const auto found = std::ranges::find(joints_, finger);
-  if (step_ != Step::result || found == joints_.end() || plot_.is_null())
+  if (step_ != Step::result || !curves_.contains(finger))
     throw io::InputError(fmt::format("there is no plot of \"{}\"", finger));
-  plot_ = plot_of(static_cast<std::size_t>(found - joints_.begin()));
+  const Json& curve = curves_.at(finger);
+  plot_ = {{"finger", finger},
+           {"t_s", curve.at("t_s")},
+           {"reference_deg", curve.at("measured_deg")},
+           {"model_deg", curve.at("estimated_deg")},
+           {"line_deg", curve.at("straight_line_deg")}};
 }
 
 // Of some strip at two places.

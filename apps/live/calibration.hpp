@@ -72,9 +72,10 @@ class Calibration {
 
   void end_after(double seconds) { lasts_s_ = seconds; }  // of motion: what comes later is left out
   void set_rate(double rate_hz) { setup_.rate_hz = rate_hz; }
-  // `flexor` with these identifies. `lead_s` of what follows the glove.
-  std::vector<std::string> identify_arguments(double lead_s, const std::string& pose_angles = "") const;
-  // Of `identify --json`; reads the report's samples.
+  // Of `flexor job identify`. `lead_s` of what follows the glove; `pose_angles` as --pose-angles has them.
+  nlohmann::ordered_json identify_request(
+      double lead_s, const nlohmann::ordered_json& pose_angles = nlohmann::ordered_json::array()) const;
+  // Of `flexor job identify`.
   void identified(const nlohmann::ordered_json& result, std::vector<std::string> warnings);
   void failed(const std::string& why);
   void accepted() { step_ = Step::send; }
@@ -97,8 +98,7 @@ class Calibration {
   nlohmann::ordered_json result_state() const;
   std::string map() const;
   bool is_markerless() const { return setup_.reference == Reference::markerless; }
-  std::string reference_error() const;
-  nlohmann::ordered_json plot_of(std::size_t joint) const;
+  nlohmann::ordered_json reference_error() const;
 
   CalibrationSetup setup_;
   Session session_;
@@ -129,7 +129,7 @@ class Calibration {
   nlohmann::ordered_json fingers_;  // of the result
   nlohmann::ordered_json plot_;
   std::vector<std::string> warnings_;
-  std::vector<std::string> joints_;
+  nlohmann::ordered_json curves_;  // of each joint that has been measured
 };
 
 // Throws io::InputError listing the known.

@@ -76,16 +76,13 @@ TEST_F(Guided, ItsFilesAreWholeRecordings) {
   move(c, 45, true);
   c.next(true);
   c.set_rate(10);
-  const auto arguments = c.identify_arguments(0.1);
-  const auto pair = std::ranges::find(arguments, "--pair");
-  ASSERT_NE(pair, arguments.end());
-  const recording::Recording log = recording::read_csv(*(pair + 1), {"index_count"});
-  const recording::Recording camera = recording::read_csv(*(pair + 2), {"index_mcp_deg", "thumb_mcp_deg"});
+  const auto request = c.identify_request(0.1);
+  const auto pair = request.at("pair").at(0).get<std::vector<std::string>>();
+  const recording::Recording log = recording::read_csv(pair.at(0), {"index_count"});
+  const recording::Recording camera = recording::read_csv(pair.at(1), {"index_mcp_deg", "thumb_mcp_deg"});
   EXPECT_EQ(log.t_s.size(), 900U);
   EXPECT_NEAR(static_cast<double>(camera.t_s.size()), 900.0 * 6 / 7, 2) << "rows with a hole are left out";
-  const auto map = std::ranges::find(arguments, "--map");
-  ASSERT_NE(map, arguments.end());
-  EXPECT_EQ(*(map + 1), "index=index_count:index_mcp_deg,thumb=thumb_count:thumb_mcp_deg");
+  EXPECT_EQ(request.at("map"), "index=index_count:index_mcp_deg,thumb=thumb_count:thumb_mcp_deg");
 }
 
 TEST_F(Guided, SaysWhatFollowsAndWhen) {
@@ -131,8 +128,8 @@ TEST_F(Guided, PosesNeedNoCamera) {
   EXPECT_FALSE(c.wants_pictures());
   move(c, 16, false);
   c.next(true);
-  EXPECT_EQ(c.identify_arguments(0).at(1), "--poses");
-  EXPECT_EQ(c.identify_arguments(0, "thumb=90:170").at(4), "thumb=90:170");
+  EXPECT_TRUE(c.identify_request(0).contains("poses"));
+  EXPECT_EQ(c.identify_request(0, {"thumb=90:170"}).at("pose-angles").at(0), "thumb=90:170");
 }
 
 TEST_F(Guided, PosesAreEnoughWhereTheyAreHeld) {
@@ -165,7 +162,7 @@ TEST_F(Guided, GoesOnAfterTheProgramHasEnded) {
   const Calibration identifies = goes_on();
   EXPECT_EQ(identifies.step(), Step::identify);
   EXPECT_EQ(identifies.setup().person, "anna");
-  EXPECT_EQ(identifies.identify_arguments(0.1), c.identify_arguments(0.1));
+  EXPECT_EQ(identifies.identify_request(0.1), c.identify_request(0.1));
 }
 
 TEST_F(Guided, ASessionThatWasTamperedWithIsRefusedInOneLine) {
@@ -182,11 +179,11 @@ TEST_F(Guided, ASessionThatWasTamperedWithIsRefusedInOneLine) {
   io::write_file(folder / "log.csv", "t_s,index_count\n0,1\n");
   io::write_file(folder / "camera.csv", "t_s,index_mcp_deg\n0,1\n");
   Calibration resumed = Calibration::resumed(session, folder);
-  EXPECT_NO_THROW(resumed.identify_arguments(0));
+  EXPECT_NO_THROW(resumed.identify_request(0));
   std::filesystem::create_directory(folder / "report");
   for (const char* link : {"report/report.html", "model.json"}) {
     std::filesystem::create_symlink(folder_.path() / "another", folder / link);
-    EXPECT_THROW(resumed.identify_arguments(0), io::InputError) << link;
+    EXPECT_THROW(resumed.identify_request(0), io::InputError) << link;
     std::filesystem::remove(folder / link);
   }
   std::filesystem::create_symlink(folder_.path() / "another", folder / "camera-2.csv");
@@ -209,17 +206,11 @@ TEST_F(Guided, AMarkerlessReferenceStatesItsOwnError) {
   }
   c.next(true);
   c.set_rate(10);
-  const auto arguments = c.identify_arguments(0);
-  const auto error = std::ranges::find(arguments, "--reference-error");
-  ASSERT_NE(error, arguments.end());
-  EXPECT_EQ(*(error + 1), "index_mcp=14,index_pip=13") << "of the fingers that have a sensor";
-  EXPECT_EQ(std::ranges::find(arguments, "--map"), arguments.end());
+  const auto request = c.identify_request(0);
+  EXPECT_EQ(request.at("reference-error"), (std::vector<std::string>{"index_mcp=14", "index_pip=13"}))
+      << "of the fingers that have a sensor";
+  EXPECT_FALSE(request.contains("map"));
 
-  const std::filesystem::path report = c.model().parent_path() / "report";
-  std::filesystem::create_directory(report);
-  io::write_file(
-      report / "samples-1.csv",
-      "t_s,measured_deg,estimated_deg,straight_line_deg,held_out\n0,1,2,3,0\n1,2,3,4,1\n2,3,4,5,1\n");
   const auto joint = [](double rmse_deg, double fit_percent = 80) {
     return nlohmann::ordered_json{{"verdict", {{"word", "better"}}},
                                   {"holdout", {{"rmse_deg", rmse_deg}, {"fit_percent", fit_percent}}},
@@ -240,18 +231,18 @@ TEST_F(Guided, AResultStandsBesideAStraightLine) {
   Calibration c = moving(Reference::marks);
   move(c, 45, true);
   c.next(true);
-  const std::filesystem::path report = c.model().parent_path() / "report";
-  std::filesystem::create_directory(report);
-  io::write_file(report / "samples-1.csv",
-                 "t_s,measured_deg,estimated_deg,straight_line_deg,line_lead_deg,held_out\n"
-                 "0,1,2,7,8,0\n1,2,3,7,8,1\n2,3,4,7,8,1\n");
   const auto result = [](double rmse_deg) {
     const auto of = [](double error_deg) { return Json{{"rmse_deg", error_deg}}; };
     return Json{{"joints",
                  {{"index",
                    {{"verdict", {{"word", "as good"}}},
                     {"holdout", {{"rmse_deg", rmse_deg}, {"fit_percent", 80}}},
-                    {"baselines", {{"line", of(8)}, {"line_lead", of(4)}, {"static_curve", of(2.5)}}}}}}}};
+                    {"baselines", {{"line", of(8)}, {"line_lead", of(4)}, {"static_curve", of(2.5)}}},
+                    {"held_out_curve",
+                     {{"t_s", {1, 2}},
+                      {"measured_deg", {2, 3}},
+                      {"estimated_deg", {3, 4}},
+                      {"straight_line_deg", {7, 7}}}}}}}}};
   };
   c.identified(result(2), {"index: something"});
   const Json good = c.state().at("result");

@@ -8,9 +8,14 @@
 
 namespace flexor::live {
 
+std::vector<std::string> JobResult::warnings() const {
+  const auto found = json.find("warnings");
+  return found == json.end() ? std::vector<std::string>() : found->get<std::vector<std::string>>();
+}
+
 Jobs::~Jobs() {
   if (!job_) return;
-  job_->is_cancelled = true;
+  cancel();
   end();
 }
 
@@ -18,62 +23,43 @@ void Jobs::require_none() const {
   if (job_) throw io::InputError(fmt::format("{} runs: wait for it, or cancel it", job_->name));
 }
 
-std::shared_ptr<Jobs::Job> Jobs::begin(const std::string& name, const std::string& stage) {
+void Jobs::end() {
+  const std::shared_ptr<Job> job = std::exchange(job_, nullptr);
+  job->thread.join();
+}
+
+void Jobs::run_command(const std::string& name, const nlohmann::ordered_json& request, Done done) {
+  require_none();
+  const auto worker = std::make_shared<io::Worker>(program_, std::vector<std::string>{"job"});
+  run(
+      name, name, [=](const Goes& goes) { return worker->run(name, request, goes); }, std::move(done));
+  job_->worker = worker;
+}
+
+void Jobs::run(const std::string& name, const std::string& stage,
+               std::function<nlohmann::ordered_json(const Goes&)> work, Done done) {
   require_none();
   job_ = std::make_shared<Job>();
   job_->name = name;
   job_->progress.stage = stage;
-  return job_;
-}
-
-void Jobs::end() {
-  const std::shared_ptr<Job> job = std::exchange(job_, nullptr);
-  job->command.reset();
-  if (job->thread.joinable()) job->thread.join();
-}
-
-void Jobs::run_command(const std::string& name, std::vector<std::string> arguments,
-                       std::function<void(const CommandResult&)> done) {
-  const std::shared_ptr<Job> job = begin(name, name);
-  try {
-    job->command = std::make_unique<Command>(
-        program_, std::move(arguments),
-        [this](const Progress& progress) {
-          post_([this, progress] {
-            if (job_) job_->progress = progress;
-          });
-        },
-        [this, done = std::move(done)](CommandResult result) {
-          post_([this, done, result = std::move(result)] {
-            end();
-            done(result);
-          });
-        });
-  } catch (...) {
-    job_.reset();
-    throw;
-  }
-}
-
-void Jobs::run(const std::string& name, const std::string& stage, std::function<void(const Goes&)> work,
-               std::function<void(const std::string& trouble)> done) {
-  const std::shared_ptr<Job> job = begin(name, stage);
-  const Goes goes = [this, stage, job = job.get()](double share) {
-    post_([this, stage, share] {
-      if (job_) job_->progress = {stage, share, {}};
+  const Goes goes = [this, job = job_.get()](const io::Progress& progress) {
+    post_([this, progress] {
+      if (job_) job_->progress = progress;
     });
     return !job->is_cancelled;
   };
-  job->thread = std::thread([this, goes, work = std::move(work), done = std::move(done)] {
-    std::string trouble;
+  job_->thread = std::thread([this, job = job_.get(), goes, work = std::move(work), done = std::move(done)] {
+    JobResult result;
     try {
-      work(goes);
+      result.json = work(goes);
+      result.ok = !job->is_cancelled;
     } catch (const std::exception& error) {
-      trouble = io::one_line(error.what());
+      result.text = io::one_line(error.what());
     }
-    post_([this, done, trouble] {
+    if (job->is_cancelled) result.text = "ended before its time";
+    post_([this, done, result] {
       end();
-      done(trouble);
+      done(result);
     });
   });
 }
@@ -81,7 +67,7 @@ void Jobs::run(const std::string& name, const std::string& stage, std::function<
 void Jobs::cancel() {
   if (!job_) throw io::InputError("nothing runs");
   job_->is_cancelled = true;
-  if (job_->command) job_->command->cancel();
+  if (job_->worker) job_->worker->end();
 }
 
 }  // namespace flexor::live

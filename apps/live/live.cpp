@@ -31,7 +31,7 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
   handlers.binary = [this](Client, std::span<const std::uint8_t> bytes) {
     guard("page", [&] { hear(bytes); });
   };
-  server_ = std::make_unique<Server>(options_.server, std::move(handlers));
+  server_ = Server::listen(options_.server, std::move(handlers));
   if (!options_.key.empty()) key_ = deploy::load_key(options_.key);
   if (!options_.model.empty()) wear_model({}, options_.model);
   if (options_.worn) {
@@ -49,10 +49,10 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
 }
 
 void Live::welcome(Client client) {
-  server_->send(client, text_of({{"event", "hello"}, {"schema", 1}, {"version", FLEXOR_VERSION}}));
-  server_->send(client, text_of(state()));
+  server_->send(client, io::dump_line({{"event", "hello"}, {"schema", 1}, {"version", FLEXOR_VERSION}}));
+  server_->send(client, io::dump_line(state()));
   for (const Json& marker : recording_ ? recording_->markers() : std::vector<Json>())
-    server_->send(client, text_of(marker));
+    server_->send(client, io::dump_line(marker));
 }
 
 Live::~Live() {

@@ -195,16 +195,12 @@ class Live {
   void require_no_job() const;
   void require_model() const;
   void require_written() const;
-  void start(const std::string& name, std::vector<std::string> arguments,
-             std::function<void(const CommandResult&)> done);
-  void start_without_glove(const std::string& name, std::vector<std::string> arguments,
-                           std::function<void(const CommandResult&)> done);
+  void start(const std::string& name, const Json& request, Jobs::Done done);
+  void start_without_glove(const std::string& name, const Json& request, Jobs::Done done);
   void ended(const std::string& name, bool ok, const std::string& text);
-  std::vector<std::string> port_arguments() const;
 
   // live_state.cpp
   void send_state();
-  static std::string text_of(const Json& message);
   Json state() const;
   Json device_state() const;
   Json fingers_state() const;

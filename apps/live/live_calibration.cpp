@@ -193,13 +193,12 @@ void Live::calibrate_cancel(io::JsonReader&) {
 
 void Live::identify() {
   const double lead_s = options_.worn ? options_.worn->lead_s() : options_.lead_s;
-  const std::string pose_angles = options_.worn ? options_.worn->pose_angles() : "";
-  start("identify", calibration_->identify_arguments(lead_s, pose_angles),
-        [this](const CommandResult& result) {
-          if (!calibration_ || calibration_->step() != Step::identify) return;
-          if (!result.ok) return calibration_->failed(result.text);
-          calibration_->identified(result.json, result.warnings);
-        });
+  const Json pose_angles = options_.worn ? options_.worn->pose_angles() : Json::array();
+  start("identify", calibration_->identify_request(lead_s, pose_angles), [this](const JobResult& result) {
+    if (!calibration_ || calibration_->step() != Step::identify) return;
+    if (!result.ok) return calibration_->failed(result.text);
+    calibration_->identified(result.json, result.warnings());
+  });
 }
 
 void Live::calibrate_accept(io::JsonReader&) {
@@ -237,9 +236,10 @@ void Live::finish_anew() {
   play("ordinary");
   const std::filesystem::path folder = sessions_.folder(session);
   start("recalibrate",
-        {"recalibrate", model_path_.string(), "--recording", anew_->recording.log_file().string(), "--out",
-         (folder / "model.json").string()},
-        [this, old = *model_](const CommandResult& result) {
+        {{"model", model_path_.string()},
+         {"recording", anew_->recording.log_file().string()},
+         {"out", (folder / "model.json").string()}},
+        [this, old = *model_](const JobResult& result) {
           if (!result.ok) anew_.reset();
           if (anew_) anew_->result = anew_result(old, result.json);
         });

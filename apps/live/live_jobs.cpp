@@ -1,8 +1,6 @@
 // Jobs: commands of `flexor` in processes of their own, one at a time.
 #include <fmt/format.h>
 
-#include <numeric>
-
 #include "apps/live/live.hpp"
 #include "host/io/io.hpp"
 
@@ -50,16 +48,14 @@ void Live::require_model() const {
   if (!misfit_.empty()) throw io::InputError("the model that was chosen is not worn: " + misfit_);
 }
 
-void Live::start(const std::string& name, std::vector<std::string> arguments,
-                 std::function<void(const CommandResult&)> done) {
+void Live::start(const std::string& name, const Json& request, Jobs::Done done) {
   require_no_job();
   last_.reset();
-  jobs_.run_command(name, std::move(arguments),
-                    [this, name, done = std::move(done)](const CommandResult& result) {
-                      ended(name, result.ok, result.ok ? in_words(result.warnings) : result.text);
-                      done(result);
-                      send_state();
-                    });
+  jobs_.run_command(name, request, [this, name, done = std::move(done)](const JobResult& result) {
+    ended(name, result.ok, result.ok ? in_words(result.warnings()) : result.text);
+    done(result);
+    send_state();
+  });
 }
 
 void Live::ended(const std::string& name, bool ok, const std::string& text) {
@@ -69,17 +65,8 @@ void Live::ended(const std::string& name, bool ok, const std::string& text) {
 
 void Live::job_cancel(io::JsonReader&) { jobs_.cancel(); }
 
-std::vector<std::string> Live::port_arguments() const {
-  std::vector<std::string> out = {"--port", options_.worn ? options_.worn->port() : port_};
-  const std::string key = options_.worn ? options_.worn->key_file() : options_.key;
-  if (!key.empty()) out.insert(out.end(), {"--key", key});
-  if (source_ && source_->baud() > 0) out.insert(out.end(), {"--baud", std::to_string(source_->baud())});
-  return out;
-}
-
 // Programs that speak with a board need its port for themselves; a recording goes on afterwards, as after a pulled plug.
-void Live::start_without_glove(const std::string& name, std::vector<std::string> arguments,
-                               std::function<void(const CommandResult&)> done) {
+void Live::start_without_glove(const std::string& name, const Json& request, Jobs::Done done) {
   require_no_job();
   if (watched_ >= 0) server_->unwatch(watched_);
   watched_ = -1;
@@ -87,7 +74,7 @@ void Live::start_without_glove(const std::string& name, std::vector<std::string>
   if (hand_port_) hand_port_->let_go();
   held_ = true;
   try {
-    start(name, std::move(arguments), [this, done = std::move(done)](const CommandResult& result) {
+    start(name, request, [this, done = std::move(done)](const JobResult& result) {
       held_ = false;
       done(result);
     });
@@ -107,12 +94,14 @@ void Live::send(io::JsonReader&) {
   if (port_.empty()) throw io::InputError("no glove is connected: plug it in, and choose its port");
   if (source_ && !source_->takes_models())
     throw io::InputError("this glove's program takes no models: flexor deploy makes one that does");
-  std::vector<std::string> arguments = {"send", model_path_.string()};
-  for (const std::string& part : port_arguments()) arguments.push_back(part);
+  Json request = {{"model_or_folder", model_path_.string()},
+                  {"port", options_.worn ? options_.worn->port() : port_}};
+  const std::string key = options_.worn ? options_.worn->key_file() : options_.key;
+  if (!key.empty()) request["key"] = key;
+  if (source_ && source_->baud() > 0) request["baud"] = source_->baud();
   // The glove says its own: on a radio fewer frames come than it takes samples.
-  if (options_.worn || options_.rate_hz > 0)
-    arguments.insert(arguments.end(), {"--rate", fmt::format("{:g}", model_rate_hz(link_rate_hz()))});
-  start_without_glove("send", std::move(arguments), [this](const CommandResult& result) {
+  if (options_.worn || options_.rate_hz > 0) request["rate"] = model_rate_hz(link_rate_hz());
+  start_without_glove("send", request, [this](const JobResult& result) {
     if (result.ok && calibration_) calibration_->sent();
   });
 }
@@ -129,18 +118,17 @@ void Live::flash(io::JsonReader& parts) {
     throw io::InputError(fmt::format("no {} is connected: plug it in, and choose its port", board));
   // One folder for good, so that the pair keeps its key; the server does not show it.
   const std::string folder = (sessions_.root() / ".firmware").string();
-  const std::vector<std::string> flash = {"flash", folder, "--board", board, "--port", port};
-  std::vector<std::string> deploy = {"deploy", model_path_.string(), "--out", folder};
+  const Json flash = {{"folder_or_hex", folder}, {"board", board}, {"port", port}};
+  Json deploy = {{"model", model_path_.string()}, {"out", folder}};
   // A board that says nothing yet gets the model's own.
   if (options_.worn || options_.rate_hz > 0 || link_rate_hz() > 0)
-    deploy.insert(deploy.end(), {"--rate", fmt::format("{:g}", model_rate_hz(link_rate_hz()))});
-  if (!options_.key.empty()) deploy.insert(deploy.end(), {"--key", options_.key});
-  if (source_ && source_->baud() > 0)
-    deploy.insert(deploy.end(), {"--baud", std::to_string(source_->baud())});
-  start("deploy", std::move(deploy), [this, flash](const CommandResult& result) {
+    deploy["rate"] = model_rate_hz(link_rate_hz());
+  if (!options_.key.empty()) deploy["key"] = options_.key;
+  if (source_ && source_->baud() > 0) deploy["baud"] = source_->baud();
+  start("deploy", deploy, [this, flash](const JobResult& result) {
     if (!result.ok) return;
     try {
-      start_without_glove("flash", flash, [](const CommandResult&) {});
+      start_without_glove("flash", flash, [](const JobResult&) {});
     } catch (const std::exception& error) {
       say_failed("flash", error.what());
     }
@@ -157,32 +145,28 @@ void Live::score_run(io::JsonReader& parts) {
   const std::string label = parts.text_or_empty("label").substr(0, 40);
   require_no_job();
   last_.reset();
-  const auto gestures = std::make_shared<std::vector<double>>();
-  jobs_.run(
-      "score", "six gestures",
-      [score = options_.worn->score(), gestures](const Jobs::Goes& goes) { *gestures = score(goes); },
-      [this, label, gestures](const std::string& trouble) {
-        if (trouble.empty())
-          scores_.push_back({{"label", label},
-                             {"total_deg_s", std::accumulate(gestures->begin(), gestures->end(), 0.0)},
-                             {"gestures_deg_s", *gestures}});
-        ended("score", trouble.empty(), trouble);
-        send_state();
-      });
+  jobs_.run("score", "six gestures", options_.worn->score(), [this, label](const JobResult& result) {
+    if (result.ok) {
+      double total_deg_s = 0;
+      for (const Json& gesture_deg_s : result.json) total_deg_s += gesture_deg_s.get<double>();
+      scores_.push_back({{"label", label}, {"total_deg_s", total_deg_s}, {"gestures_deg_s", result.json}});
+    }
+    ended("score", result.ok, result.text);
+    send_state();
+  });
 }
 
 void Live::experiment_run(io::JsonReader& parts) {
   const int trials = parts.whole_within("trials", 1, 10000);
   const bool is_compared = model_ && model_->joints.size() == twin::kFingers;
-  if (is_compared && model_path_.string().find(',') != std::string::npos)
-    throw io::InputError(model_path_.string() + ": flexor experiment takes no path with a comma: move it");
   const Session session = sessions_.create(model_session_.person, side_of_model(), glove_id(), "experiment");
-  std::string compensators = "raw,published-w,published-hw";
-  if (is_compared) compensators += "," + model_path_.string();
+  Json compensators = {"raw", "published-w", "published-hw"};
+  if (is_compared) compensators.push_back(model_path_.string());
   start("experiment",
-        {"experiment", "--trials", std::to_string(trials), "--compensators", compensators, "--out",
-         (sessions_.folder(session) / "experiment").string()},
-        [this](const CommandResult& result) {
+        {{"trials", trials},
+         {"compensators", std::move(compensators)},
+         {"out", (sessions_.folder(session) / "experiment").string()}},
+        [this](const JobResult& result) {
           if (result.ok) experiment_ = totals_of(result.json.at("cells"));
         });
 }

@@ -17,17 +17,10 @@ using Json = nlohmann::ordered_json;
 constexpr double kListEvery_s = 2;
 constexpr std::size_t kMostListed = 200;  // sessions, the newest
 
-Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 }  // namespace
 
 void Live::send_state() {
-  if (server_->counts().clients > 0) server_->send_all(text_of(state()));
-}
-
-// Names come from boards and folders, in whatever letters.
-std::string Live::text_of(const Json& message) {
-  return message.dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (server_->counts().clients > 0) server_->send_all(io::dump_line(state()));
 }
 
 Live::Json Live::device_state() const {
@@ -58,14 +51,14 @@ Live::Json Live::fingers_state() const {
   for (const FingerView& f : fingers_->view(now_s())) {
     out.push_back({{"name", f.name},
                    {"unit", f.unit},
-                   {"raw", finite(f.raw)},
-                   {"angle_deg", finite(f.angle_deg)},
-                   {"sd_deg", finite(f.sd_deg)},
-                   {"open_deg", finite(f.open_deg)},
-                   {"fist_deg", finite(f.fist_deg)},
-                   {"least", finite(f.least)},
-                   {"most", finite(f.most)},
-                   {"covered", finite(f.covered)},
+                   {"raw", f.raw},
+                   {"angle_deg", f.angle_deg},
+                   {"sd_deg", f.sd_deg},
+                   {"open_deg", f.open_deg},
+                   {"fist_deg", f.fist_deg},
+                   {"least", f.least},
+                   {"most", f.most},
+                   {"covered", f.covered},
                    {"quality", f.quality},
                    {"remark", f.remark},
                    {"tracked", f.tracked}});
@@ -203,11 +196,11 @@ Live::Json Live::state() const {
   }
   out["job"] = nullptr;
   if (jobs_.is_running()) {
-    const Progress& p = jobs_.progress();
+    const Json p = io::to_json(jobs_.progress());
     out["job"] = {{"name", jobs_.name()},
-                  {"stage", p.stage},
-                  {"share", p.share ? Json(*p.share) : Json(nullptr)},
-                  {"left_s", p.left_s ? Json(*p.left_s) : Json(nullptr)}};
+                  {"stage", p.at("stage")},
+                  {"share", p.at("fraction")},
+                  {"left_s", p.at("seconds_left")}};
   }
   out["last"] = last_ ? *last_ : Json(nullptr);
   out["link"] = link_state();

@@ -69,7 +69,7 @@ void Live::hear(Client client, std::string_view text) {
   if (answers || !error.empty()) {
     Json answer = {{"id", id}, {"ok", error.empty()}};
     if (!error.empty()) answer["error"] = error;
-    server_->send(client, text_of(answer));
+    server_->send(client, io::dump_line(answer));
   }
   if (answers) send_state();
 }
@@ -241,7 +241,7 @@ void Live::marker(io::JsonReader& parts) {
   const std::string text = parts.text("text");
   if (!recording_) throw io::InputError("no recording runs: a marker lies in one");
   recording_->mark(now_s(), text);
-  server_->send_all(text_of(recording_->markers().back()));
+  server_->send_all(io::dump_line(recording_->markers().back()));
 }
 
 void Live::tracking_set(io::JsonReader& parts) {

@@ -130,11 +130,12 @@ std::string checked_token(const std::string& token) {
 }
 
 // The program that runs: its sockets, its requests, what it watches.
-class Hub {
+class Hub : public Server {
  public:
   Hub(const ServerOptions& options, Handlers handlers);
+  ~Hub() override;
 
-  std::string url() const;
+  std::string url() const override;
   const std::string& token() const { return token_; }
   const std::filesystem::path& files() const { return files_; }
   bool is_ours(std::string_view host) const;
@@ -155,23 +156,30 @@ class Hub {
     if (handlers_.binary) handlers_.binary(client, bytes);
   }
 
-  void send(Client to, const Message& message);
-  void send_all(const Message& message);
-  void watch(int descriptor, std::function<void()> readable);
-  void unwatch(int descriptor);
-  void unwatch_all() {
-    while (!watches_.empty()) unwatch(watches_.begin()->first);
+  void send(Client to, std::string text) override;
+  void send_all(std::string text) override { send_all(std::move(text), true); }
+  void send_all(std::span<const std::uint8_t> bytes) override {
+    send_all(std::string(bytes.begin(), bytes.end()), false);
   }
-  void every(double period_s, std::function<void()> tick);
-  void stop();
+  void watch(int descriptor, std::function<void()> readable) override;
+  void unwatch(int descriptor) override;
+  void every(double period_s, std::function<void()> tick) override;
+  void post(std::function<void()> work) override { asio::post(context, std::move(work)); }
+  void run() override { context.run(); }
+  void stop() override {
+    asio::post(context, [this] { end(); });
+  }
+  Counts counts() const override { return {refused, dropped, clients}; }
 
   std::atomic<std::uint64_t> refused{0};
   std::atomic<std::uint64_t> dropped{0};
   std::atomic<int> clients{0};
 
  private:
-  void listen(unsigned short port);
+  void open(unsigned short port);
   void accept();
+  void send_all(std::string bytes, bool text);
+  void end();
   void accepted(Tcp::socket socket);
   bool make_room();
   void wait(const std::shared_ptr<Watch>& watch);
@@ -510,11 +518,11 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
 
 Hub::Hub(const ServerOptions& options, Handlers handlers)
     : handlers_(std::move(handlers)), token_(checked_token(options.token)), files_(options.files) {
-  listen(options.port);
+  open(options.port);
   accept();
 }
 
-void Hub::listen(unsigned short port) {
+void Hub::open(unsigned short port) {
   error_code error;
   const Tcp::endpoint end(asio::ip::address_v4::loopback(), port);
   acceptor_.open(end.protocol(), error);
@@ -529,6 +537,11 @@ void Hub::listen(unsigned short port) {
         fmt::format("port {}: permission denied: give a port above 1023, or 0 for any", port));
   if (error) throw io::InputError(fmt::format("port {}: cannot be listened on: {}", port, error.message()));
   here_ = acceptor_.local_endpoint();
+}
+
+// The caller's descriptors stay open.
+Hub::~Hub() {
+  while (!watches_.empty()) unwatch(watches_.begin()->first);
 }
 
 std::string Hub::url() const { return fmt::format("http://127.0.0.1:{}/{}/", here_.port(), token_); }
@@ -599,12 +612,14 @@ void Hub::closed(Client client) {
   if (stopping_ && sockets_.empty()) context.stop();
 }
 
-void Hub::send(Client to, const Message& message) {
+void Hub::send(Client to, std::string text) {
   const auto found = sockets_.find(to);
-  if (found != sockets_.end()) found->second->send(message);
+  if (found != sockets_.end())
+    found->second->send({std::make_shared<const std::string>(std::move(text)), true});
 }
 
-void Hub::send_all(const Message& message) {
+void Hub::send_all(std::string bytes, bool text) {
+  const Message message{std::make_shared<const std::string>(std::move(bytes)), text};
   for (const auto& [client, socket] : sockets_) socket->send(message);
 }
 
@@ -652,7 +667,7 @@ void Hub::wait(const std::shared_ptr<Timer>& timer) {
   });
 }
 
-void Hub::stop() {
+void Hub::end() {
   if (std::exchange(stopping_, true)) return;
   error_code ignored;
   acceptor_.close(ignored);
@@ -662,38 +677,10 @@ void Hub::stop() {
   pause_.async_wait([this](error_code) { context.stop(); });
 }
 
-Message shared(std::string bytes, bool text) {
-  return {std::make_shared<const std::string>(std::move(bytes)), text};
-}
-
 }  // namespace
 
-struct Server::Inside : Hub {
-  using Hub::Hub;
-};
-
-Server::Server(const ServerOptions& options, Handlers handlers)
-    : inside_(std::make_unique<Inside>(options, std::move(handlers))) {}
-
-// The caller's descriptors stay open.
-Server::~Server() { inside_->unwatch_all(); }
-
-std::string Server::url() const { return inside_->url(); }
-void Server::send(Client to, std::string text) { inside_->send(to, shared(std::move(text), true)); }
-void Server::send_all(std::string text) { inside_->send_all(shared(std::move(text), true)); }
-void Server::send_all(std::span<const std::uint8_t> bytes) {
-  inside_->send_all(shared(std::string(bytes.begin(), bytes.end()), false));
+std::unique_ptr<Server> Server::listen(const ServerOptions& options, Handlers handlers) {
+  return std::make_unique<Hub>(options, std::move(handlers));
 }
-void Server::watch(int descriptor, std::function<void()> readable) {
-  inside_->watch(descriptor, std::move(readable));
-}
-void Server::unwatch(int descriptor) { inside_->unwatch(descriptor); }
-void Server::every(double period_s, std::function<void()> tick) { inside_->every(period_s, std::move(tick)); }
-void Server::post(std::function<void()> work) { asio::post(inside_->context, std::move(work)); }
-void Server::run() { inside_->context.run(); }
-void Server::stop() {
-  asio::post(inside_->context, [hub = inside_.get()] { hub->stop(); });
-}
-Server::Counts Server::counts() const { return {inside_->refused, inside_->dropped, inside_->clients}; }
 
 }  // namespace flexor::live

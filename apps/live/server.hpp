@@ -41,39 +41,36 @@ struct Handlers {
 class Server {
  public:
   // Listens. Throws io::InputError, one line with the mend: the port is taken.
-  Server(const ServerOptions& options, Handlers handlers);
-  ~Server();
+  static std::unique_ptr<Server> listen(const ServerOptions& options, Handlers handlers);
+  Server() = default;
+  virtual ~Server() = default;
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  std::string url() const;  // with the token
+  virtual std::string url() const = 0;  // with the token
 
   // Queued, in order; on the server's thread, that is from handlers and what follows here, or before run(). What goes to a
   // client that has gone is forgotten. One copy serves all clients. Text must be UTF-8.
-  void send(Client to, std::string text);
-  void send_all(std::string text);
-  void send_all(std::span<const std::uint8_t> bytes);
+  virtual void send(Client to, std::string text) = 0;
+  virtual void send_all(std::string text) = 0;
+  virtual void send_all(std::span<const std::uint8_t> bytes) = 0;
 
   // On the server's thread: once `descriptor` is readable or has ended, again and again until unwatch, which comes before its
   // close; every so often; as soon as it can, from any thread. The descriptor stays the caller's.
-  void watch(int descriptor, std::function<void()> readable);
-  void unwatch(int descriptor);
-  void every(double period_s, std::function<void()> tick);
-  void post(std::function<void()> work);
+  virtual void watch(int descriptor, std::function<void()> readable) = 0;
+  virtual void unwatch(int descriptor) = 0;
+  virtual void every(double period_s, std::function<void()> tick) = 0;
+  virtual void post(std::function<void()> work) = 0;
 
-  void run();   // until stop(). What a handler throws comes out of it
-  void stop();  // from any thread, also from a signal's thread
+  virtual void run() = 0;   // until stop(). What a handler throws comes out of it
+  virtual void stop() = 0;  // from any thread, also from a signal's thread
 
   struct Counts {
     std::uint64_t refused = 0;  // requests and sockets
     std::uint64_t dropped = 0;  // clients that did not read
     int clients = 0;            // open sockets
   };
-  Counts counts() const;
-
- private:
-  struct Inside;
-  std::unique_ptr<Inside> inside_;
+  virtual Counts counts() const = 0;
 };
 
 }  // namespace flexor::live

@@ -181,7 +181,10 @@ struct Tab : Wire {
 class Running {
  public:
   explicit Running(const ServerOptions& options = {}, Handlers handlers = {})
-      : server(options, std::move(handlers)), place(server.url()), thread_([this] { server.run(); }) {}
+      : owned_(Server::listen(options, std::move(handlers))),
+        server(*owned_),
+        place(server.url()),
+        thread_([this] { server.run(); }) {}
   ~Running() { stop(); }
   Running(const Running&) = delete;
   Running& operator=(const Running&) = delete;
@@ -195,7 +198,8 @@ class Running {
   }
   bool answers() const { return status_of(get(place, path(""))) == 200; }
 
-  Server server;
+  std::unique_ptr<Server> owned_;
+  Server& server;
   Place place;
 
  private:

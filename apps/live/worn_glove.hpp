@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/live/jobs.hpp"
 #include "host/listen/source.hpp"
 #include "host/twin/parameters.hpp"
 
@@ -51,11 +52,10 @@ class WornGlove {
   virtual double rate_hz() const = 0;  // at which a model runs
   virtual double lead_s() const = 0;   // by which the hand comes after the reading
   // For flexor identify: the open hand and the fist are the ends of the bionic hand.
-  static std::string pose_angles();
+  static nlohmann::ordered_json pose_angles();
 
-  // Integrals of absolute error of the six gestures on what runs now, degree seconds: called on a thread of its own. `progress`
-  // may say false: stop.
-  using Score = std::function<std::vector<double>(const std::function<bool(double share)>& progress)>;
+  // Integrals of absolute error of the six gestures on what runs now, degree seconds: called on a thread of its own.
+  using Score = std::function<nlohmann::ordered_json(const Jobs::Goes& goes)>;
   virtual Score score() = 0;
 };
 

@@ -115,9 +115,9 @@ class WornBoards : public WornGlove {
   double lead_s() const override { return kLead_s; }
 
   Score score() override {
-    return [source = source_](const std::function<bool(double)>& progress) {
+    return [source = source_](const Jobs::Goes& goes) {
       return source->score({1, 2, 3, 4, 5, 6}, [&](std::size_t done, std::size_t of) {
-        return progress(of > 0 ? static_cast<double>(done) / static_cast<double>(of) : 0);
+        return goes({"six gestures", done, of});
       });
     };
   }
@@ -152,11 +152,11 @@ class WornTwin : public WornGlove {
   double rate_hz() const override { return kTwinRate_hz; }
   double lead_s() const override { return kTwinLead_s; }
   Score score() override {
-    return [score = twin_->score()](const std::function<bool(double)>& progress) {
+    return [score = twin_->score()](const Jobs::Goes& goes) {
       std::vector<double> out;
       for (const twin::Motion& gesture : study::motions("1-6")) {
         out.push_back(score(gesture));
-        if (!progress(static_cast<double>(out.size()) / 6)) throw io::Cancelled("stopped");
+        if (!goes({"six gestures", out.size(), 6})) throw io::Cancelled("stopped");
       }
       return out;
     };
@@ -168,12 +168,12 @@ class WornTwin : public WornGlove {
 
 }  // namespace
 
-std::string WornGlove::pose_angles() {
+nlohmann::ordered_json WornGlove::pose_angles() {
   const twin::Parameters hand;
-  std::string out;
+  nlohmann::ordered_json out;
   for (std::size_t f = 0; f < twin::kFingers; ++f)
-    out += fmt::format("{}{}={:g}:{:g}", out.empty() ? "" : ",", model::finger_names()[f],
-                       hand.hand_lower_deg[f], hand.hand_upper_deg[f]);
+    out.push_back(fmt::format("{}={:g}:{:g}", model::finger_names()[f], hand.hand_lower_deg[f],
+                              hand.hand_upper_deg[f]));
   return out;
 }
 

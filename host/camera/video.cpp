@@ -247,8 +247,11 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
                                         : cv::VideoWriter::fourcc('F', 'F', 'V', '1');
   bool open = false;
   try {
-    open = writer_->writer.open(writer_->output.name().string(), cv::CAP_FFMPEG, codec, rate_hz,
-                                {width, height});
+    // It opens by name: after an interruption had removed the file it would make another.
+    io::uninterrupted([&] {
+      open = writer_->writer.open(writer_->output.name().string(), cv::CAP_FFMPEG, codec, rate_hz,
+                                  {width, height});
+    });
   } catch (const cv::Exception&) {
   }
   if (!open) {

@@ -1165,6 +1165,26 @@ Json clocks_json(const HandIdentification& r) {
   return out;
 }
 
+// Of the held-out part, thinned: what a page draws.
+Json curve_json(const JointResult& joint) {
+  constexpr std::size_t kMostPoints = 1200;
+  std::size_t held_out = 0;
+  for (const JointSamples& s : joint.samples) held_out += s.t_s.size() - s.holdout_begin;
+  const std::size_t stride = held_out / kMostPoints + 1;
+  Json out;
+  for (const char* key : {"t_s", "measured_deg", "estimated_deg", "straight_line_deg"})
+    out[key] = Json::array();
+  for (const JointSamples& s : joint.samples) {
+    for (std::size_t k = s.holdout_begin; k < s.t_s.size(); k += stride) {
+      out["t_s"].push_back(s.t_s[k]);
+      out["measured_deg"].push_back(s.measured_deg[k]);
+      out["estimated_deg"].push_back(s.estimated_deg[k]);
+      out["straight_line_deg"].push_back(s.line_deg.empty() ? Json() : Json(s.line_deg[k]));
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 Json to_json(const HandIdentification& r) {
@@ -1208,7 +1228,8 @@ Json to_json(const HandIdentification& r) {
                           {"iterations", joint.iterations > 0 ? Json(joint.iterations) : Json(nullptr)},
                           {"start", joint.start > 0 ? Json(joint.start) : Json(nullptr)},
                           {"parameters", parameters_json(joint.parameters)},
-                          {"structures", std::move(rows)}};
+                          {"structures", std::move(rows)},
+                          {"held_out_curve", curve_json(joint)}};
     if (!joint.left_out.empty())
       joints[joint.name]["left_out"] = {
           {"verdict", joint.left_out_verdict ? score::to_json(*joint.left_out_verdict) : Json(nullptr)},

@@ -91,6 +91,7 @@ Json results(const HandIdentification& r) {
   add_origins(r, json["pairs"]);
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     Json& joint = json["joints"][r.joints[j].name];
+    joint.erase("held_out_curve");  // samples-N.csv has it whole
     joint["sensors"] = sensors(r, r.request.map[j]);
     joint["reference"] = r.request.map[j].reference;
     joint["baseline_refusals"] = r.joints[j].baseline_refusals;

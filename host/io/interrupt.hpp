@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <sys/types.h>
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <list>
@@ -17,12 +18,34 @@ enum class LastWord {
   none,         // whoever started this process says it
 };
 
-// From now on SIGINT, SIGTERM and SIGHUP stop what the process runs, remove its temporaries, say "interrupted"
-// and end the process by that same signal. A signal that was ignored (nohup) stays ignored.
+// From now on a thread waits for SIGINT, SIGTERM and SIGHUP, which are blocked in all others. A signal stops what the process
+// runs, removes its temporaries, says "interrupted" and ends the process by that same signal. One that was ignored (nohup)
+// stays ignored. To be called before other threads are started.
 void end_cleanly_on_signals(LastWord word = LastWord::interrupted);
 
-// Is said in place of "interrupted", cut to 1000 bytes: what remains of the work and how to go on with it.
-// Empty: takes that back.
+// As if it had come.
+void take_signal(int signal);
+
+// Ends so now, whoever heeds signals.
+[[noreturn]] void end_by_signal(int signal);
+
+// Once the process ends so, whoever calls this waits for that end: what it was about to report as a fault may be none.
+void wait_if_ending();
+
+// While it lives, the first signal only sets a flag that a long job looks at, so that it can end in order and say what it
+// kept. The second ends the process at once.
+class StopOnSignal {
+ public:
+  StopOnSignal();
+  ~StopOnSignal();
+  StopOnSignal(const StopOnSignal&) = delete;
+  StopOnSignal& operator=(const StopOnSignal&) = delete;
+
+  const std::atomic<bool>* flag() const;
+  [[noreturn]] void end();  // as the signal would have ended it
+};
+
+// Is said in place of "interrupted": what remains of the work and how to go on with it. Empty: takes that back.
 void set_interruption_note(std::string_view note);
 
 // A file or a folder that is removed, with all that is in it, when its owner goes or when the process is

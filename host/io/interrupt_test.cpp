@@ -81,6 +81,26 @@ TEST_F(Interrupt, RemovesTemporariesSaysSoAndDiesOfTheSignal) {
   }
 }
 
+TEST_F(Interrupt, WhoHeedsTheFirstSignalIsEndedByTheSecond) {
+  const fs::path ready = folder_ / "ready";
+  const fs::path heeded = folder_ / "heeded";
+  const pid_t child = start([&] {
+    const TemporaryFolder temporary;
+    const StopOnSignal stop;
+    std::ofstream(ready) << "x";
+    while (!*stop.flag()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::ofstream(heeded) << "x";
+    for (;;) ::pause();
+  });
+  wait_for(ready);
+  ::kill(child, SIGINT);
+  wait_for(heeded);
+  EXPECT_EQ(temporaries(), 1);
+  ::kill(child, SIGTERM);
+  EXPECT_EQ(signal_that_ended(child), SIGTERM);
+  EXPECT_EQ(temporaries(), 0);
+}
+
 TEST_F(Interrupt, ASignalThatWasIgnoredStaysIgnored) {
   const fs::path ready = folder_ / "ready";
   std::signal(SIGHUP, SIG_IGN);
@@ -103,11 +123,16 @@ TEST_F(Interrupt, AtAnyInstantNothingIsLeftBehind) {
     const fs::path file = folder_ / "out";
     const pid_t child = start([&] {
       const auto write = [&](char letter) {
-        for (;;) {
-          const TemporaryFolder temporary;
-          Output output(temporary.path() / "inner");
-          write_file(file, std::string(100000, letter));
-          StagedOutput staged(file);
+        try {
+          for (;;) {
+            const TemporaryFolder temporary;
+            Output output(temporary.path() / "inner");
+            write_file(file, std::string(100000, letter));
+            StagedOutput staged(file);
+          }
+        } catch (const std::exception&) {  // as programs do before they report a fault
+          wait_if_ending();
+          throw;
         }
       };
       std::thread other(write, 'a');

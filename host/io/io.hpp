@@ -40,6 +40,11 @@ struct Cancelled : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// The result is written, but it means little: one line.
+struct Doubt : std::runtime_error {
+  explicit Doubt(std::string_view what) : std::runtime_error(one_line(what)) {}
+};
+
 // No output of this process replaces this file from now on. Paths that are no file are ignored.
 void note_input(const std::filesystem::path& path);
 

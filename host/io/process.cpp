@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -107,11 +106,6 @@ Process::Process(const std::filesystem::path& program, const std::vector<std::st
         return child;
       }) {}
 
-void end_with(int parent) {
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (getppid() != parent) std::raise(SIGTERM);
-}
-
 int Process::wait() {
   int status = 0;
   while (waitpid(child_.pid(), &status, 0) < 0 && errno == EINTR) {
@@ -130,6 +124,11 @@ int Process::wait_at_most(int ms) {
 }
 
 void Process::kill() { (void)::kill(-child_.pid(), SIGKILL); }
+
+void Process::end() {
+  (void)::kill(-child_.pid(), SIGINT);
+  (void)::kill(-child_.pid(), SIGTERM);
+}
 
 std::filesystem::path find_program(const std::string& name, const char* path) {
   if (name.find('/') != std::string::npos) return access(name.c_str(), X_OK) == 0 ? name : "";

@@ -46,13 +46,12 @@ class Process {
   // The same, but after so long the whole group is killed.
   int wait_at_most(int ms);
   void kill();
+  // As two signals of a user would: the second leaves no time for what is half done.
+  void end();
 
  private:
   Child child_;
 };
-
-// This process gets SIGTERM when the thread that started it ends, and now if `parent`, who started it, has ended already.
-void end_with(int parent);
 
 struct ProcessResult {
   int status = 0;  // exit status; 128 + signal

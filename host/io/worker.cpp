@@ -29,22 +29,6 @@ using Json = nlohmann::ordered_json;
 constexpr int kUserInput = 14;
 constexpr int kUserOutput = 15;
 
-// Writes all of it; false: nobody reads any more, which raises no signal here.
-bool reaches(int descriptor, std::string_view text) {
-  sigset_t broken_pipe;
-  sigset_t before;
-  sigemptyset(&broken_pipe);
-  sigaddset(&broken_pipe, SIGPIPE);
-  pthread_sigmask(SIG_BLOCK, &broken_pipe, &before);
-  const bool is_read = write_all(descriptor, text) == 0;
-  if (!is_read) {
-    const timespec now{};
-    (void)sigtimedwait(&broken_pipe, nullptr, &now);
-  }
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  return is_read;
-}
-
 // One line without its end; nothing: the end of the input. `buffer` keeps what came after it.
 std::optional<std::string> read_line(int descriptor, std::string& buffer) {
   std::size_t searched = 0;
@@ -78,10 +62,15 @@ bool is_cancellation(const std::string& line) {
 
 [[noreturn]] void throw_error(const Json& error) {
   const std::string kind = error.at("kind").get<std::string>();
-  const std::string message = bytes_from_json(error.at("message"));
-  if (kind == "input") throw InputError(message);
-  if (kind == "cancelled") throw Cancelled(message);
-  throw JobError(one_line(message));
+  const std::string text = bytes_from_json(error.at("text"));
+  if (kind == "input") throw InputError(text);
+  if (kind == "cancelled") throw Cancelled(text);
+  if (kind == "doubt") throw Doubt(text);
+  throw JobError(one_line(text));
+}
+
+Json error(const char* kind, std::string_view text) {
+  return {{"error", {{"kind", kind}, {"text", bytes_to_json(text)}}}};
 }
 
 }  // namespace
@@ -104,12 +93,43 @@ std::string bytes_from_json(const Json& json) {
   return out;
 }
 
-Worker::Worker(const std::filesystem::path& program) : name_(program.filename().string()) {
+Json to_json(const Progress& p) {
+  return {{"stage", to_utf8(p.stage)},
+          {"done", p.done},
+          {"of", p.of},
+          {"fraction", p.of > 0 ? Json(static_cast<double>(p.done) / static_cast<double>(p.of)) : Json()},
+          {"seconds_left", p.seconds_left ? Json(*p.seconds_left) : Json()}};
+}
+
+Json answer(const std::function<Json()>& job) {
+  try {
+    return {{"result", job()}};
+  } catch (const InputError& e) {
+    return error("input", e.what());
+  } catch (const Cancelled& e) {
+    return error("cancelled", e.what());
+  } catch (const Doubt& e) {
+    return error("doubt", e.what());
+  } catch (const JobError& e) {
+    return error("job", e.what());
+  } catch (const Json::exception& e) {
+    return error("input", fmt::format("request: {}", e.what()));
+  } catch (const std::bad_alloc&) {
+    return error("job", "out of memory");
+  } catch (const std::exception& e) {
+    return error("job", fmt::format("{}: this is a defect of Flexor, please report it", e.what()));
+  }
+}
+
+Worker::Worker(const std::filesystem::path& program, std::vector<std::string> arguments)
+    : name_(program.filename().string()) {
   if (access(program.c_str(), X_OK) != 0) {
     throw InputError(fmt::format("{} is missing: a part of Flexor that belongs there; script/build makes it",
                                  program.string()));
   }
-  process_.emplace(program, std::vector<std::string>{program.string(), kUserStreams},
+  std::signal(SIGPIPE, SIG_IGN);  // one that has gone is found by write()
+  arguments.insert(arguments.begin(), program.string());
+  process_.emplace(program, arguments,
                    std::vector<HandedOn>{{STDIN_FILENO, kUserInput},
                                          {STDOUT_FILENO, kUserOutput},
                                          {requests_.end(0), STDIN_FILENO},
@@ -123,6 +143,10 @@ Worker::~Worker() {
   requests_.close_end(1);
   replies_.close_end(0);
   if (process_) (void)process_->wait_at_most(kPatience_ms);
+}
+
+void Worker::end() {
+  if (process_) process_->end();
 }
 
 void Worker::died(const std::string& job) {
@@ -144,7 +168,7 @@ void Worker::says_nonsense(const std::string& job, const std::string& what) {
 }
 
 void Worker::send(const std::string& line, const std::string& job) {
-  if (!reaches(requests_.end(1), line)) died(job);
+  if (write_all(requests_.end(1), line) != 0) died(job);
 }
 
 Json Worker::receive(const std::string& job) {
@@ -159,7 +183,8 @@ Json Worker::receive(const std::string& job) {
   }
 }
 
-Json Worker::run(const std::string& job, const Json& arguments, const JobProgress& progress) {
+Json Worker::run(const std::string& job, const Json& arguments,
+                 const std::function<bool(const Progress&)>& progress) {
   if (!is_usable()) throw JobError(fmt::format("{} runs no more: it cannot do {}", name_, job));
   busy_ = true;
   send(line_of({{"job", job}, {"arguments", arguments}}), job);
@@ -167,11 +192,14 @@ Json Worker::run(const std::string& job, const Json& arguments, const JobProgres
   for (;;) {
     Json reply = receive(job);
     try {
+      if (reply.contains("warning")) continue;  // the result has those that matter
       if (reply.contains("progress")) {
         const Json& p = reply.at("progress");
-        const auto done = p.at("done").get<std::size_t>();
-        const auto of = p.at("of").get<std::size_t>();
-        if (cancelled || !progress || progress(done, of)) continue;
+        const Json& left = p.at("seconds_left");
+        const Progress now{p.at("stage").get<std::string>(), p.at("done").get<std::size_t>(),
+                           p.at("of").get<std::size_t>(),
+                           left.is_null() ? std::nullopt : std::optional(left.get<double>())};
+        if (cancelled || !progress || progress(now)) continue;
         cancelled = true;
         send(line_of(cancellation()), job);
         continue;
@@ -220,19 +248,18 @@ namespace {
 // The worker's side: a thread reads lines while jobs run, so that a job hears of a cancellation and an end.
 class Server {
  public:
-  Server(int requests, int replies, const std::map<std::string, Job>& jobs)
-      : requests_(requests), replies_(replies), jobs_(jobs), reader_([this] { read(); }) {}
+  Server(int requests, int replies, const AnyJob& job)
+      : requests_(requests), replies_(replies), job_(job), reader_([this] { read(); }) {}
 
-  int run() {
+  void run() {
     for (std::optional<std::string> line; (line = next());) {
-      const Json reply = answer(*line);
+      const Json reply = answer([&] { return run(*line); });
       {
         const std::lock_guard lock(mutex_);
         busy_ = false;
       }
       say(reply);
     }
-    return 0;
   }
 
  private:
@@ -265,63 +292,34 @@ class Server {
   }
 
   // Whoever asked has gone: as if interrupted, so that nothing half-written stays.
-  static void end_now() { (void)kill(getpid(), SIGTERM); }
+  [[noreturn]] static void end_now() { end_by_signal(SIGTERM); }
 
   void say(const Json& reply) const {
-    if (!reaches(replies_, line_of(reply))) end_now();
+    wait_if_ending();
+    if (write_all(replies_, line_of(reply)) != 0) end_now();
   }
 
-  static Json error(const char* kind, std::string_view message) {
-    return {{"error", {{"kind", kind}, {"message", bytes_to_json(message)}}}};
-  }
-
-  Json answer(const std::string& line) {
-    try {
-      const Json request = parse_json(line, "request");
-      JsonReader reader(request, "request");
-      const std::string name = reader.text("job");
-      const Json& arguments = reader.member("arguments");
-      reader.done();
-      const auto job = jobs_.find(name);
-      if (job == jobs_.end()) throw InputError(fmt::format("request: no job is called \"{}\"", name));
-      return {{"result", job->second(arguments, [this](std::size_t done, std::size_t of) {
-                 return progress(done, of);
-               })}};
-    } catch (const InputError& e) {
-      return error("input", e.what());
-    } catch (const Cancelled& e) {
-      return error("cancelled", e.what());
-    } catch (const JobError& e) {
-      return error("job", e.what());
-    } catch (const Json::exception& e) {
-      return error("input", fmt::format("request: {}", e.what()));
-    } catch (const std::bad_alloc&) {
-      return error("job", "out of memory");
-    } catch (const std::exception& e) {
-      return error("job", fmt::format("{}: this is a defect of Flexor, please report it", e.what()));
-    }
-  }
-
-  bool progress(std::size_t done, std::size_t of) {
-    constexpr std::chrono::milliseconds kApart(50);
-    const auto now = std::chrono::steady_clock::now();
-    if (now - said_ >= kApart) {
-      said_ = now;
-      say({{"progress", {{"done", done}, {"of", of}}}});
-    }
-    return !cancelled_;
+  Json run(const std::string& line) {
+    const Json request = parse_json(line, "request");
+    JsonReader reader(request, "request");
+    const std::string name = reader.text("job");
+    const Json& arguments = reader.member("arguments");
+    reader.done();
+    return job_(name, arguments, [this](const Json& event) {
+      say(event);
+      return !cancelled_;
+    });
   }
 
   int requests_;
   int replies_;
-  const std::map<std::string, Job>& jobs_;
+  const AnyJob& job_;
   std::mutex mutex_;
   std::condition_variable arrived_;
   std::deque<std::string> waiting_;
   bool busy_ = false;
   bool ended_ = false;
   std::atomic<bool> cancelled_ = false;
-  std::chrono::steady_clock::time_point said_;
   std::jthread reader_;
 };
 
@@ -337,6 +335,13 @@ int set_aside(int standard, bool has_user_streams, int users, int otherwise) {
 
 }  // namespace
 
+void serve(bool has_user_streams, const AnyJob& job) {
+  const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
+  const int requests = set_aside(STDIN_FILENO, has_user_streams, kUserInput, nothing);
+  const int replies = set_aside(STDOUT_FILENO, has_user_streams, kUserOutput, STDERR_FILENO);
+  Server(requests, replies, job).run();
+}
+
 int serve(int argc, char** argv, const std::string& what, const std::map<std::string, Job>& jobs) {
   constexpr int kWrongUse = 2;
   const bool has_user_streams = argc == 2 && std::strcmp(argv[1], kUserStreams) == 0;
@@ -351,10 +356,20 @@ int serve(int argc, char** argv, const std::string& what, const std::map<std::st
   }
   for (const int ignored : {SIGXFSZ, SIGPIPE, SIGTTIN, SIGTTOU}) std::signal(ignored, SIG_IGN);
   end_cleanly_on_signals(LastWord::none);
-  const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
-  const int requests = set_aside(STDIN_FILENO, has_user_streams, kUserInput, nothing);
-  const int replies = set_aside(STDOUT_FILENO, has_user_streams, kUserOutput, STDERR_FILENO);
-  return Server(requests, replies, jobs).run();
+  serve(has_user_streams, [&](const std::string& name, const Json& arguments, const Event& event) {
+    const auto job = jobs.find(name);
+    if (job == jobs.end()) throw InputError(fmt::format("request: no job is called \"{}\"", name));
+    auto said = std::chrono::steady_clock::time_point();
+    bool goes_on = true;
+    return job->second(arguments, [&](std::size_t done, std::size_t of) {
+      constexpr std::chrono::milliseconds kApart(50);
+      const auto now = std::chrono::steady_clock::now();
+      if (now - said < kApart) return goes_on;
+      said = now;
+      return goes_on = event({{"progress", to_json(Progress{"", done, of, {}})}});
+    });
+  });
+  return 0;
 }
 
 }  // namespace flexor::io

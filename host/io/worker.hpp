@@ -1,14 +1,15 @@
-// Jobs in programs of their own: one JSON object a line, requests on a worker's standard input, replies on its
-// standard output.
+// Jobs in programs of their own: one JSON object a line, requests on the program's standard input, answers on its standard
+// output. The camera's program, the boards' and `flexor job` speak it.
 //
-//   to the worker    {"job": NAME, "arguments": {...}}
-//                    {"cancel": true}                     ends the job that runs, as a progress function would
-//   from the worker  {"progress": {"done": 3, "of": 40}}  as often as it likes; of 0: not known
-//                    {"result": ...}                      or, as the last line of a job,
-//                    {"error": {"kind": "input" | "job" | "cancelled", "message": ...}}
+//   to the program    {"job": NAME, "arguments": {...}}
+//                     {"cancel": true}                      stops the job that runs, as a progress function would
+//   from the program  {"progress": {"stage", "done", "of", "fraction", "seconds_left"}}  null: not known
+//                     {"warning": {"kind", "text"}}
+//                     {"result": ...}                       or, as the last line of a job,
+//                     {"error": {"kind": "input" | "job" | "cancelled" | "doubt", "text": ...}}
 //
 // One job at a time, any number one after the other; the end of its input ends a worker, also in the middle of
-// a job. What goes wrong in a worker is thrown here as what it was there: InputError, JobError, Cancelled.
+// a job. What goes wrong in a worker is thrown here as what it was there: InputError, JobError, Cancelled, Doubt.
 // Numbers keep their bits. A file name that is no UTF-8 is the list of its bytes.
 //
 // A worker has the standard error of whoever started it, and with kUserStreams the standard input and output
@@ -32,22 +33,30 @@ namespace flexor::io {
 
 inline constexpr const char* kUserStreams = "--user-streams";
 
-// So much of how much is done (0: not known); false: stop.
-using JobProgress = std::function<bool(std::size_t done, std::size_t of)>;
+struct Progress {
+  std::string stage;
+  std::size_t done = 0;
+  std::size_t of = 0;  // 0: not known
+  std::optional<double> seconds_left = {};
+};
+nlohmann::ordered_json to_json(const Progress& progress);
 
 // A worker that runs. Not for several threads at once.
 class Worker {
  public:
   // Throws InputError when there is no such program.
-  explicit Worker(const std::filesystem::path& program);
+  explicit Worker(const std::filesystem::path& program, std::vector<std::string> arguments = {kUserStreams});
   ~Worker();  // ends it, together with its temporaries
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
   // Throws what the job throws; JobError, one line naming program and job, when the worker dies or says
-  // nonsense. What `progress` throws passes through, and this worker takes no more jobs.
+  // nonsense. Where `progress` gives false, the job is asked to stop. What it throws passes through, and this worker takes
+  // no more jobs.
   nlohmann::ordered_json run(const std::string& job, const nlohmann::ordered_json& arguments,
-                             const JobProgress& progress = {});
+                             const std::function<bool(const Progress&)>& progress = {});
+  // From any thread, while `run` runs: the program ends at once and leaves nothing half-written.
+  void end();
   bool is_usable() const { return process_.has_value() && !busy_; }
 
  private:
@@ -86,9 +95,20 @@ std::filesystem::path program_beside(const std::string& name);
 nlohmann::ordered_json bytes_to_json(std::string_view bytes);
 std::string bytes_from_json(const nlohmann::ordered_json& json);
 
+// The last line of a job: its result, or its error.
+nlohmann::ordered_json answer(const std::function<nlohmann::ordered_json()>& job);
+
+// A line before the last one; false: stop.
+using Event = std::function<bool(const nlohmann::ordered_json& event)>;
+using AnyJob = std::function<nlohmann::ordered_json(
+    const std::string& name, const nlohmann::ordered_json& arguments, const Event& event)>;
+// Runs jobs until the standard input ends, which is this program's no more, as its standard output.
+void serve(bool has_user_streams, const AnyJob& job);
+
+// So much of how much is done (0: not known); false: stop.
+using JobProgress = std::function<bool(std::size_t done, std::size_t of)>;
 using Job = std::function<nlohmann::ordered_json(const nlohmann::ordered_json& arguments,
                                                  const JobProgress& progress)>;
-
 // main() of a worker: runs jobs until its input ends; the exit status. With a terminal or --help it says `what`
 // it is in one line.
 int serve(int argc, char** argv, const std::string& what, const std::map<std::string, Job>& jobs);

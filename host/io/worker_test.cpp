@@ -86,13 +86,12 @@ TEST(Worker, ProgressComesAndCancellingKeepsWhatThereIs) {
   Worker worker(kProgram);
   std::size_t last = 0;
   int calls = 0;
-  const Json stopped =
-      worker.run("count", {{"of", 1000000}, {"pause_ms", 1}}, [&](std::size_t done, std::size_t of) {
-        EXPECT_EQ(of, 1000000U);
-        EXPECT_TRUE(calls == 0 || done > last);
-        last = done;
-        return ++calls < 3;
-      });
+  const Json stopped = worker.run("count", {{"of", 1000000}, {"pause_ms", 1}}, [&](const Progress& p) {
+    EXPECT_EQ(p.of, 1000000U);
+    EXPECT_TRUE(calls == 0 || p.done > last);
+    last = p.done;
+    return ++calls < 3;
+  });
   EXPECT_EQ(stopped.at("stopped"), true);
   EXPECT_GE(stopped.at("counted").get<std::size_t>(), last);
   EXPECT_EQ(calls, 3) << "it is asked once";
@@ -190,7 +189,7 @@ TEST_F(WorkerFolder, AnAskerThatThrowsLeavesNothingEither) {
   {
     Worker worker(kProgram);
     EXPECT_THROW(worker.run("count", {{"of", 1000000}, {"pause_ms", 1}},
-                            [](std::size_t, std::size_t) -> bool { throw Enough(); }),
+                            [](const Progress&) -> bool { throw Enough(); }),
                  Enough);
     EXPECT_FALSE(worker.is_usable());
   }

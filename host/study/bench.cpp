@@ -78,7 +78,10 @@ BenchView Bench::advance(const BenchChange& change) {
 
 std::vector<double> Bench::score(const std::vector<int>& gestures, const io::JobProgress& progress) {
   const std::lock_guard lock(mutex_);
-  return worker_.run("bench_score", {{"gestures", gestures}}, progress).get<std::vector<double>>();
+  return worker_
+      .run("bench_score", {{"gestures", gestures}},
+           [&](const io::Progress& p) { return progress(p.done, p.of); })
+      .get<std::vector<double>>();
 }
 
 }  // namespace flexor::study

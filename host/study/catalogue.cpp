@@ -117,15 +117,12 @@ Compensator compensator(const std::string& name, double rate_hz) {
   return out;
 }
 
-std::vector<Compensator> compensators(const std::string& list, double rate_hz) {
+std::vector<Compensator> compensators(const std::vector<std::string>& items, double rate_hz) {
   std::vector<Compensator> out;
-  std::vector<std::string> items;
   std::map<std::string, int> uses;
-  std::istringstream names(list);
-  for (std::string item; std::getline(names, item, ',');) {
-    if (std::ranges::find(items, item) != items.end())
+  for (const std::string& item : items) {
+    if (std::ranges::count(items, item) > 1)
       throw InputError(fmt::format("compensator {} is given twice", item));
-    items.push_back(item);
     out.push_back(compensator(item, rate_hz));
     ++uses[out.back().name];
   }

@@ -23,10 +23,10 @@ struct Compensator {
 // the known.
 Compensator compensator(const std::string& name, double rate_hz);
 
-// Several of them with commas. A model file is called by its stem, or by its whole path where that is the
+// Several of them. A model file is called by its stem, or by its whole path where that is the
 // name of another compensator in the list or of a published one. Throws io::InputError for the same one
 // twice.
-std::vector<Compensator> compensators(const std::string& list, double rate_hz);
+std::vector<Compensator> compensators(const std::vector<std::string>& list, double rate_hz);
 
 // Throws io::InputError unless `name` can stand in a table: not empty, no comma, quote or control character.
 void require_name(const std::string& name, const std::string& what);

@@ -31,7 +31,7 @@ EnsemblePlan plan(int laboratories, const fs::path& folder = {}) {
   for (const FreeParameter& p : free_parameters())
     out.ensemble.posterior.push_back({p.name, 1, 0, 2, 1, 100});
   out.plan.motions = motions("2,4");
-  out.plan.compensators = compensators("raw,published-w,published-hw", 10);
+  out.plan.compensators = compensators({"raw", "published-w", "published-hw"}, 10);
   out.plan.trials = 4;
   out.plan.threads = 2;
   out.plan.folder = folder;

@@ -241,7 +241,7 @@ TEST(Trials, AnotherMotionIsAnotherRun) {
 
 TEST(Trials, TheArticlesWordsAreChecked) {
   Plan p = plan("2,4", 2);
-  p.compensators = compensators("raw,published-w,published-hw", 10);
+  p.compensators = compensators({"raw", "published-w", "published-hw"}, 10);
   Result r = run(p, {});
   const auto set = [](Statistic& to, double value) {
     to = {};

@@ -52,7 +52,7 @@ TEST(TwinFigures, TheSearchImprovesOnItsStart) {
 TEST(TwinTable, IsWhatTheExperimentPrints) {
   Plan p;
   p.motions = motions("1-2");
-  p.compensators = compensators("raw,published-w,published-hw", 10);
+  p.compensators = compensators({"raw", "published-w", "published-hw"}, 10);
   p.seed = 7;
   p.trials = 20;
   const Result r = run(p, {});

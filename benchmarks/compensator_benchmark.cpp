@@ -29,29 +29,11 @@ std::vector<Number> readings() {
   return out;
 }
 
-model::Model published(const char* name) {
-  return model::load(std::string(FLEXOR_SOURCE_DIR "/models/") + name);
-}
-
-// The published dead zone, a curve of ten knots, two poles, saturation: what identification gives.
-model::Model identified() {
-  const model::Model m = published("published_hw.json");
-  std::vector<model::Channel> channels = model::channels(m);
-  for (model::Channel& c : channels) {
-    c.dead_zone.reset();
-    c.input_curve.emplace();
-    for (int i = 0; i < 10; ++i) {
-      c.input_curve->x.push_back(16.0 * i);
-      c.input_curve->y.push_back(20 + 15.0 * i - 0.4 * i * i);
-    }
-    c.lti = {1, 0, {-20, -1}, {0, 0.8}};
-  }
-  return model::with_channels(m, channels);
-}
+model::Model published() { return model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json"); }
 
 template <class Arithmetic>
-void run(benchmark::State& state, const model::Model& m) {
-  model::Compensator<Arithmetic> glove(m);
+void run(benchmark::State& state) {
+  model::Compensator<Arithmetic> glove(published());
   const std::vector<double> in = readings<double>();
   std::vector<double> out(in.size());
   for (auto _ : state) {
@@ -66,22 +48,12 @@ void run(benchmark::State& state, const model::Model& m) {
       static_cast<double>(state.iterations() * kSamples * kChannels), benchmark::Counter::kIsRate);
 }
 
-void hammerstein_wiener_float(benchmark::State& state) {
-  run<model::FloatArithmetic>(state, published("published_hw.json"));
-}
-BENCHMARK(hammerstein_wiener_float)->Name("compensator/hammerstein_wiener/float");
-
-void hammerstein_wiener_fixed(benchmark::State& state) {
-  run<model::FixedArithmetic>(state, published("published_hw.json"));
-}
-BENCHMARK(hammerstein_wiener_fixed)->Name("compensator/hammerstein_wiener/fixed");
-
-void curve_two_poles_float(benchmark::State& state) { run<model::FloatArithmetic>(state, identified()); }
-BENCHMARK(curve_two_poles_float)->Name("compensator/curve_two_poles/float");
+BENCHMARK(run<model::FloatArithmetic>)->Name("compensator/hammerstein_wiener/float");
+BENCHMARK(run<model::FixedArithmetic>)->Name("compensator/hammerstein_wiener/fixed");
 
 // x = A x + B phi(u), y = sat(x): the same compensator as a matrix library would write it.
 void eigen_dense(benchmark::State& state) {
-  const model::Model m = published("published_hw.json");
+  const model::Model m = published();
   const std::vector<model::Channel> channels = model::channels(m);
   using Vector = Eigen::Matrix<float, kChannels, 1>;
   using Matrix = Eigen::Matrix<float, kChannels, kChannels>;

@@ -1,14 +1,38 @@
-// Cycles of one five-channel step on the simulated ATmega328P: as a header for own firmware, and as data in the glove's image.
+// Cycles of one five-channel step on the simulated ATmega328P: plain float code, a header for own firmware, and data in the
+// glove's image.
 #include <fmt/format.h>
+
+#include <cmath>
 
 #include "cosim/compiled.hpp"
 #include "cosim/replay.hpp"
 #include "host/deploy/compensator_text.hpp"
 #include "host/io/io.hpp"
+#include "host/model/channel.hpp"
 
 namespace {
 
 using namespace flexor;
+
+// As one would write it by hand: a lag for each pole, in float.
+std::string plain(const model::Model& m) {
+  std::string code;
+  for (int i = 0; const model::Channel& c : model::channels(m)) {
+    code += fmt::format("y = alpha[{}] / 32.0;\n", i);
+    if (c.dead_zone)
+      code += fmt::format("y = y > {0} ? y - {0} : y < {1} ? y - {1} : 0;\n", c.dead_zone->upper,
+                          c.dead_zone->lower);
+    code += fmt::format("y *= {};\n", c.lti.gain);
+    for (std::size_t k = 0; k < c.lti.poles_rad_s.size(); ++k)
+      code += fmt::format("y = x[{0}][{1}] += {2} * (y - x[{0}][{1}]);\n", i, k,
+                          -std::expm1(c.lti.poles_rad_s[k] * m.sample_period_s));
+    code += fmt::format("angle[{0}] = 16 * (y < {1} ? {1} : y > {2} ? {2} : y) + 0.5;\n", i++,
+                        c.saturation.lower_deg, c.saturation.upper_deg);
+  }
+  return "struct GloveCompensator {\nint16_t alpha[5] = {};\nint16_t angle[5] = {};\nfloat x[5][3] = {};\n"
+         "__attribute__((noinline)) void step() {\nfloat y;\n" +
+         code + "}\n};\n";
+}
 
 // The model's own header, as `flexor export --to cpp` writes it.
 std::string header(const model::Model& m) {
@@ -16,9 +40,8 @@ std::string header(const model::Model& m) {
 struct GloveCompensator {
   int16_t alpha[5] = {};
   int16_t angle[5] = {};
-  uint8_t step() { return run(); }
   own::Compensator own_;
-  __attribute__((noinline)) uint8_t run() {
+  __attribute__((noinline)) uint8_t step() {
     for (uint8_t i = 0; i < 5; ++i) own_.alpha[i] = alpha[i];
     const uint8_t good = own_.step();
     for (uint8_t i = 0; i < 5; ++i) angle[i] = own_.angle[i];
@@ -75,6 +98,7 @@ void compare() {
       fmt::print("{:<52}{:>8.0f}{:>8}\n", fmt::format("{}: {}", name, what), cycles.mean(), cycles.worst);
     };
     const int steps = static_cast<int>(counts.size());
+    print("float, by hand", cycles_of(plain(glove.model), steps, false));
     print("Flexor, a header in portable C++", cycles_of(header(glove.model), steps, false));
     print("Flexor, a header with products in assembly", cycles_of(header(glove.model), steps, true));
     print("Flexor, data", cosim::replay(glove, counts).step);

@@ -22,6 +22,7 @@ using link::Received;
 
 constexpr double kTurn_s = 0.15;  // until the glove leaves a turn; where it does not, the line is not a radio
 constexpr double kAnswer_s = 0.35;   // a piece, its writing and the answer at 9600 baud
+constexpr double kLost_s = 0.15;     // without it the glove's next turn is for the piece once more
 constexpr double kDoubt_s = 3;       // without a receipt since an offer
 constexpr double kPatience_s = 10;   // without any answer
 constexpr double kNoFurther_s = 60;  // of answers, without a further piece
@@ -65,10 +66,7 @@ class Sender {
     }
     all_ = bytes;
     send_all(block.bytes);
-    sent_.pieces = pieces_;
-    sent_.bytes = all_;
-    sent_.took_s = line_.now_s() - start_s;
-    return sent_;
+    return {all_, pieces_, line_.now_s() - start_s};
   }
 
  private:
@@ -84,16 +82,11 @@ class Sender {
   void write(link::Type type, link::Packet& packet, std::uint8_t body_bytes, const link::Key* key) {
     std::array<std::uint8_t, link::kMaxWire> wire{};
     const std::uint8_t size = packet.seal({type, false, false, said_++}, body_bytes, key, wire.data());
-    still_there([&] {
-      line_.write({wire.data(), size});
-      return 0;
-    });
+    still_there([&] { line_.write({wire.data(), size}); });
   }
 
-  std::string what_runs() const { return "it runs its old model"; }
-
   std::string left_behind() const {
-    return fmt::format("{} of {} bytes are there: {}; send again", received_, all_, what_runs());
+    return fmt::format("{} of {} bytes are there: it runs its old model; send again", received_, all_);
   }
 
   // The next whole frame until a time; false: none.
@@ -111,6 +104,7 @@ class Sender {
 
   // Until the glove listens. A radio carries one direction at a time.
   void await_turn() {
+    if (std::exchange(turn_, false)) return;
     const double until_s = line_.now_s() + kTurn_s;
     while (next(until_s)) {
       if (reader_.listens()) return;
@@ -191,8 +185,8 @@ class Sender {
       offered_s_.reset();
       if (receipt->stage == glove::kRuns) break;
       if (receipt->stage != 0) {
-        throw JobError(
-            fmt::format("the glove does not take the model: {}; {}", reason_of(receipt->stage), what_runs()));
+        throw JobError(fmt::format("the glove does not take the model: {}; it runs its old model",
+                                   reason_of(receipt->stage)));
       }
       received_ = std::min<std::size_t>(receipt->received, bytes.size());
       if (received_ > most) further_s = line_.now_s();
@@ -218,16 +212,18 @@ class Sender {
   }
 
   std::optional<link::Receipt> answer() {
-    const double until_s = line_.now_s() + kAnswer_s;
-    while (next(until_s)) {
+    const double said_s = line_.now_s();
+    while (next(said_s + kAnswer_s)) {
       // Somebody has asked again, or the air has doubled the question: what counts now is this offer.
       if (is_offer()) {
         (void)accept(link::get_offer(reader_.body()));
         return {};
       }
-      if (!is(link::Answer::receipt, link::Receipt::kBytes)) continue;
-      if (glove_.key && !reader_.fits(session_.key(), reader_.sequence())) continue;
-      return link::get_receipt(reader_.body());
+      const bool receipt = is(link::Answer::receipt, link::Receipt::kBytes) &&
+                           (!glove_.key || reader_.fits(session_.key(), reader_.sequence()));
+      turn_ = reader_.listens() && (receipt || line_.now_s() - said_s > kLost_s);
+      if (receipt) return link::get_receipt(reader_.body());
+      if (turn_) return {};
     }
     return {};
   }
@@ -244,13 +240,13 @@ class Sender {
   link::PacketReader reader_;
   std::vector<std::uint8_t> came_;
   std::size_t at_ = 0;
+  bool turn_ = false;  // it listens now
   link::Session session_;
   std::uint32_t said_ = 0;
   int all_ = 0;
   int pieces_ = 0;
   std::size_t received_ = 0;
   std::optional<double> offered_s_;  // when an offer came that no receipt has followed
-  Sent sent_;
 };
 
 }  // namespace

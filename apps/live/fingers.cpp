@@ -17,8 +17,7 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSilent_s = 1;
 constexpr double kUncertain_deg = 5;
 constexpr double kVeryUncertain_deg = 10;
-constexpr double kBeyond = 0.1;     // of the span, beyond what the model was made from
-constexpr double kSlipped_deg = 4;  // less is within what a wearer's own bends differ by
+constexpr double kBeyond = 0.1;  // of the span, beyond what the model was made from
 
 double median(const std::array<double, 3>& v) {
   return std::max(std::min(v[0], v[1]), std::min(std::max(v[0], v[1]), v[2]));
@@ -131,9 +130,9 @@ bool Fingers::has_slipped() const {
   for (const model::Followed& f : watched->trackers()->followed()) {
     if (!f.is_tracked) continue;
     ++known;
-    if (f.alarmed || std::abs(f.shift_deg) > kSlipped_deg + 2 * f.standard_error_deg) ++slipped;
+    if (f.alarmed || std::abs(f.shift_deg) > 2 * f.standard_error_deg) ++slipped;
   }
-  return known > 0 && 2 * slipped > known;
+  return slipped > 0 && slipped >= std::min<std::ptrdiff_t>(2, known);
 }
 
 float Fingers::raw(std::size_t finger) const {

@@ -53,7 +53,8 @@ class Fingers {
   float raw(std::size_t finger) const;
   float angle_deg(std::size_t finger) const;
   std::vector<FingerView> view(double now_s) const;
-  // By whole bends most sensors lie otherwise than when the model was made, or drift more quickly than they could be followed.
+  // By whole bends two sensors (the one, where there is one) lie otherwise than when the model was made, by twice the standard error,
+  // or drift more quickly than they could be followed.
   bool has_slipped() const;
   bool is_worn() const { return estimator_.has_value(); }
   // The joints' angles of the newest sample, in the model's order; empty without a model.

@@ -13,13 +13,13 @@ namespace {
 constexpr double kFingersRate_hz = 50;
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-// Whole bends of eight seconds each, of a strip that drifts by so much.
-double wear(Fingers& fingers, double from_s, double seconds, double drift_per_s) {
+// Whole bends of eight seconds each, of a strip that drifts by so much and has shifted by so many counts.
+double wear(Fingers& fingers, double from_s, double seconds, double drift_per_s, double shift = 0) {
   const double to_s = from_s + seconds;
   for (double t_s = from_s; t_s < to_s; t_s += 1 / kFingersRate_hz) {
     const double phase = std::fmod(t_s, 8);
     const double closed = phase < 1 ? phase : phase < 4 ? 1 : phase < 5 ? 5 - phase : 0;
-    fingers.add({t_s, t_s, {300 + 400 * closed + drift_per_s * (t_s - from_s)}, {}});
+    fingers.add({t_s, t_s, {300 + shift + 400 * closed + drift_per_s * (t_s - from_s)}, {}});
   }
   return to_s;
 }
@@ -38,6 +38,16 @@ TEST(Fingers, SayHowAStripIsTrackedAndWhenItDriftsMoreQuickly) {
   EXPECT_TRUE(holds(view.tracked, "drifted more quickly")) << view.tracked;
   EXPECT_FALSE(view.remark.empty());
   EXPECT_STREQ(view.quality, "fair");
+}
+
+TEST(Fingers, ASlipIsSeenThoughNoChangeIsFollowed) {
+  Fingers fingers({"index_count"});
+  fingers.wear(model::strip_model(model::Poses{300, 700}), false);
+  const double now_s = wear(fingers, 0, 80, 0);
+  EXPECT_FALSE(fingers.has_slipped());
+  wear(fingers, now_s, 80, 0, 40);
+  EXPECT_TRUE(fingers.has_slipped());
+  EXPECT_EQ(fingers.view(now_s + 80).front().tracked, "");
 }
 
 TEST(Fingers, OfAModelThatCannotBeTrackedAreNot) {

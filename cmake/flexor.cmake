@@ -128,7 +128,7 @@ function(flexor_sources name out)
   set(${out} ${CMAKE_CURRENT_BINARY_DIR}/${name}_room.cpp ${generated} PARENT_SCOPE)
 endfunction()
 
-# PRIVATE_USES are libraries that must not show in the room's headers (NLopt, OpenCV, ...). APART are sources that are always
+# PRIVATE_USES are libraries that must not show in the room's headers (OpenCV, ...). APART are sources that are always
 # compiled alone, for options of their own.
 function(flexor_library name)
   cmake_parse_arguments(ARG "" "" "HEADERS;SOURCES;APART;USES;PRIVATE_USES" ${ARGN})

@@ -56,9 +56,8 @@ set(FOLDER_examples examples)
 set(FOLDER_benchmarks benchmarks)
 
 # Libraries that few rooms keep to themselves, by the start of their includes.
-set(KEPT_INCLUDES CLI nlopt simavr opencv2 kainjow boost/beast)
+set(KEPT_INCLUDES CLI simavr opencv2 kainjow boost/beast)
 set(KEEPER_CLI cli)
-set(KEEPER_nlopt study)
 set(KEEPER_simavr cosim)
 set(KEEPER_kainjow report)
 set(KEEPER_opencv2 camera benchmarks)

@@ -172,7 +172,7 @@ class Forger {
   void record(std::uint8_t byte) {
     now_.push_back(byte);
     if (byte != link::kDelimiter) return;
-    frames_.push_back(now_);
+    if (now_.size() > 1) frames_.push_back(now_);  // a frame begins with a delimiter, too
     now_.clear();
     if (frames_.size() > kKept) frames_.pop_front();
   }

@@ -409,38 +409,5 @@ TEST(Rendered, ALensIsCalibratedFromPicturesOfABoardAndTakesItsBendingOut) {
   EXPECT_LT(with, 0.15);
 }
 
-TEST(Rendered, MemoryDoesNotGrowWithTheVideo) {
-  const auto resident_kb = [] {
-    std::ifstream statm("/proc/self/statm");
-    long total = 0;
-    long resident = 0;
-    statm >> total >> resident;
-    return resident * (::sysconf(_SC_PAGESIZE) / 1024);
-  };
-  twin::View small = view();
-  small.width = 320;
-  small.height = 180;
-  small.focal_px = 350;
-  small.centre_px = {159.5, 89.5};
-  twin::Renderer renderer(small, {}, 1);
-  std::vector<camera::Picture> loop;
-  constexpr int kLoop = 60;
-  for (int k = 0; k < kLoop; ++k) {
-    // There and back again, so that the loop has no jump.
-    const double t = (k < kLoop / 2 ? k : kLoop - k) / kRate_hz;
-    camera::Picture& p = loop.emplace_back(small.width, small.height);
-    renderer.draw(twin::draw_pinch(pinch(t), {}).scene, static_cast<std::uint64_t>(k), p.bgr);
-  }
-  camera::Tracker tracker(joints("green_markers"), std::nullopt, small.width, small.height);
-  long early_kb = 0;
-  constexpr int kFrames = 20000;
-  for (int k = 0; k < kFrames; ++k) {
-    tracker.push(loop[static_cast<std::size_t>(k % kLoop)], k / kRate_hz);
-    if (k == kFrames / 10) early_kb = resident_kb();
-  }
-  EXPECT_GT(tracker.summary().labelled, kFrames * 9UL / 10);
-  EXPECT_LT(resident_kb() - early_kb, 1000);
-}
-
 }  // namespace
 }  // namespace flexor::filming

@@ -7,9 +7,7 @@
 #include "apps/cli/progress.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
-#include "host/study/null_model.hpp"
 #include "host/study/twin_ensemble.hpp"
-#include "host/study/twin_fit.hpp"
 
 namespace flexor::cli {
 namespace calibrate_twin_command {
@@ -21,42 +19,14 @@ struct TwinOptions {
   std::optional<int> evaluations;
   std::optional<int> trials;
   std::uint64_t seed = 7;
-  std::optional<int> ensemble;
+  int ensemble = 200;
   int threads = 0;
   bool json = false;
 };
 
-void fit_twin(const TwinOptions& o) {
-  const int trials = o.trials.value_or(twin::kTrialsAtOnce);
-  study::TwinFit fit;
-  {
-    ProgressLine line;
-    const auto progress = [&](int n, int of, double best) {
-      line.step(fmt::format("rms of ln(ours/published) {:.3f}: evaluation", best),
-                static_cast<std::size_t>(n), static_cast<std::size_t>(of));
-    };
-    fit = study::calibrate_twin(twin::Parameters(), o.evaluations.value_or(2000), trials, o.seed, progress);
-    io::write_file(o.out, twin::to_json(fit.parameters));
-  }
-  if (o.json) {
-    const Json json = {{"log_rms_gestures_1_to_4", fit.log_rms},
-                       {"null_model", study::to_json(study::null_model())},
-                       {"cost", fit.cost},
-                       {"evaluations", fit.evaluations},
-                       {"file", o.out},
-                       {"seed", o.seed},
-                       {"version", FLEXOR_VERSION}};
-    return print(io::dump(json));
-  }
-  print(fmt::format(
-      "rms of ln(ours/published) on gestures 1-4: {:.3f} (one constant for each compensator: {:.3f}), {} "
-      "evaluations of {} trials\nwritten to {}\n",
-      fit.log_rms, study::null_model().fitted_log_rms, fit.evaluations, trials, o.out));
-}
-
 void draw_twins(const TwinOptions& o) {
   study::EnsembleRequest request;
-  request.laboratories = *o.ensemble;
+  request.laboratories = o.ensemble;
   request.evaluations = o.evaluations.value_or(request.evaluations);
   request.trials = o.trials.value_or(request.trials);
   request.seed = o.seed;
@@ -103,7 +73,7 @@ void draw_twins(const TwinOptions& o) {
 }
 
 void run_twin(const TwinOptions& o) {
-  if (o.evaluations.value_or(1) < 1 || o.trials.value_or(1) < 1 || o.ensemble.value_or(1) < 1) {
+  if (o.evaluations.value_or(1) < 1 || o.trials.value_or(1) < 1 || o.ensemble < 1) {
     throw io::InputError("--evaluations, --trials and --ensemble must be at least 1");
   }
   if (o.threads < 0 || o.threads > io::kMaxThreads) {
@@ -111,7 +81,7 @@ void run_twin(const TwinOptions& o) {
         fmt::format("--threads must be 0, as many as the machine has, to {}", io::kMaxThreads));
   }
   io::require_writable(o.out);
-  o.ensemble ? draw_twins(o) : fit_twin(o);
+  draw_twins(o);
 }
 
 }  // namespace calibrate_twin_command
@@ -120,25 +90,21 @@ void add_calibrate_twin(CLI::App& app) {
   using namespace calibrate_twin_command;
   const auto [o, command] =
       add_command(app, "calibrate-twin",
-                  "Fit the twin's free parameters to the published averages of gestures 1 to 4, or draw "
-                  "the laboratories that these leave plausible. The same machine and libraries give the "
-                  "same bytes each time; on others the fit ends within 0.02 of the same distance, rms of "
-                  "ln(ours/published)",
+                  "Draw the laboratories, values of the twin's free parameters, that the published averages "
+                  "of gestures 1 to 4 leave plausible. The same machine and libraries give the same bytes",
                   run_twin);
-  command->add_option("--out", o->out, "write the configuration, or with --ensemble the laboratories, here")
-      ->required();
+  command->add_option("--out", o->out, "write the laboratories here")->required();
   command->add_option("--evaluations", o->evaluations,
-                      "of the whole table (default: 2000; with --ensemble 12000, all chains together)");
-  command->add_option("--trials", o->trials,
-                      "of each cell in an evaluation (default: 16; with --ensemble 8)");
+                      "of the whole table, all chains together (default: 12000)");
+  command->add_option("--trials", o->trials, "of each cell in an evaluation (default: 8)");
   command->add_option("--seed", o->seed, "other than the experiment's")
       ->check(seed_fault)
       ->capture_default_str();
-  command->add_option(
-      "--ensemble", o->ensemble,
-      "draw so many twins by Markov chains, prior times likelihood of the published averages");
-  command->add_option("--threads", o->threads, "with --ensemble; 0: as many as the machine has")
+  command
+      ->add_option("--ensemble", o->ensemble,
+                   "draw so many by Markov chains, prior times likelihood of the published averages")
       ->capture_default_str();
+  command->add_option("--threads", o->threads, "0: as many as the machine has")->capture_default_str();
 }
 
 }  // namespace flexor::cli

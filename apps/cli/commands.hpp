@@ -59,7 +59,6 @@ void add_recalibrate(CLI::App& app);
 void add_report(CLI::App& app);
 void add_score(CLI::App& app);
 void add_send(CLI::App& app);
-void add_sessions(CLI::App& app);
 void add_show(CLI::App& app);
 void add_wiring(CLI::App& app);
 
@@ -96,9 +95,6 @@ void check_unit(const model::Input& input, const std::string& file, const std::s
 // Throws io::Doubt, one line, where the model hardly knows what the columns of the log hold; warns where it knows a part.
 void check_ranges(const model::Model& model, const std::string& file, const std::vector<std::string>& columns,
                   const model::RangeCount& ranges);
-
-// `given`, or the folder that flexor live keeps its sessions in. Throws io::InputError.
-std::filesystem::path sessions_folder(const std::string& given);
 
 // The workers beside this program.
 inline constexpr const char* kCameraWorker = "flexor-camera";

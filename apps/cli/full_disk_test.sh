@@ -177,7 +177,6 @@ FREE=0 folder "${film[@]}" --out "$disk/new"
 raw=(--trials 1 --threads 1 --compensators raw)
 folder "$flexor" experiment --gestures 1 "${raw[@]}" --out "$disk/new"
 folder "$flexor" twin record --out "$disk/new"
-file twin.json "$flexor" calibrate-twin --evaluations 1 --trials 1 --out "$disk/twin.json"
 FREE=4 file laboratories.json "${laboratories[@]}" --out "$disk/laboratories.json"
 wait "$drawing" || fail "exit $? with room: ${laboratories[*]}"
 folder "$flexor" experiment --ensemble "$in/laboratories.json" --gestures 4 "${raw[@]}" --out "$disk/new"
@@ -199,7 +198,6 @@ for json in "" --json; do
   stdout "$target" "${setup[@]}" --out "$work/s.png" $json
   stdout "$target" "$flexor" camera calibrate "$in"/board?.png --out "$work/lens.json" $json
   stdout "$target" "$flexor" experiment --gestures 1 "${raw[@]}" $json
-  stdout "$target" "$flexor" calibrate-twin --evaluations 1 --trials 1 --out "$work/twin.json" $json
   stdout "$target" "$flexor" latency --edges 2 $json
   stdout "$target" "$flexor" report "$work/job" $json
   stdout "$target" "$flexor" twin $json

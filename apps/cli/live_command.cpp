@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cstdlib>
+
 #include "apps/cli/commands.hpp"
 #include "apps/live/live.hpp"
 #include "apps/live/worn_gloves.hpp"
@@ -76,6 +78,15 @@ void add_outs(const Options& o, live::LiveOptions& out) {
       return std::make_unique<exports::JointStateFile>(not_there_yet(path), joints_of(model));
     });
   }
+}
+
+// `given`, or the folder of its own in the home folder.
+std::filesystem::path sessions_folder(const std::string& given) {
+  if (!given.empty()) return given;
+  const char* home = std::getenv("HOME");
+  if (home == nullptr || *home == '\0')
+    throw io::InputError("--sessions: say where, there is no home folder");
+  return std::filesystem::path(home) / "flexor";
 }
 
 live::LiveOptions live_options(const Options& o) {

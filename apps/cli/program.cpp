@@ -179,7 +179,6 @@ struct Command {
 constexpr Command kCommands[] = {
     {add_live, "See it", "flexor live --demo"},
     {add_monitor, "See it", "flexor monitor --from twin"},
-    {add_sessions, "See it", "flexor sessions"},
     {add_wiring, "A glove", "flexor wiring --hardware lucidgloves --out wiring/"},
     {add_ports, "A glove", "flexor ports"},
     {add_record, "A glove", "flexor record glove.csv"},
@@ -203,7 +202,7 @@ constexpr Command kCommands[] = {
     {add_latency, "Boards", "flexor latency --compensator published-hw"},
     {add_experiment, "The paper", "flexor experiment --trials 200 --out paper/"},
     {add_twin, "The paper", "flexor twin record --out glove/"},
-    {add_calibrate_twin, "The paper", "flexor calibrate-twin --out twin.json"},
+    {add_calibrate_twin, "The paper", "flexor calibrate-twin --out laboratories.json"},
     {add_job, "Programs", "flexor job identify < request.json"},
 };
 constexpr std::pair<const char*, const char*> kMore[] = {

@@ -129,21 +129,6 @@ TEST(Plant, AStopThatGivesTakesWhatTheMotorHasAndCountsImpacts) {
   EXPECT_EQ(rigid.impacts[0], 1);
 }
 
-TEST(Plant, AFreeMotorReachesItsNoLoadSpeed) {
-  Parameters p;
-  p.coulomb_mNm = 0;
-  p.viscous_mNms_rad = 0;
-  p.loop_proportional_per_deg = 0.9;
-  p.loop_speed_deg_s = 100000;
-  const PlantConstants c(p);
-  const auto x = at_rest(30);
-  for (float& upper : x->upper) upper = 1e6F;
-  for (std::int32_t& command : x->command) command = 180 * 16;
-  for (int ms = 0; ms < 100; ++ms) advance(c, *x);
-  // V / K_e, K_e = 1.8 mNm/A times 150: 22.2 rad/s
-  EXPECT_NEAR(x->speed[0], 6 / (0.0018 * 150) * 57.2958, 5);
-}
-
 TEST(Plant, ClothSlipsByItsPlayAndNoMore) {
   Parameters p;
   p.slip_deg = 2;

@@ -94,7 +94,8 @@ void add_texts(const Json& value, const Json& schema, const std::string& key, st
   }
   if (!value.is_array() || (schema.contains("minItems") && value.size() != schema.at("minItems")))
     throw io::InputError(
-        fmt::format("request: \"{}\" must be a list{}", key, schema.contains("minItems") ? " of two" : ""));
+        fmt::format("request: \"{}\" must be a list{}", key,
+                    schema.contains("minItems") ? " of two; where several may be given, of such lists" : ""));
   for (const Json& item : value) add_texts(item, schema.at("items"), key, out);
 }
 

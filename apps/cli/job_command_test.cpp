@@ -50,7 +50,8 @@ TEST(Job, EveryCommandHasASchemaThatItKeepsTo) {
 TEST(Job, ARequestIsTypedAndTheKeyIsNamed) {
   EXPECT_EQ(refused({"identify"}, {{"rate", "20"}}), "request: \"rate\" must be of the type number");
   EXPECT_EQ(refused({"experiment"}, {{"trials", 1.5}}), "request: \"trials\" must be of the type integer");
-  EXPECT_EQ(refused({"identify"}, {{"pair", {"a.csv", "b.csv"}}}), "request: \"pair\" must be a list of two");
+  EXPECT_EQ(refused({"identify"}, {{"pair", {"a.csv", "b.csv"}}}),
+            "request: \"pair\" must be a list of two; where several may be given, of such lists");
   EXPECT_EQ(refused({"identify"}, Json::array()), "request: a JSON object is due");
   EXPECT_NE(refused({"recalibrate"}, Json::object()).find("required"), std::string::npos);
   EXPECT_NE(refused({"identify"}, {{"leave-out", "half"}}).find("leave-out"), std::string::npos);

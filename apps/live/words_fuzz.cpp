@@ -53,7 +53,7 @@ class Worn : public live::WornGlove {
   double rate_hz() const override { return 100; }
   double lead_s() const override { return 0.1; }
   Score score() override {
-    return [](const std::function<bool(double)>&) { return std::vector<double>(6, 1); };
+    return [](const live::Jobs::Goes&) { return std::vector<double>(6, 1); };
   }
 
  private:

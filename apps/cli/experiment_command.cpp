@@ -165,7 +165,7 @@ void show(const Options& o, const study::Result& result,
 
 void draw(const study::Plan& plan, const study::Result& result,
           const std::vector<study::ScenarioResult>& scenarios) {
-  log("drawing figures ...");
+  log("writing the report ...");
   try {
     study::save_results(plan, result, scenarios, plan.folder);
     report::render(plan.folder, plan.stop);

@@ -140,10 +140,10 @@ void clocks_table(Page& page, const Json& r) {
   }
   page.heading("Clocks");
   page.table(t);
-  page.paragraph(fmt::format(
-      "{}Confidence 0: another offset explains the data as well; 1: none comes near. All joints of a pair "
-      "share its offset, which holds the sensors' own lag too.",
-      r.at("clock_offset_given").get<bool>() ? "The offset was given by the user. " : ""));
+  page.paragraph(
+      fmt::format("{}Confidence: the probability that the offset is right to 0.15 s. All joints of a pair "
+                  "share its offset, which holds the sensors' own lag too.",
+                  r.at("clock_offset_given").get<bool>() ? "The offset was given by the user. " : ""));
 }
 
 void origins(Page& page, const Json& r) {

@@ -66,8 +66,8 @@ std::vector<std::string> sensors_of(const std::vector<JointMap>& map) {
 std::vector<Files> read_files(const PairFiles& files, const HandRequest& request) {
   std::vector<Files> out;
   const std::vector<std::string> sensors = sensors_of(request.map);
-  recording::CsvReader reader(files.sensor, {sensors, request.time});
-  for (recording::Recording& trial : recording::read_segments(reader, request.time)) {
+  const auto reader = recording::open_log(files.sensor, {sensors, request.time});
+  for (recording::Recording& trial : recording::read_segments(*reader, request.time)) {
     Files& one = out.emplace_back();
     one.sensor = std::move(trial);
     for (const std::string& sensor : sensors) {
@@ -1115,13 +1115,13 @@ HandIdentification identify_hand(const HandRequest& asked, const Step& step) {
   return r;
 }
 
-model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> recordings) {
+model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> recordings, const Step& step) {
   HandIdentification r;
   HandRequest all = request;
   all.split = 1;
   all.threads = 1;  // whoever asks for fits has threads of its own
   for (Files& one : recordings) r.clocks.push_back(clock_of(all.map, all.clock_offset_s, one, r.warnings));
-  fit_model(all, asked_for(all), recordings, sample_all(recordings, r.clocks, all), {}, r);
+  fit_model(all, asked_for(all), recordings, sample_all(recordings, r.clocks, all), step, r);
   describe(all, recordings, r);
   return r.model;
 }

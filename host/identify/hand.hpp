@@ -130,7 +130,8 @@ struct HandIdentification {
 HandIdentification identify_hand(const HandRequest& request, const Step& step);
 
 // The fit alone, to all of the recordings: nothing is held out, nothing scored. `request.pairs` only name them.
-model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> recordings);
+model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> recordings,
+                      const Step& step = {});
 
 nlohmann::ordered_json to_json(const HandIdentification& result);
 

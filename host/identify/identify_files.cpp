@@ -32,8 +32,9 @@ void name_columns(SourceFiles& files) {
 
 recording::Pair load_pair(SourceFiles files) {
   name_columns(files);
-  recording::Pair pair{recording::read_csv(files.sensor, {files.input}, files.time), files.input,
-                       recording::read_angle(files.reference, files.output, files.time), files.output};
+  recording::Pair pair{recording::read(*recording::open_log(files.sensor, {{files.input}, files.time})),
+                       files.input, recording::read_angle(files.reference, files.output, files.time),
+                       files.output};
   recording::to_degrees(pair.reference, pair.output, files.output_unit);
   return pair;
 }

@@ -12,8 +12,8 @@
 namespace flexor::identify {
 
 struct SourceFiles {
-  std::filesystem::path sensor;
-  std::filesystem::path reference;
+  recording::Log sensor;
+  recording::Log reference;
   std::string input = {};            // column of the sensor file; empty: its only column of numbers
   std::string output = {};           // column of the reference file, an angle; likewise
   std::string output_unit = {};      // deg or rad, where that column states none; empty: degrees

@@ -41,22 +41,23 @@ std::vector<std::string> short_names(const std::vector<std::filesystem::path>& p
 
 std::vector<std::string> columns_of(const PairFiles& files, bool are_angles,
                                     const recording::TimeOptions& time) {
-  const std::filesystem::path& path = are_angles ? files.reference : files.sensor;
-  io::require_readable(path);
-  if (!std::filesystem::is_regular_file(path))
+  const recording::Log& path = are_angles ? files.reference : files.sensor;
+  if (!path.memory()) io::require_readable(path);
+  if (!path.memory() && !std::filesystem::is_regular_file(path))
     throw InputError(
         fmt::format("{}: a pipe or device can be read once only: name its column with {}, or those of "
                     "several joints with --map",
                     path.string(), are_angles ? "--output" : "--input"));
   std::error_code error;
-  const bool is_one = std::filesystem::equivalent(files.sensor, files.reference, error);
-  const recording::CsvReader reader(path, {{}, time});
+  const bool is_one = path.memory() ? files.sensor.memory() == files.reference.memory()
+                                    : std::filesystem::equivalent(files.sensor, files.reference, error);
+  const auto reader = recording::open_log(path, {{}, time});
   std::vector<std::string> out;
-  for (std::size_t i = 0; i < reader.columns().size(); ++i) {
-    const bool is_angle = reader.units()[i] == "deg" || reader.units()[i] == "rad";
-    if (!is_one || is_angle == are_angles) out.push_back(reader.columns()[i]);
+  for (std::size_t i = 0; i < reader->columns().size(); ++i) {
+    const bool is_angle = reader->units()[i] == "deg" || reader->units()[i] == "rad";
+    if (!is_one || is_angle == are_angles) out.push_back(reader->columns()[i]);
   }
-  return out.empty() ? reader.columns() : out;
+  return out.empty() ? reader->columns() : out;
 }
 
 std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeOptions& time) {

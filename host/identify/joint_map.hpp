@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "host/recording/log.hpp"
 #include "host/recording/time.hpp"
 
 namespace flexor::identify {
@@ -20,8 +21,8 @@ struct JointMap {
 std::vector<JointMap> parse_map(const std::string& text);
 
 struct PairFiles {
-  std::filesystem::path sensor;
-  std::filesystem::path reference;
+  recording::Log sensor;
+  recording::Log reference;
 };
 
 // Joints by name: each column of angles with the first sensor column whose name starts as its does, as index_deg and

@@ -40,9 +40,10 @@ bool of_one_kind(const std::string& a, const std::string& b) {
 recording::Recording every_column(const PairFiles& files, const HandRequest& request,
                                   const HandRecordings& read) {
   // A pipe is read once.
-  if (!std::filesystem::is_regular_file(files.sensor) || !request.time.segments.empty()) return read.sensor;
+  const bool is_there = files.sensor.memory() || std::filesystem::is_regular_file(files.sensor);
+  if (!is_there || !request.time.segments.empty()) return read.sensor;
   try {
-    return recording::read_csv(files.sensor, {}, request.time);
+    return recording::read(*recording::open_log(files.sensor, {{}, request.time}));
   } catch (const InputError&) {
     return read.sensor;
   }

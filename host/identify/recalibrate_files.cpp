@@ -51,15 +51,16 @@ void refuse_other_unit(const std::string& source, const recording::Column& colum
 }
 
 // A column for each input; a missing reading is NaN. The log continues where a reset of the board begins its clock anew.
-recording::Recording read_log(const std::filesystem::path& path, const RecalibrationFiles& request,
+recording::Recording read_log(const recording::Log& path, const RecalibrationFiles& request,
                               const model::Model& model, std::vector<std::string>& notes) {
-  recording::CsvReader reader(path, {model::columns_of(model, request.inputs), request.time, true});
+  const auto reader =
+      recording::open_log(path, {model::columns_of(model, request.inputs), request.time, true});
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    if (reader.units()[i].empty()) continue;
-    if (auto note = unit_note(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]))
+    if (reader->units()[i].empty()) continue;
+    if (auto note = unit_note(model.inputs[i], reader->name(), reader->columns()[i], reader->units()[i]))
       notes.push_back(std::move(*note));
   }
-  recording::Recording out = recording::read(reader, recording::Resets::follow);
+  recording::Recording out = recording::read(*reader, recording::Resets::follow);
   for (std::size_t i = 0; i < model.inputs.size(); ++i)
     refuse_other_unit(out.source, out.columns[i], model.inputs[i]);
   notes.insert(notes.end(), out.warnings.begin(), out.warnings.end());
@@ -321,7 +322,7 @@ Recalibration recalibrate_files(const RecalibrationFiles& files) {
   if (!files.map.empty() && files.pair_sensor.empty())
     throw io::InputError("--map names the columns of a camera's file: give --pair GLOVE CAMERA as well");
   RecalibrationRequest request;
-  request.model = model::load(files.model);
+  request.model = files.model;
   if (!files.prior.empty())
     request.prior = prior_from_json(io::read_document(files.prior), files.prior.string());
   std::vector<std::string> notes;

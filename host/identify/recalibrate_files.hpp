@@ -1,4 +1,4 @@
-// recalibrate on files: logs in, the model and what is to be said of it out.
+// recalibrate on logs: files or recordings in, the model and what is to be said of it out.
 #pragma once
 
 #include <filesystem>
@@ -13,12 +13,12 @@
 namespace flexor::identify {
 
 struct RecalibrationFiles {
-  std::filesystem::path model;
-  std::filesystem::path recording;  // empty: none
-  std::vector<std::string> poses;   // of "open", "fist", in their order in poses_log
-  std::filesystem::path poses_log;
-  std::filesystem::path pair_sensor;
-  std::filesystem::path pair_camera;
+  model::Model model;
+  recording::Log recording;        // empty: none
+  std::vector<std::string> poses;  // of "open", "fist", in their order in poses_log
+  recording::Log poses_log;
+  recording::Log pair_sensor;
+  recording::Log pair_camera;
   std::string map;                  // joint=column,... of the camera's file; empty: by name
   std::vector<std::string> inputs;  // the logs' columns for the model's inputs; empty: those in the model
   recording::TimeOptions time;

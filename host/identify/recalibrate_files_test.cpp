@@ -33,7 +33,7 @@ class RecalibrateFiles : public testing::Test {
  protected:
   RecalibrateFiles() {
     model::save(test_glove(), path("model.json"));
-    request_.model = path("model.json");
+    request_.model = model::load(path("model.json"));
   }
 
   std::filesystem::path path(const std::string& name) const { return folder_.path() / name; }
@@ -199,7 +199,7 @@ TEST_F(RecalibrateFiles, PosesOfADeadSensorAndOneWithoutPosesLeaveTheOthers) {
   model::Model fewer = test_glove();
   fewer.inputs[1].poses.reset();
   model::save(fewer, path("fewer.json"));
-  request_.model = path("fewer.json");
+  request_.model = model::load(path("fewer.json"));
   EXPECT_TRUE(run().misfits.empty());
 }
 

@@ -110,7 +110,7 @@ void add_part(Plan& plan, const std::string& name, int joint, const CompleteOpti
 }
 
 void add_bend(Plan& plan, const Input& bend, const CompleteOptions& options,
-              const recording::CsvReader& table) {
+              const recording::LogReader& table) {
   plan.inputs.push_back(bend);
   plan.parts.emplace_back();
   if (table.has(column_of(bend.name)) && !find_joint(bend.name))
@@ -118,7 +118,7 @@ void add_bend(Plan& plan, const Input& bend, const CompleteOptions& options,
   for (const int joint : bend.joints) add_part(plan, std::string(joint_name(joint)), joint, options);
 }
 
-Plan plan_of(const CompleteOptions& options, const recording::CsvReader& table) {
+Plan plan_of(const CompleteOptions& options, const recording::LogReader& table) {
   Plan plan;
   for (int joint = 0; joint < kJoints; ++joint) {
     if (options.flexion_is_positive && flexes(joint)) plan.sign[joint] = -1;
@@ -164,7 +164,7 @@ std::string text_of(const Plan& plan, double t_s, const Estimate& estimate) {
 }
 
 // The next row, in the document's signs.
-bool next(const Plan& plan, recording::CsvReader& table, recording::Row& row) {
+bool next(const Plan& plan, recording::LogReader& table, recording::Row& row) {
   if (!table.next(row)) return false;
   for (std::size_t i = 0; i < plan.columns.size(); ++i)
     row.value[i] = plan.column_sign[i] * (row.value[i] - plan.column_open_deg[i]);
@@ -229,7 +229,7 @@ void finish(const Completer& completer, Completion& completion) {
 
 }  // namespace
 
-Completion complete_table(const Posture& posture, recording::CsvReader& table, const CompleteOptions& options,
+Completion complete_table(const Posture& posture, recording::LogReader& table, const CompleteOptions& options,
                           const std::function<void(const std::string&)>& sink,
                           const std::function<void(std::size_t rows)>& progress) {
   const Plan plan = plan_of(options, table);

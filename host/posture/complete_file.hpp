@@ -51,7 +51,7 @@ struct Completion {
 };
 
 // Writes a header and a row for each of the table's through `sink`. Throws io::InputError.
-Completion complete_table(const Posture& posture, recording::CsvReader& table, const CompleteOptions& options,
+Completion complete_table(const Posture& posture, recording::LogReader& table, const CompleteOptions& options,
                           const std::function<void(const std::string&)>& sink,
                           const std::function<void(std::size_t rows)>& progress);
 

@@ -119,7 +119,7 @@ void check_times(const Recording& recording) {
 }
 
 // Each segment, through Stream.
-std::vector<Recording> segments_of(CsvReader& reader, Resets resets) {
+std::vector<Recording> segments_of(LogReader& reader, Resets resets) {
   Recording empty;
   empty.source = reader.name();
   for (std::size_t i = 0; i < reader.columns().size(); ++i)
@@ -139,13 +139,13 @@ std::vector<Recording> segments_of(CsvReader& reader, Resets resets) {
 
 }  // namespace
 
-Recording read(CsvReader& reader, Resets resets) {
+Recording read(LogReader& reader, Resets resets) {
   Recording recording = std::move(segments_of(reader, resets).front());
   check_times(recording);
   return recording;
 }
 
-std::vector<Recording> read_segments(CsvReader& reader, const TimeOptions& time) {
+std::vector<Recording> read_segments(LogReader& reader, const TimeOptions& time) {
   std::vector<Recording> out = segments_of(reader, reader.splits_by_clock() ? Resets::split : Resets::refuse);
   if (!time.segments.empty() && out.size() == 1)
     out[0].warnings.push_back(fmt::format("{}: one trial alone (--segment)", reader.name()));

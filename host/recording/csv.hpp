@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host/recording/lines.hpp"
+#include "host/recording/log.hpp"
 #include "host/recording/recording.hpp"
 #include "host/recording/stream.hpp"
 #include "host/recording/table.hpp"
@@ -18,7 +19,7 @@
 
 namespace flexor::recording {
 
-class CsvReader : public Source {
+class CsvReader : public LogReader {
  public:
   // Reads as far as the first row, or the first that tells what each column is. `source` names the stream in errors; the stream
   // must outlive the reader.
@@ -27,12 +28,12 @@ class CsvReader : public Source {
   CsvReader(const std::filesystem::path& path, const TableOptions& options);
 
   // Other columns than before, while no row was read; none: as of TableOptions.
-  void choose(const std::vector<std::string>& columns);
-  bool has(const std::string& column) const { return table_.has(column); }
+  void choose(const std::vector<std::string>& columns) override;
+  bool has(const std::string& column) const override { return table_.has(column); }
 
   const std::string& name() const override { return source_; }
   const std::vector<std::string>& columns() const override { return table_.columns(); }
-  const std::vector<std::string>& units() const { return table_.units(); }
+  const std::vector<std::string>& units() const override { return table_.units(); }
   // A last line that was cut off while it was being written (short, without an end) counts as the end.
   bool next(Row& row) override;
   double wrap_s() const override { return table_.wrap_s(); }
@@ -40,11 +41,11 @@ class CsvReader : public Source {
   bool guesses_time() const override { return table_.guesses_time(); }
   bool is_unit_known() const override { return table_.is_unit_known(); }
   const std::string& left_out() const { return table_.left_out(); }
-  bool splits_by_clock() const { return table_.splits_by_clock(); }
+  bool splits_by_clock() const override { return table_.splits_by_clock(); }
   // Once a row was read: its times are dates, in seconds since 1970.
   bool is_dated() const { return table_.is_dated(); }
   std::vector<std::string> notes() const override;
-  std::string digest() const { return lines_.digest(); }
+  std::string digest() const override { return lines_.digest(); }
 
  private:
   void begin();
@@ -62,11 +63,11 @@ class CsvReader : public Source {
 };
 
 // A whole recording of two times or more.
-Recording read(CsvReader& reader, Resets resets = Resets::refuse);
+Recording read(LogReader& reader, Resets resets = Resets::refuse);
 Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
                    const TimeOptions& time = {});
 // Of each trial in it, which TimeOptions tell apart.
-std::vector<Recording> read_segments(CsvReader& reader, const TimeOptions& time);
+std::vector<Recording> read_segments(LogReader& reader, const TimeOptions& time);
 Recording parse_csv(const std::string& text, const std::string& source,
                     const std::vector<std::string>& columns);
 

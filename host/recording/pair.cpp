@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "host/io/io.hpp"
@@ -150,12 +151,11 @@ void leave_out_spikes(Recording& r, const std::string& name) {
   keep_rows(r, [&](std::size_t k) { return !spike(seen[k]); });
 }
 
-std::vector<Recording> angle_segments(const std::filesystem::path& path, const std::string& column,
-                                      const TimeOptions& time) {
-  CsvReader reader(path, {{column}, time});
+std::vector<Recording> angle_segments(const Log& log, const std::string& column, const TimeOptions& time) {
+  const std::unique_ptr<LogReader> reader = open_log(log, {{column}, time});
   const std::string quality = quality_column(column);
-  if (!quality.empty() && reader.has(quality)) reader.choose({column, quality});
-  std::vector<Recording> out = read_segments(reader, time);
+  if (!quality.empty() && reader->has(quality)) reader->choose({column, quality});
+  std::vector<Recording> out = read_segments(*reader, time);
   for (Recording& r : out) {
     leave_out_lost(r, column);
     leave_out_spikes(r, column);
@@ -163,8 +163,8 @@ std::vector<Recording> angle_segments(const std::filesystem::path& path, const s
   return out;
 }
 
-Recording read_angle(const std::filesystem::path& path, const std::string& column, const TimeOptions& time) {
-  return std::move(angle_segments(path, column, time).front());
+Recording read_angle(const Log& log, const std::string& column, const TimeOptions& time) {
+  return std::move(angle_segments(log, column, time).front());
 }
 
 void to_degrees(Recording& recording, const std::string& name, const std::string& stated) {
@@ -305,6 +305,29 @@ Recording to_recording(const Aligned& a, const Pair& pair) {
   const std::string angle = degrees ? pair.output : without_unit(pair.output) + "_deg";
   r.columns = {{pair.input, part(a.input)}, {angle, part(a.angle_deg)}, {"gap", part(a.gap)}};
   return r;
+}
+
+nlohmann::ordered_json to_json(const Aligned& aligned) {
+  using Json = nlohmann::ordered_json;
+  const auto optional = [](const std::optional<double>& value) {
+    return value ? Json(*value) : Json(nullptr);
+  };
+  const Alignment a = aligned.alignment.value_or(Alignment());
+  Json quarters = Json::array();
+  for (const auto& q : a.quarter_offset_s) quarters.push_back(optional(q));
+  return {{"clock_offset_s", aligned.clock_offset_s},
+          {"clock_offset_se_s", optional(a.clock_offset_se_s)},
+          {"sensor_lag_s", optional(a.sensor_lag_s)},
+          {"alignment_confidence", aligned.alignment ? Json(a.confidence) : Json(nullptr)},
+          {"angle_explained", aligned.alignment ? Json(a.eta_squared) : Json(nullptr)},
+          {"overlap_s", aligned.t_s.back() - aligned.t_s[aligned.overlap_begin]},
+          {"rival_offset_s", optional(a.rival_offset_s)},
+          {"tapped", a.tapped},
+          {"quarter_offset_s", quarters},
+          {"drift_ppm", optional(a.drift_ppm)},
+          {"drift_se_ppm", optional(a.drift_se_ppm)},
+          {"version", FLEXOR_VERSION},
+          {"warnings", aligned.warnings}};
 }
 
 std::optional<std::string> beyond_fitted(const std::vector<Halves>& recordings) {

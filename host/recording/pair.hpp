@@ -7,11 +7,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "host/recording/align.hpp"
+#include "host/recording/log.hpp"
 #include "host/recording/recording.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/time.hpp"
@@ -35,9 +37,8 @@ void leave_out_spikes(Recording& recording, const std::string& column);
 // One column of a file of measured angles, without what its tracker lost and without spikes. Throws io::InputError and
 // io::JobError.
 // Of each trial in it (csv.hpp).
-std::vector<Recording> angle_segments(const std::filesystem::path& path, const std::string& column,
-                                      const TimeOptions& time);
-Recording read_angle(const std::filesystem::path& path, const std::string& column, const TimeOptions& time);
+std::vector<Recording> angle_segments(const Log& log, const std::string& column, const TimeOptions& time);
+Recording read_angle(const Log& log, const std::string& column, const TimeOptions& time);
 
 // Degrees, whatever the column says; `stated` is the user's word where the column has none. Says what it
 // converted. Throws io::InputError for a unit that is no angle's, or a word against the column's.
@@ -92,6 +93,9 @@ struct Halves {
   std::span<const double> fitted;
   std::span<const double> held;
 };
+
+// What was found, without the samples.
+nlohmann::ordered_json to_json(const Aligned& aligned);
 
 // How many held-out readings the fitted parts of all recordings did not reach; none: as good as all are within.
 std::optional<std::string> beyond_fitted(const std::vector<Halves>& recordings);

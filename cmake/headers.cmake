@@ -1,0 +1,15 @@
+# The wheel's libraries are headers alone, fmt included: beside one another in a folder of their own, so that a compiler for an
+# older glibc takes nothing else of this system's.
+set(headers ${PROJECT_BINARY_DIR}/headers)
+file(MAKE_DIRECTORY ${headers})
+foreach(library fmt/core.h nlohmann/json.hpp CLI/CLI.hpp boost/version.hpp kainjow/mustache.hpp eigen3/Eigen/Core)
+  find_path(found_${library} ${library} REQUIRED)
+  get_filename_component(folder ${library} DIRECTORY)
+  string(REGEX REPLACE "/.*" "" folder ${folder})
+  file(CREATE_LINK ${found_${library}}/${folder} ${headers}/${folder} SYMBOLIC)
+endforeach()
+include_directories(SYSTEM ${headers} ${headers}/eigen3)
+foreach(library Eigen3::Eigen fmt::fmt nlohmann_json::nlohmann_json CLI11::CLI11)
+  add_library(${library} INTERFACE IMPORTED)
+endforeach()
+add_compile_definitions(FMT_HEADER_ONLY)

@@ -1,0 +1,49 @@
+#include "host/score/score.hpp"
+
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include "host/recording/pair.hpp"
+#include "host/recording/resample.hpp"
+#include "host/score/judge.hpp"
+#include "python/bindings/recording.hpp"
+#include "python/bindings/rooms.hpp"
+
+namespace flexor::python {
+namespace {
+
+nb::object score_columns(const nb::object& measured, const std::string& measured_column, const nb::object& estimated,
+                         const std::string& estimated_column) {
+  const auto angles = [](const nb::object& log, const std::string& column) {
+    recording::Recording out = recording::read_angle(to_log(log), column, {});
+    recording::to_degrees(out, column, "");
+    return out;
+  };
+  const recording::Recording reference = angles(measured, measured_column);
+  const recording::Recording estimate = angles(estimated, estimated_column);
+  const auto series = [](const recording::Recording& r, const std::string& column) {
+    const recording::Series s = r.series(column);
+    return score::Angles{s.t_s, s.value, recording::default_max_gap_s(s.t_s)};
+  };
+  return to_python(score::to_json(score::compare(series(reference, measured_column), series(estimate, estimated_column))));
+}
+
+nb::object judge(const std::vector<double>& error_deg, const std::map<std::string, std::vector<double>>& baselines,
+                 double period_s, const std::vector<std::size_t>& part_ends) {
+  const score::Verdict verdict = score::judge(error_deg, baselines, period_s, part_ends);
+  nlohmann::ordered_json out = score::to_json(verdict);
+  out["words"] = score::in_words(verdict);
+  return to_python(out);
+}
+
+}  // namespace
+
+void add_score(nb::module_& m) {
+  m.def("score", &score_columns, nb::arg("measured"), nb::arg("measured_column"), nb::arg("estimated"),
+        nb::arg("estimated_column"));
+  m.def("judge", &judge, nb::arg("error_deg"), nb::arg("baseline_error_deg"), nb::arg("period_s"),
+        nb::arg("part_ends"));
+}
+
+}  // namespace flexor::python

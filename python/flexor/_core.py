@@ -1,0 +1,50 @@
+"""The compiled module, and how its jobs show their progress."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Any, Callable, Iterator, Optional, Union
+
+try:
+    from flexor import _flexor as core
+except ModuleNotFoundError:  # as it is built, beside the sources
+    import _flexor as core  # type: ignore[no-redef]
+
+InputError = core.InputError
+JobError = core.JobError
+Cancelled = core.Cancelled
+__version__: str = core.version
+
+Show = Union[None, bool, Callable[[int, int, str], object]]
+
+
+def pandas() -> Any:
+    """pandas, which results as frames need."""
+    try:
+        import pandas as found
+    except ImportError:
+        raise ImportError("a frame needs pandas: pip install pandas") from None
+    return found
+
+
+@contextlib.contextmanager
+def shown(progress: Show) -> Iterator[Optional[Callable[[int, int, str], object]]]:
+    """What a job calls with (done, of, what): the caller's own function; none for False; else a bar of tqdm, where that is
+    installed and somebody looks, from the second second on."""
+    if callable(progress) or progress is False:
+        yield progress or None
+        return
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        yield None
+        return
+    with tqdm(delay=2, leave=False, disable=None if progress is None else False) as bar:
+
+        def show(done: int, of: int, what: str) -> None:
+            bar.total = of or None
+            bar.n = done
+            bar.set_description(what, refresh=False)
+            bar.update(0)
+
+        yield show

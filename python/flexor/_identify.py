@@ -1,0 +1,147 @@
+"""From recordings to compensators."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, Mapping, Optional, Sequence, Union
+
+from flexor._core import InputError, Show, core, pandas, shown
+from flexor._model import Compensator, of_core
+from flexor._recording import Recording, as_recording
+
+Sensors = Union[str, Sequence[str]]
+
+
+@dataclasses.dataclass(frozen=True)
+class Identification:
+    """A compensator, and what was found on the way to it."""
+
+    compensator: Compensator
+    proven: Compensator
+    """Fitted to a part: what the figures are of; with ``fit_all`` another than ``compensator``."""
+    results: dict[str, Any]
+    """What ``flexor identify --json`` prints (docs/json.md)."""
+    _covariances: dict[str, tuple]
+
+    @property
+    def warnings(self) -> list[str]:
+        return self.results["warnings"]
+
+    @property
+    def clock_offset_s(self) -> float:
+        """Reference time minus sensor time, of the first pair."""
+        return self.results["pairs"][0]["clock_offset_s"]
+
+    @property
+    def verdicts(self) -> dict[str, dict[str, Any]]:
+        """Of each joint: better, as_good or worse than the best baseline, on data that neither saw."""
+        return {name: joint["verdict"] for name, joint in self.results["joints"].items()}
+
+    @property
+    def parameters(self) -> Any:
+        """What was fitted: a frame over (joint, name) of value, standard error and 95 % interval. Those that the data cannot
+        tell have none."""
+        rows = {(joint, p["name"]): (p["value"], p["standard_error"], *(p["interval95"] or (None, None)))
+                for joint, found in self.results["joints"].items() for p in found["parameters"]}
+        pd = pandas()
+        index = pd.MultiIndex.from_tuples(list(rows), names=["joint", "name"])
+        return pd.DataFrame(list(rows.values()), index=index, columns=["value", "standard_error", "low95", "high95"], dtype=float)
+
+    def covariance(self, joint: str) -> Any:
+        """Of a joint's parameters: a square frame; holds for residuals that are neither Gaussian nor white."""
+        names, values = self._covariances[joint]
+        return pandas().DataFrame(values, index=names, columns=names)
+
+    def curve(self, joint: str) -> Any:
+        """The held-out part, thinned: a frame of t_s, measured_deg, estimated_deg and straight_line_deg."""
+        return pandas().DataFrame(self.results["joints"][joint]["held_out_curve"])
+
+    def __repr__(self) -> str:
+        lines = [f"{name}: {joint['verdict']['rmse_deg']:.2f} deg held out, {joint['verdict']['verdict']}"
+                 for name, joint in self.results["joints"].items()]
+        return "\n".join(lines)
+
+
+def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[Sensors, str]]] = None, *,
+             rate_hz: float = 20, split: float = 0.5, structure: str = "auto", lead_s: float = 0,
+             clock_offset_s: Optional[float] = None, fit_all: bool = False, leave_out: str = "", input_unit: str = "",
+             output_unit: str = "", reference_error_deg: Mapping[str, float] = {},
+             ends_deg: Mapping[str, tuple[float, float]] = {}, initial: Optional[Compensator] = None,
+             refit: Optional[Compensator] = None, time_limit_s: Optional[float] = None, threads: int = 0,
+             progress: Show = None) -> Identification:
+    """A compensator that is proven on data it never saw, as ``flexor identify`` finds it.
+
+    ``pairs``: a glove's recording and measured angles each (recordings, frames with a time index, or files); both may be the
+    same one, whose clock they then share.
+    ``map``: joints from sensors, ``{"index": ("SensorA1", "index_deg"), "thumb": (["SensorA0", "SensorA1"], "thumb_deg")}``, the
+    own sensor first; left out: by the columns' names.
+    ``rate_hz``: of the compensator. ``split``: the share of each recording, from its start, that is fitted; the rest is held out.
+    ``structure``: auto, line, hw, ... as ``flexor identify --help`` says. ``lead_s``: how far ahead of the readings angles are.
+    ``leave_out``: take or block: each in turn is left out of a fit to all the rest. ``reference_error_deg``: of the measured
+    angles themselves, by joint. ``ends_deg``: angles at the open hand and at the fist, by joint. ``initial``: its parameters are
+    a start more. ``refit``: only its gains and dead zones are fitted. ``time_limit_s``: after it the best so far is taken.
+    Raises ``InputError``: recordings or map are wrong; ``JobError``: nothing can be told from them. Ctrl-C stops it.
+    """
+    rows = None if map is None else [(joint, [one] if isinstance(one, str) else list(one), angle)
+                                     for joint, (one, angle) in map.items()]
+    logs: dict[int, Recording] = {}
+
+    def log_of(given: Any) -> Recording:
+        return logs.setdefault(id(given), as_recording(given))
+
+    with shown(progress) as show:
+        results, model, proven, covariances = core.identify(
+            [(log_of(sensor), log_of(reference)) for sensor, reference in pairs], rows, rate_hz=rate_hz, split=split,
+            structure=structure, lead_s=lead_s, clock_offset_s=clock_offset_s, fit_all=fit_all, leave_out=leave_out,
+            input_unit=input_unit, output_unit=output_unit, reference_error_deg=dict(reference_error_deg),
+            ends_deg={joint: tuple(ends) for joint, ends in ends_deg.items()}, initial=initial and initial._core,
+            refit=refit and refit._core, time_limit_s=time_limit_s, threads=threads, progress=show)
+    return Identification(of_core(model), of_core(proven), results, covariances)
+
+
+def fit(recording: Any, map: Mapping[str, tuple[Sensors, str]], *, rate_hz: float = 20, structure: str = "auto",
+        progress: Show = False) -> Compensator:
+    """The fit alone, to all of a recording that holds readings and angles: nothing is held out, nothing proven."""
+    rows = [(joint, [one] if isinstance(one, str) else list(one), angle) for joint, (one, angle) in map.items()]
+    with shown(progress) as show:
+        return of_core(core.fit(as_recording(recording), rows, rate_hz, structure, show))
+
+
+def align(sensor: Any, reference: Any, *, input: str = "", output: str = "", rate_hz: float = 20,
+          clock_offset_s: Optional[float] = None, output_unit: str = "", progress: Show = None) -> tuple[dict[str, Any], Recording]:
+    """The clock offset of two logs of one motion, from their signals alone: what ``flexor align --json`` prints, and both on the
+    sensor's clock. ``input``, ``output``: their columns, where they have several. Raises ``InputError`` and ``JobError``."""
+    log = as_recording(sensor)
+    with shown(progress) as show:
+        results, parts = core.align(log, log if reference is sensor else as_recording(reference), input=input, output=output,
+                                    rate_hz=rate_hz, clock_offset_s=clock_offset_s, output_unit=output_unit, progress=show)
+    return results, Recording._of(parts)
+
+
+def recalibrate(compensator: Compensator, *, recording: Any = None, poses: Sequence[str] = (), poses_recording: Any = None,
+                pair: Optional[tuple[Any, Any]] = None, map: Optional[Mapping[str, str]] = None, inputs: Sequence[str] = (),
+                progress: Show = None) -> tuple[Compensator, dict[str, Any]]:
+    """The compensator of a glove that was put on again, and what ``flexor recalibrate --json`` prints.
+
+    Evidence, all that there is: ``recording`` of ordinary motion; ``poses`` (``["open", "fist"]``) as they are held in
+    ``poses_recording``; a ``pair`` of glove and camera, with ``map`` from joints to the camera's columns.
+    The compensator is the same one where nothing was applied (``"applied"``). Raises ``InputError``.
+    """
+    if recording is None and poses_recording is None and pair is None:
+        raise InputError("no evidence: recording, poses with poses_recording, or pair")
+    sensor, reference = (None, None) if pair is None else pair
+    given = [None if one is None else as_recording(one) for one in (recording, poses_recording, sensor, reference)]
+    with shown(progress) as show:
+        results, model = core.recalibrate(
+            compensator._core, recording=given[0], poses=list(poses), poses_log=given[1], sensor=given[2], reference=given[3],
+            map=",".join(f"{joint}={column}" for joint, column in (map or {}).items()), inputs=list(inputs), progress=show)
+    return (of_core(model) if results["applied"] else compensator), results
+
+
+def from_poses(recording: Any, *, rate_hz: float = 20, joints: Sequence[str] = (),
+               ends_deg: Mapping[str, tuple[float, float]] = {}) -> tuple[Compensator, list[str]]:
+    """A straight line for each sensor from held poses, for a glove without a camera: the open hand for three seconds, a fist, and
+    both again. And which sensors were left out. ``joints``: of the columns in their order, if not by name."""
+    model, warnings = core.from_poses(as_recording(recording), rate_hz=rate_hz, joints=list(joints),
+                                      ends_deg={joint: tuple(ends) for joint, ends in ends_deg.items()})
+    return of_core(model), warnings

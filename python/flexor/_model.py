@@ -1,0 +1,117 @@
+"""Compensators."""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+from typing import Any, Sequence, Union
+
+import numpy as np
+
+from flexor._core import InputError, Show, core, pandas, shown
+from flexor._recording import Recording, as_recording
+
+
+class Compensator:
+    """A model document, and the compensator that it describes: readings in, angles in degrees out.
+
+    >>> found = Compensator.load("models/published_hw.json")   # doctest: +SKIP
+    >>> found.predict(flexor.read("glove.csv")).frame          # doctest: +SKIP
+    """
+
+    def __init__(self, text: str, *, source: str = "model", arithmetic: str = "double") -> None:
+        """``text``: the document. ``arithmetic`` of ``step``: double, float, or fixed, as in the glove. Raises ``InputError``."""
+        self._arithmetic = arithmetic
+        self._core = core.Compensator(text, source, arithmetic)
+        self.text: str = self._core.to_json()
+
+    @classmethod
+    def load(cls, path: Union[str, os.PathLike], *, arithmetic: str = "double") -> Compensator:
+        """Raises ``InputError``: no model document, with the place; ``OSError``."""
+        return cls(pathlib.Path(path).read_text("utf-8"), source=os.fspath(path), arithmetic=arithmetic)
+
+    def save(self, path: Union[str, os.PathLike]) -> None:
+        """The bytes that ``flexor identify --model`` writes."""
+        pathlib.Path(path).write_bytes(self.text.encode())
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """docs/model.schema.json says what is in it."""
+        return json.loads(self.text)
+
+    @property
+    def inputs(self) -> list[str]:
+        """The columns that it reads."""
+        return [one.get("column") or one["name"] for one in self.document["inputs"]]
+
+    @property
+    def joints(self) -> list[str]:
+        return [joint["name"] for joint in self.document["joints"]]
+
+    @property
+    def sample_period_s(self) -> float:
+        return self.document["sample_period_s"]
+
+    @property
+    def parameters(self) -> Any:
+        """Every number of its blocks: a frame over (block, name)."""
+        pd = pandas()
+        rows = {}
+        for at, block in enumerate(self.document["blocks"]):
+            for name, value in block.items():
+                for i, number in enumerate(value if isinstance(value, list) else [value]):
+                    if isinstance(number, (int, float)):
+                        rows[at, f"{name}[{i}]" if isinstance(value, list) else name] = (block["type"], number)
+        index = pd.MultiIndex.from_tuples(list(rows), names=["block", "name"])
+        return pd.DataFrame(list(rows.values()), index=index, columns=["type", "value"])
+
+    @property
+    def accuracy(self) -> Any:
+        """Of each joint the root mean square error on data that the fit did not see, over the angle: a frame."""
+        rows = [(joint["name"], *pair) for joint in self.document["joints"] if "accuracy" in joint
+                for pair in zip(joint["accuracy"]["angle_deg"], joint["accuracy"]["standard_error_deg"])]
+        return pandas().DataFrame(rows, columns=["joint", "angle_deg", "standard_error_deg"])
+
+    def predict(self, recording: Any, *, inputs: Sequence[str] = (), arithmetic: str = "double", intervals: bool = False,
+                track: bool = False, progress: Show = None) -> Recording:
+        """The angles of a log, as ``flexor apply`` gives them: JOINT_deg and JOINT_status on the model's grid.
+
+        Status: 0 ok, 1 below and 2 above the valid range, 3 not a number, 4 a pause of the log; with anything but 0 the last
+        good angle is held. ``inputs``: the columns of its inputs, if not those of the model. ``intervals``: also JOINT_se_deg,
+        the root mean square error of such an angle on data that the fit did not see. ``track``: follows each sensor while the
+        glove is worn. Raises ``InputError``: no such column, another unit, no reading.
+        """
+        if arithmetic not in ("double", "float", "fixed"):
+            raise InputError(f'arithmetic "{arithmetic}": double, float or fixed')
+        with shown(progress) as show:
+            return Recording._of(self._core.predict(as_recording(recording), list(inputs), arithmetic, intervals, track, show))
+
+    def step(self, rows: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Readings as they come: ``rows`` of one reading of each input (n x inputs), a sample period apart. Angles in degrees and
+        status (see ``predict``), n x joints. What was stepped before is remembered, until ``reset``."""
+        readings = np.ascontiguousarray(rows, dtype=np.float64)
+        return self._core.step(readings if readings.ndim == 2 else np.atleast_2d(readings))
+
+    def reset(self) -> None:
+        self._core.reset()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Compensator) and self.text == other.text
+
+    def __hash__(self) -> int:
+        return hash(self.text)
+
+    def __reduce__(self) -> tuple:
+        return _restore, (self.text, self._arithmetic)
+
+    def __repr__(self) -> str:
+        return f"Compensator({', '.join(self.inputs)} -> {', '.join(self.joints)}, every {self.sample_period_s:g} s)"
+
+
+def _restore(text: str, arithmetic: str) -> Compensator:
+    return Compensator(text, arithmetic=arithmetic)
+
+
+def of_core(made: Any) -> Compensator:
+    return Compensator(made.to_json())

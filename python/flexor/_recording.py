@@ -1,0 +1,216 @@
+"""A log: named columns with units over one clock."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from typing import Any, Mapping, Optional, Sequence, Union
+
+import numpy as np
+
+from flexor._core import InputError, core, pandas
+
+
+class Recording:
+    """Named columns over one clock, as views of the caller's arrays where these are contiguous float64.
+
+    ``data``: a pandas frame with a time index, or a mapping of names to arrays.
+    ``time``: seconds, one for each row, or the name of the column that has them; it may be dates or durations.
+    ``time_unit``: s, ms, us or ns, of times that are plain numbers and whose name states none (``time_ms`` does).
+    ``rate_hz``: of rows that are evenly spaced and have no time.
+    ``units``: of columns whose name states none (``index_deg``, ``flex [count]``): count, V, mV, ohm, kohm, deg, rad, mm.
+    A missing reading is NaN; what reads a column leaves such rows out. Columns of text are left out (``warnings``).
+    Raises ``InputError``.
+
+    >>> log = Recording({"index_adc": [500, 510, 530, 560]}, rate_hz=50, units={"index_adc": "count"})
+    >>> log.t_s
+    array([0.  , 0.02, 0.04, 0.06])
+    >>> log
+    Recording('recording', 4 rows, 0.06 s: index_adc [count])
+    """
+
+    def __init__(self, data: Any, *, time: Any = None, time_unit: Optional[str] = None, rate_hz: Optional[float] = None,
+                 units: Union[None, str, Mapping[str, str]] = None, source: str = "recording") -> None:
+        self.source = source
+        self.warnings: list[str] = []
+        columns = _columns_of(data, source)
+        if isinstance(time, str):
+            if time not in columns:
+                raise InputError(f'{source}: no column "{time}"; there are: {", ".join(columns)}')
+            self.t_s = _seconds(columns.pop(time), time, time_unit, source)
+        elif time is not None:
+            self.t_s = _seconds(np.asarray(time), "", time_unit, source)
+        elif rate_hz is not None:
+            if not rate_hz > 0:
+                raise InputError("the rate must be positive")
+            self.t_s = np.arange(len(next(iter(columns.values()), ()))) / rate_hz
+        else:
+            self.t_s = _index_seconds(data, list(columns), time_unit, source)
+        self.columns: dict[str, np.ndarray] = {}
+        for name, values in columns.items():
+            numbers = _numbers(values, name, source)
+            if numbers is None:
+                self.warnings.append(f"{source}: without numbers, and left out: {name}")
+            else:
+                self.columns[name] = numbers
+        if not self.columns:
+            raise InputError(f"{source}: no column of numbers")
+        self.units = {name: _unit(name, units, source) for name in self.columns}
+        for name in units if isinstance(units, Mapping) else ():
+            if name not in self.columns:
+                raise InputError(f'{source}: a unit of "{name}", which is no column of numbers')
+        self._check()
+        self._digest = ""
+
+    @classmethod
+    def _of(cls, parts: tuple) -> Recording:
+        out = cls.__new__(cls)
+        out.source, out.t_s, out.columns, out.units, out.warnings, out._digest = parts
+        return out
+
+    def _check(self) -> None:
+        for name, values in self.columns.items():
+            if values.shape != self.t_s.shape:
+                raise InputError(f'{self.source}: column "{name}" has {values.size} values, the times are {self.t_s.size}')
+        bad = np.flatnonzero(~np.isfinite(self.t_s))
+        if bad.size:
+            raise InputError(f"{self.source}: row {bad[0] + 1} has no time")
+
+    @property
+    def digest(self) -> str:
+        """Names the data that a model was trained on."""
+        if not self._digest:
+            digest = hashlib.sha256(self.t_s.tobytes())
+            for name, values in self.columns.items():
+                digest.update(name.encode())
+                digest.update(values.tobytes())
+            self._digest = "sha256:" + digest.hexdigest()[:16]
+        return self._digest
+
+    @property
+    def frame(self) -> Any:
+        """The columns as a pandas frame over t_s."""
+        pd = pandas()
+        return pd.DataFrame(self.columns, index=pd.Index(self.t_s, name="t_s"), copy=False)
+
+    def shifted(self, seconds: float) -> Recording:
+        """The same with ``seconds`` added to its clock."""
+        return Recording._of((self.source, self.t_s + seconds, self.columns, self.units, self.warnings, ""))
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self.columns:
+            raise KeyError(f'{self.source}: no column "{name}"; there are: {", ".join(self.columns)}')
+        return self.columns[name]
+
+    def __len__(self) -> int:
+        return int(self.t_s.size)
+
+    def __repr__(self) -> str:
+        names = [f"{name} [{self.units[name]}]" if self.units[name] else name for name in self.columns]
+        lasts_s = self.t_s[-1] - self.t_s[0] if len(self) else 0
+        return f"Recording({self.source!r}, {len(self)} rows, {lasts_s:.6g} s: {', '.join(names)})"
+
+
+def read(path: Union[str, os.PathLike], columns: Sequence[str] = (), *, time_unit: str = "",
+         time_column: Optional[str] = None, log_rate_hz: float = 0) -> Recording:
+    """A log of text, as every command reads it: separators, decimal commas, units and clocks are found, and what was assumed
+    or repaired is in ``warnings``. ``columns``: all of numbers, unless some are named. Raises ``InputError``."""
+    return Recording._of(core.read(os.fspath(path), list(columns), time_unit, time_column, log_rate_hz))
+
+
+def as_recording(log: Any) -> Recording:
+    """A recording, a frame with a time index, or a file's path as a recording."""
+    if isinstance(log, Recording):
+        return log
+    if isinstance(log, (str, os.PathLike)):
+        return read(log)
+    return Recording(log)
+
+
+def _is_frame(data: Any) -> bool:
+    return hasattr(data, "columns") and hasattr(data, "index")
+
+
+def _columns_of(data: Any, source: str) -> dict[str, Any]:
+    if _is_frame(data):
+        names = [str(name) for name in data.columns]
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError(f'{source}: column "{name}" occurs twice: rename one of them')
+        return {name: data.iloc[:, i] for i, name in enumerate(names)}
+    if isinstance(data, Mapping):
+        return {str(name): np.asarray(values) for name, values in data.items()}
+    raise InputError(f"{source}: a frame with a time index or a mapping of names to arrays, not {type(data).__name__}")
+
+
+def _index_seconds(data: Any, columns: list[str], time_unit: Optional[str], source: str) -> np.ndarray:
+    index = getattr(data, "index", None)
+    if not _is_frame(data) or type(index).__name__ in ("RangeIndex", "MultiIndex"):
+        what = "the frame has no time index" if _is_frame(data) else "nothing says the time"
+        hint = next((c for c in columns if c.lower().startswith(("t_", "time", "timestamp", "millis"))), columns[0] if columns else "t_s")
+        raise InputError(f'{source}: {what}: Recording(..., time="{hint}") names a column of times, rate_hz=50 says that rows are evenly spaced')
+    return _seconds(index, str(index.name or ""), time_unit, source)
+
+
+def _seconds(times: Any, name: str, time_unit: Optional[str], source: str) -> np.ndarray:
+    """Dates are seconds since 1970, as in a file."""
+    values = np.asarray(times.array if hasattr(times, "array") and getattr(times.dtype, "tz", None) is None else times)
+    if getattr(getattr(times, "dtype", None), "tz", None) is not None:
+        values = np.asarray(times.tz_convert(None) if hasattr(times, "tz_convert") else times.dt.tz_convert(None))
+    if values.dtype.kind in "mM":
+        if np.isnat(values).any():
+            raise InputError(f"{source}: row {int(np.flatnonzero(np.isnat(values))[0]) + 1} has no time")
+        return values.astype(values.dtype.str[:2] + "8[ns]").astype(np.int64) * 1e-9
+    if values.dtype.kind not in "iuf":
+        raise InputError(f"{source}: the times are {values.dtype}: numbers, dates or durations are needed (pandas.to_datetime)")
+    stated = core.seconds_in(name) if time_unit is None else core.seconds_in_unit(time_unit)
+    if time_unit is not None and stated is None:
+        raise InputError(f'{source}: time_unit "{time_unit}": s, ms, us or ns')
+    if stated is None and values.dtype.kind in "iu":
+        raise InputError(f'{source}: the times are whole numbers that state no unit: time_unit="ms"?')
+    seconds = np.ascontiguousarray(values, dtype=np.float64)
+    return seconds if stated in (None, 1.0) else seconds * stated
+
+
+def _numbers(values: Any, name: str, source: str) -> Optional[np.ndarray]:
+    """None: text."""
+    kind = getattr(values.dtype, "kind", "O")
+    if kind in "biuf":
+        if hasattr(values, "to_numpy"):
+            values = values.to_numpy(dtype=np.float64, na_value=np.nan) if values.dtype.name[0].isupper() or \
+                values.dtype.name == "boolean" else values.to_numpy()
+        if np.ndim(values) != 1:
+            raise InputError(f'{source}: column "{name}" has {np.ndim(values)} dimensions, not one')
+        return np.ascontiguousarray(values, dtype=np.float64)
+    if kind != "O":
+        return None
+    numbers = np.full(len(values), np.nan)
+    texts = []
+    for i, value in enumerate(values):
+        if str(value) in ("None", "nan", "<NA>", "NaT"):
+            continue
+        if isinstance(value, (int, float, np.number)):
+            numbers[i] = value
+        else:
+            texts.append((i, value))
+    if len(texts) == len(numbers):
+        return None
+    if texts:
+        raise InputError(f'{source}: column "{name}" mixes numbers with text: row {texts[0][0] + 1} is {texts[0][1]!r}; '
+                         "pandas.to_numeric makes it numbers")
+    return numbers
+
+
+def _unit(name: str, units: Union[None, str, Mapping[str, str]], source: str) -> str:
+    own: str = core.unit_of(name)
+    stated = units if isinstance(units, str) or units is None else units.get(name)
+    if not stated:
+        return own
+    known = core.known_unit(stated)
+    if known is None:
+        raise InputError(f'unknown unit "{stated}"; known: count, V, mV, ohm, kohm, deg, rad, mm')
+    if own and own != known:
+        if isinstance(units, str):
+            return own
+        raise InputError(f'{source}: column "{name}" is in {own} by its name, in {known} by units: which?')
+    return known

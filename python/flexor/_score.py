@@ -1,0 +1,47 @@
+"""How far estimated angles are from measured ones, and whether that is good."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping, Optional, Sequence
+
+import numpy as np
+
+from flexor._core import InputError, core
+from flexor._recording import as_recording
+
+
+def score(measured: Any, estimated: Any, columns: Optional[Mapping[str, str]] = None) -> dict[str, dict[str, Any]]:
+    """Figures of each joint, as ``flexor score --json`` prints them: rmse_deg, max_abs_deg, r2, best_lag_s, ...
+
+    Both on one clock. ``columns``: from the measured one's to the estimate's, where they are not called alike (NAME_deg).
+    Raises ``InputError``: no common column, no second in common; ``JobError``: the angle never changes.
+
+    >>> import numpy as np
+    >>> from flexor import Recording
+    >>> angle = 40 + 30 * np.sin(np.arange(200) / 10)
+    >>> truth = Recording({"index_deg": angle}, rate_hz=20)
+    >>> round(score(truth, Recording({"index_deg": angle + 2}, rate_hz=20))["index"]["rmse_deg"], 6)
+    2.0
+    """
+    reference, estimate = as_recording(measured), as_recording(estimated)
+    if columns is None:
+        columns = {name: name for name in reference.columns
+                   if name in estimate.columns and name.endswith("_deg") and not name.endswith("_se_deg")}
+    if not columns:
+        raise InputError(f"no angle of one name: {reference.source} has {', '.join(reference.columns)}; "
+                         f"{estimate.source} has {', '.join(estimate.columns)}")
+    return {one.removesuffix("_deg"): core.score(reference, one, estimate, other) for one, other in columns.items()}
+
+
+def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[float]], period_s: float,
+          part_ends: Sequence[int] = ()) -> dict[str, Any]:
+    """Whether errors are smaller than those of the best baseline at the same samples: better, as_good or worse, with the 95 %
+    interval of the difference by a bootstrap over blocks, and in ``words``. ``part_ends``: of parts that are drawn whole.
+
+    >>> import numpy as np
+    >>> noise = np.random.default_rng(1).normal(size=4000)
+    >>> judge(noise, {"line": 3 * noise}, period_s=0.05)["verdict"]
+    'better'
+    """
+    baselines = {name: np.asarray(errors, float).tolist() for name, errors in baseline_error_deg.items()}
+    return core.judge(np.asarray(error_deg, float).tolist(), baselines, period_s, list(part_ends))

@@ -1,0 +1,80 @@
+"""The simulated person, glove, radio and bionic hand."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import pathlib
+from typing import Any, Mapping, NamedTuple, Sequence, Union
+
+from flexor._core import Show, core, pandas, shown
+from flexor._model import Compensator
+from flexor._recording import Recording
+
+
+class Donning(NamedTuple):
+    glove: Recording
+    camera: Recording
+    hand: Recording
+
+
+def _document(parameters: Mapping[str, Any]) -> str:
+    return json.dumps(parameters) if parameters else ""
+
+
+def twin_parameters(set: Sequence[str] = (), *, parameters: Mapping[str, Any] = {}) -> dict[str, Any]:
+    """All numbers of the twin, as ``flexor twin --json`` prints them. ``set``: changes, ``["radio.loss=0.05"]``."""
+    return json.loads(core.twin_parameters(_document(parameters), list(set)))
+
+
+def twin(donnings: int = 1, *, rate_hz: float = 10, seed: int = 1001, set: Sequence[str] = (),
+         parameters: Mapping[str, Any] = {}, progress: Show = None) -> list[Donning]:
+    """What a user records: two minutes of the recommended motion for each donning: the glove's log, what a camera with a clock of
+    its own sees of the fingers, and what it sees of the hand that follows them. Raises ``InputError``.
+
+    >>> glove, camera, hand = twin(seed=3)[0]
+    >>> glove
+    Recording('glove', 1199 rows, 119.8 s: thumb_alpha_deg [deg], index_alpha_deg [deg], middle_alpha_deg [deg], ring_alpha_deg [deg], pinky_alpha_deg [deg])
+    """
+    with shown(progress) as show:
+        found = core.twin_record(_document(parameters), list(set), donnings, rate_hz, seed, show)
+    out = []
+    for parts in found:
+        logs = Donning(*(Recording._of(one) for one in parts))
+        for name, log in zip(Donning._fields, logs):
+            log.source = name
+        out.append(logs)
+    return out
+
+
+@dataclasses.dataclass(frozen=True)
+class Experiment:
+    results: dict[str, Any]
+    """What ``flexor experiment --json`` prints (docs/json.md)."""
+
+    @property
+    def cells(self) -> Any:
+        """A frame with a row for each gesture and compensator."""
+        return pandas().json_normalize(self.results["cells"])
+
+
+def experiment(gestures: str = "1-6", compensators: Sequence[Union[str, os.PathLike, Compensator, tuple[str, Compensator]]] = (
+        "raw", "published-w", "published-hw"), *, trials: int = 3, seed: int = 1, rate_hz: float = 10, set: Sequence[str] = (),
+               parameters: Mapping[str, Any] = {}, threads: int = 0, folder: Union[str, os.PathLike] = "",
+               progress: Show = None) -> Experiment:
+    """The published experiment in the twin: gestures x compensators x trials. ``compensators``: names, files, or models, with a
+    name each or called by their own. ``folder``: rows go there, and a run that was cut off goes on. Ctrl-C stops it. Raises
+    ``InputError``.
+
+    >>> experiment("1", trials=1).cells["compensator"].tolist()
+    ['raw', 'published-w', 'published-hw']
+    """
+    given: list[Any] = []
+    for one in compensators:
+        if isinstance(one, Compensator):
+            one = (one.document.get("name") or "identified", one)
+        given.append((one[0], one[1]._core) if isinstance(one, tuple) else os.fspath(one))
+    with shown(progress) as show:
+        return Experiment(core.experiment(gestures, given, trials=trials, seed=seed, rate_hz=rate_hz, document=_document(parameters),
+                                          changes=list(set), threads=threads, folder=pathlib.Path(folder) if folder else "", progress=show))

@@ -1,0 +1,64 @@
+"""Figures with matplotlib, in the colours of Flexor's reports."""
+
+from __future__ import annotations
+
+from typing import Any, Optional
+
+from flexor._identify import Identification
+from flexor._recording import Recording
+from flexor._twin import Experiment
+
+#: Okabe and Ito's, which stay apart for colour-blind readers; each compensator the same everywhere.
+COLOURS = {"raw": "#E69F00", "published-w": "#56B4E9", "published-hw": "#D55E00", "line": "#009E73", "line-lead": "#CC79A7",
+           "identified": "#332288", "measured": "#000000"}
+
+
+def _axes(ax: Any) -> Any:
+    if ax is None:
+        import matplotlib.pyplot as plt
+        ax = plt.subplots(figsize=(8, 4), layout="constrained")[1]
+    ax.grid(alpha=0.3)
+    ax.spines[["top", "right"]].set_visible(False)
+    return ax
+
+
+def held_out(found: Identification, joint: Optional[str] = None, ax: Any = None) -> Any:
+    """The held-out part of a joint: measured, estimated, and the straight line."""
+    joint = joint or found.compensator.joints[0]
+    ax = _axes(ax)
+    curve = found.results["joints"][joint]["held_out_curve"]
+    for key, name in (("measured_deg", "measured"), ("straight_line_deg", "line"), ("estimated_deg", "identified")):
+        ax.plot(curve["t_s"], [float("nan") if y is None else y for y in curve[key]], color=COLOURS[name], label=name, linewidth=1)
+    rmse_deg = found.verdicts[joint]["rmse_deg"]
+    ax.set(xlabel="time (s)", ylabel=f"{joint} (deg)", title=f"{joint}: {rmse_deg:.2f} deg on data it never saw")
+    ax.legend(frameon=False)
+    return ax
+
+
+def recording(log: Recording, *columns: str, ax: Any = None) -> Any:
+    """Columns of a recording over its time; all, unless some are named."""
+    ax = _axes(ax)
+    for name in columns or log.columns:
+        ax.plot(log.t_s, log[name], label=name, linewidth=1)
+    ax.set(xlabel="time (s)")
+    ax.legend(frameon=False)
+    return ax
+
+
+def experiment(found: Experiment, ax: Any = None) -> Any:
+    """Total error of each gesture and compensator, with 95 % intervals and the published figures."""
+    ax = _axes(ax)
+    cells = found.results["cells"]
+    names = list(dict.fromkeys(cell["compensator"] for cell in cells))
+    motions = list(dict.fromkeys(str(cell["gesture"]) for cell in cells))
+    for i, name in enumerate(names):
+        for cell in (one for one in cells if one["compensator"] == name):
+            at = motions.index(str(cell["gesture"])) + (i - (len(names) - 1) / 2) * 0.8 / len(names)
+            first = str(cell["gesture"]) == motions[0]
+            ax.bar(at, cell["total_error_deg_s"]["mean"], 0.8 / len(names), yerr=cell["total_error_deg_s"]["ci95"] or 0,
+                   color=COLOURS.get(name, "#777777"), label=name if first else None)
+            if cell["published_deg_s"] is not None:
+                ax.plot(at, cell["published_deg_s"], "k_", label="published" if first and i == 0 else None)
+    ax.set(ylabel="total error (deg s)", xticks=range(len(motions)), xticklabels=motions)
+    ax.legend(frameon=False)
+    return ax

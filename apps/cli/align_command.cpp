@@ -29,36 +29,13 @@ void check_output(const Options& o) {
   io::require_writable(o.out);
 }
 
-nlohmann::ordered_json optional(const std::optional<double>& value) {
-  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
-}
-
 void run(const Options& o) {
   check_output(o);
   const recording::Pair pair = identify::load_pair(o.files);
   const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s, 0);
   const recording::Alignment a = aligned.alignment.value_or(recording::Alignment());
   if (!o.out.empty()) io::write_file(o.out, recording::to_csv(recording::to_recording(aligned, pair)));
-  const double overlap_s = aligned.t_s.back() - aligned.t_s[aligned.overlap_begin];
-  if (o.json) {
-    nlohmann::ordered_json quarters = nlohmann::ordered_json::array();
-    for (const auto& q : a.quarter_offset_s) quarters.push_back(optional(q));
-    const nlohmann::ordered_json json = {
-        {"clock_offset_s", aligned.clock_offset_s},
-        {"clock_offset_se_s", optional(a.clock_offset_se_s)},
-        {"sensor_lag_s", optional(a.sensor_lag_s)},
-        {"alignment_confidence", aligned.alignment ? nlohmann::ordered_json(a.confidence) : nullptr},
-        {"angle_explained", aligned.alignment ? nlohmann::ordered_json(a.eta_squared) : nullptr},
-        {"overlap_s", overlap_s},
-        {"rival_offset_s", optional(a.rival_offset_s)},
-        {"tapped", a.tapped},
-        {"quarter_offset_s", quarters},
-        {"drift_ppm", optional(a.drift_ppm)},
-        {"drift_se_ppm", optional(a.drift_se_ppm)},
-        {"version", FLEXOR_VERSION},
-        {"warnings", aligned.warnings}};
-    return print(io::dump(json));
-  }
+  if (o.json) return print(io::dump(to_json(aligned)));
   for (const std::string& warning : aligned.warnings) log_warning(warning);
   const std::string error = a.clock_offset_se_s ? fmt::format(" +- {:.3f}", *a.clock_offset_se_s) : "";
   print(fmt::format("clock offset   {:+.3f} s{} (reference time minus sensor time)\n", aligned.clock_offset_s,
@@ -77,7 +54,7 @@ void run(const Options& o) {
   } else {
     print("confidence     none: the offset is as given, the signals alone do not tell\n");
   }
-  print(fmt::format("overlap        {:.1f} s\n", overlap_s));
+  print(fmt::format("overlap        {:.1f} s\n", aligned.t_s.back() - aligned.t_s[aligned.overlap_begin]));
   if (a.drift_se_ppm) {
     print(fmt::format("drift          {:+.0f} ppm +- {:.0f}, by which the reference's clock runs fast{}\n",
                       *a.drift_ppm, *a.drift_se_ppm,

@@ -11,6 +11,7 @@ namespace recalibrate_command {
 
 struct Options {
   identify::RecalibrationFiles request;
+  std::string model;
   std::vector<std::string> poses;  // list, log
   std::vector<std::string> pair;   // glove, camera
   std::string out;
@@ -51,7 +52,8 @@ void run(Options& o) {
   io::require_writable(o.out);
   if (o.json && io::is_standard_output(o.out))
     throw io::InputError("--json goes to standard output: another --out, or leave out --json");
-  const std::string old = io::read_file(o.request.model);
+  const std::string old = io::read_file(o.model);
+  o.request.model = model::load(o.model);
   const identify::Recalibration r = identify::recalibrate_files(o.request);
   for (const identify::LogRanges& log : r.logs)
     if (!r.applied) check_ranges(r.model, log.file, log.columns, log.ranges);
@@ -71,7 +73,7 @@ void add_recalibrate(CLI::App& app) {
       "All evidence goes into one estimate. Without a camera a finger counts once it was opened and closed\n"
       "over its whole range (three turns of 30 degrees). What the evidence does not determine stays,\n"
       "and what is missing is reported.");
-  command->add_option("model", o->request.model, "model document")->required();
+  command->add_option("model", o->model, "model document")->required();
   command->add_option("--recording", o->request.recording, "log of ten to thirty seconds of ordinary motion");
   command
       ->add_option(

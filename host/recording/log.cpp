@@ -53,8 +53,8 @@ bool MemoryReader::next(Row& row) {
       row.value.push_back(value);
       is_whole &= !std::isnan(value);
       if (!std::isnan(value) && !is_measurement(value))
-        throw io::InputError(fmt::format("{}: row {}: column \"{}\": {} is no reading", name(), next_,
-                                         column->name, value));
+        throw io::InputError(
+            fmt::format("{}: row {}: column \"{}\": {} is no reading", name(), next_, column->name, value));
     }
     if (is_whole || holes_) return true;
     if (unmeasured_++ == 0) first_unmeasured_ = next_;

@@ -14,6 +14,7 @@
 #include "host/identify/from_poses.hpp"
 #include "host/identify/identify_files.hpp"
 #include "host/identify/recalibrate_files.hpp"
+#include "host/recording/csv.hpp"
 #include "python/bindings/job.hpp"
 #include "python/bindings/model.hpp"
 #include "python/bindings/rooms.hpp"
@@ -54,8 +55,9 @@ nb::dict covariances(const identify::HandIdentification& r) {
 nb::tuple identify_takes(const nb::list& pairs, const std::optional<Map>& map, double rate_hz, double split,
                          const std::string& structure, double lead_s, std::optional<double> clock_offset_s,
                          bool fit_all, const std::string& leave_out, const std::string& input_unit,
-                         const std::string& output_unit, const std::map<std::string, double>& reference_error_deg,
-                         const Ends& ends_deg, const Compensator* initial, const Compensator* refit,
+                         const std::string& output_unit,
+                         const std::map<std::string, double>& reference_error_deg, const Ends& ends_deg,
+                         const Compensator* initial, const Compensator* refit,
                          std::optional<double> time_limit_s, int threads, const nb::object& show) {
   identify::HandRequest request;
   for (const nb::handle pair : pairs) {
@@ -121,7 +123,8 @@ nb::tuple align(const nb::object& sensor, const nb::object& reference, const std
                 const std::string& output, double rate_hz, std::optional<double> clock_offset_s,
                 const std::string& output_unit, const nb::object& show) {
   const recording::Log log = to_log(sensor);
-  const identify::SourceFiles logs{log, sensor.is(reference) ? log : to_log(reference), input, output, output_unit, {}};
+  const identify::SourceFiles logs{
+      log, sensor.is(reference) ? log : to_log(reference), input, output, output_unit, {}};
   const auto [pair, aligned] = run(show, [&](Progress&) {
     recording::Pair loaded = identify::load_pair(logs);
     recording::Aligned found = recording::align_pair(loaded, rate_hz, clock_offset_s, 0);
@@ -131,9 +134,10 @@ nb::tuple align(const nb::object& sensor, const nb::object& reference, const std
 }
 
 // (results, model)
-nb::tuple recalibrate(const Compensator& compensator, const nb::object& motion, const std::vector<std::string>& poses,
-                      const nb::object& poses_log, const nb::object& sensor, const nb::object& reference,
-                      const std::string& map, const std::vector<std::string>& inputs, const nb::object& show) {
+nb::tuple recalibrate(const Compensator& compensator, const nb::object& motion,
+                      const std::vector<std::string>& poses, const nb::object& poses_log,
+                      const nb::object& sensor, const nb::object& reference, const std::string& map,
+                      const std::vector<std::string>& inputs, const nb::object& show) {
   identify::RecalibrationFiles request;
   request.model = compensator.model();
   request.recording = to_log(motion);
@@ -143,7 +147,8 @@ nb::tuple recalibrate(const Compensator& compensator, const nb::object& motion, 
   request.pair_camera = to_log(reference);
   request.map = map;
   request.inputs = inputs;
-  const identify::Recalibration found = run(show, [&](Progress&) { return identify::recalibrate_files(request); });
+  const identify::Recalibration found =
+      run(show, [&](Progress&) { return identify::recalibrate_files(request); });
   return nb::make_tuple(to_python(to_json(found)), Compensator(found.model, "double"));
 }
 
@@ -158,20 +163,22 @@ nb::tuple from_poses(const nb::object& log, double rate_hz, const Ends& ends_deg
 }  // namespace
 
 void add_identify(nb::module_& m) {
-  m.def("identify", &identify_takes, nb::arg("pairs"), nb::arg("map").none(), nb::kw_only(), nb::arg("rate_hz"),
-        nb::arg("split"), nb::arg("structure"), nb::arg("lead_s"), nb::arg("clock_offset_s").none(),
-        nb::arg("fit_all"), nb::arg("leave_out"), nb::arg("input_unit"), nb::arg("output_unit"),
-        nb::arg("reference_error_deg"), nb::arg("ends_deg"), nb::arg("initial").none(), nb::arg("refit").none(),
-        nb::arg("time_limit_s").none(), nb::arg("threads"), nb::arg("progress").none());
+  m.def("identify", &identify_takes, nb::arg("pairs"), nb::arg("map").none(), nb::kw_only(),
+        nb::arg("rate_hz"), nb::arg("split"), nb::arg("structure"), nb::arg("lead_s"),
+        nb::arg("clock_offset_s").none(), nb::arg("fit_all"), nb::arg("leave_out"), nb::arg("input_unit"),
+        nb::arg("output_unit"), nb::arg("reference_error_deg"), nb::arg("ends_deg"),
+        nb::arg("initial").none(), nb::arg("refit").none(), nb::arg("time_limit_s").none(),
+        nb::arg("threads"), nb::arg("progress").none());
   m.def("fit", &fit, nb::arg("recording"), nb::arg("map"), nb::arg("rate_hz"), nb::arg("structure"),
         nb::arg("progress").none());
-  m.def("align", &align, nb::arg("sensor"), nb::arg("reference"), nb::kw_only(), nb::arg("input"), nb::arg("output"),
-        nb::arg("rate_hz"), nb::arg("clock_offset_s").none(), nb::arg("output_unit"), nb::arg("progress").none());
-  m.def("recalibrate", &recalibrate, nb::arg("model"), nb::kw_only(), nb::arg("recording").none(), nb::arg("poses"),
-        nb::arg("poses_log").none(), nb::arg("sensor").none(), nb::arg("reference").none(), nb::arg("map"),
-        nb::arg("inputs"), nb::arg("progress").none());
-  m.def("from_poses", &from_poses, nb::arg("recording"), nb::kw_only(), nb::arg("rate_hz"), nb::arg("ends_deg"),
-        nb::arg("joints"));
+  m.def("align", &align, nb::arg("sensor"), nb::arg("reference"), nb::kw_only(), nb::arg("input"),
+        nb::arg("output"), nb::arg("rate_hz"), nb::arg("clock_offset_s").none(), nb::arg("output_unit"),
+        nb::arg("progress").none());
+  m.def("recalibrate", &recalibrate, nb::arg("model"), nb::kw_only(), nb::arg("recording").none(),
+        nb::arg("poses"), nb::arg("poses_log").none(), nb::arg("sensor").none(), nb::arg("reference").none(),
+        nb::arg("map"), nb::arg("inputs"), nb::arg("progress").none());
+  m.def("from_poses", &from_poses, nb::arg("recording"), nb::kw_only(), nb::arg("rate_hz"),
+        nb::arg("ends_deg"), nb::arg("joints"));
 }
 
 }  // namespace flexor::python

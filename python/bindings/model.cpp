@@ -75,13 +75,14 @@ namespace {
 // As flexor apply: the log's clock is repaired, its readings come to the model's grid. `out` has JOINT_deg, JOINT_status and, with
 // intervals, JOINT_se_deg of each joint.
 template <class Arithmetic>
-void follow(const model::Model& model, bool intervals, bool track, recording::LogReader& reader, Progress& progress,
-            recording::Recording& out) {
+void follow(const model::Model& model, bool intervals, bool track, recording::LogReader& reader,
+            Progress& progress, recording::Recording& out) {
   identify::Estimator<Arithmetic> estimator(model);
   if (track) estimator.track({});
   if (track && !estimator.trackers()->any())
-    throw io::InputError("no input says what its strip reads at the open hand and at the fist, against which it is "
-                         "tracked: identify the model anew from a recording with both");
+    throw io::InputError(
+        "no input says what its strip reads at the open hand and at the fist, against which it is "
+        "tracked: identify the model anew from a recording with both");
   const std::size_t each = intervals ? 3 : 2;
   recording::Stream stream(reader, recording::Resets::follow);
   recording::Row row;
@@ -102,8 +103,9 @@ void follow(const model::Model& model, bool intervals, bool track, recording::Lo
   out.warnings = stream.notes();
 }
 
-nb::tuple predict(const Compensator& compensator, const nb::handle& log, const std::vector<std::string>& inputs,
-                  const std::string& arithmetic, bool intervals, bool track, const nb::object& show) {
+nb::tuple predict(const Compensator& compensator, const nb::handle& log,
+                  const std::vector<std::string>& inputs, const std::string& arithmetic, bool intervals,
+                  bool track, const nb::object& show) {
   const model::Model& model = compensator.model();
   const std::unique_ptr<recording::LogReader> reader =
       recording::open_log(to_log(log), {model::columns_of(model, inputs), {}});
@@ -111,12 +113,14 @@ nb::tuple predict(const Compensator& compensator, const nb::handle& log, const s
   out.source = model.name;
   std::vector<std::string> notes;
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    if (auto note = identify::unit_note(model.inputs[i], reader->name(), reader->columns()[i], reader->units()[i]))
+    if (auto note =
+            identify::unit_note(model.inputs[i], reader->name(), reader->columns()[i], reader->units()[i]))
       notes.push_back(std::move(*note));
   }
   for (const model::Joint& joint : model.joints) {
     if (intervals && !joint.accuracy)
-      throw io::InputError(fmt::format("{} does not say how accurate it is: identify it from measured angles", joint.name));
+      throw io::InputError(
+          fmt::format("{} does not say how accurate it is: identify it from measured angles", joint.name));
     out.columns.push_back({joint.name + "_deg", {}, "deg"});
     out.columns.push_back({joint.name + "_status", {}});
     if (intervals) out.columns.push_back({joint.name + "_se_deg", {}, "deg"});
@@ -141,15 +145,16 @@ void add_model(nb::module_& m) {
   nb::class_<Compensator>(m, "Compensator", "A model document and what it remembers between steps.")
       .def(
           "__init__",
-          [](Compensator* self, const std::string& text, const std::string& source, const std::string& arithmetic) {
+          [](Compensator* self, const std::string& text, const std::string& source,
+             const std::string& arithmetic) {
             new (self) Compensator(model::from_json(text, source), arithmetic);
           },
           nb::arg("text"), nb::arg("source"), nb::arg("arithmetic") = "double")
       .def("to_json", [](const Compensator& self) { return model::to_json(self.model()); })
       .def("step", &Compensator::step, nb::arg("readings"))
       .def("reset", &Compensator::reset)
-      .def("predict", &predict, nb::arg("recording"), nb::arg("inputs"), nb::arg("arithmetic"), nb::arg("intervals"),
-           nb::arg("track"), nb::arg("progress").none());
+      .def("predict", &predict, nb::arg("recording"), nb::arg("inputs"), nb::arg("arithmetic"),
+           nb::arg("intervals"), nb::arg("track"), nb::arg("progress").none());
 }
 
 }  // namespace flexor::python

@@ -43,7 +43,8 @@ nb::tuple complete(const nb::object& log, const std::string& document, const std
 
 void add_posture(nb::module_& m) {
   m.def("complete", &complete, nb::arg("recording"), nb::arg("document"), nb::arg("sensed"), nb::arg("bends"),
-        nb::arg("rest_s"), nb::arg("flexion_is_positive"), nb::arg("model").none(), nb::arg("progress").none());
+        nb::arg("rest_s"), nb::arg("flexion_is_positive"), nb::arg("model").none(),
+        nb::arg("progress").none());
 }
 
 }  // namespace flexor::python

@@ -42,7 +42,8 @@ recording::Recording to_recording(const nb::handle& from) {
     out.columns.push_back({nb::cast<std::string>(name), values(array), nb::cast<std::string>(units[name])});
     if (out.columns.back().value.size() != out.t_s.size())
       throw io::InputError(fmt::format("{}: column \"{}\" has {} values, the times are {}", out.source,
-                                       out.columns.back().name, out.columns.back().value.size(), out.t_s.size()));
+                                       out.columns.back().name, out.columns.back().value.size(),
+                                       out.t_s.size()));
   }
   return out;
 }
@@ -58,7 +59,8 @@ nb::tuple to_python(recording::Recording from) {
     units[column.name.c_str()] = column.unit;
     columns[column.name.c_str()] = to_array(std::move(column.value));
   }
-  return nb::make_tuple(from.source, to_array(std::move(from.t_s)), columns, units, from.warnings, from.digest);
+  return nb::make_tuple(from.source, to_array(std::move(from.t_s)), columns, units, from.warnings,
+                        from.digest);
 }
 
 nb::object to_python(const nlohmann::ordered_json& json) {
@@ -79,15 +81,20 @@ nb::tuple read(const std::string& path, const std::vector<std::string>& columns,
 }  // namespace
 
 void add_recording(nb::module_& m) {
-  m.def("read", &read, nb::arg("path"), nb::arg("columns"), nb::arg("time_unit"), nb::arg("time_column").none(),
-        nb::arg("log_rate_hz"), "A log as flexor.Recording's parts; a missing reading is NaN.");
-  m.def("unit_of", &recording::unit_of, nb::arg("column"), "The unit that a column's name states; empty: none.");
-  m.def("known_unit", &recording::known_unit, nb::arg("text"), "One spelling of a unit; None where it is unknown.");
+  m.def("read", &read, nb::arg("path"), nb::arg("columns"), nb::arg("time_unit"),
+        nb::arg("time_column").none(), nb::arg("log_rate_hz"),
+        "A log as flexor.Recording's parts; a missing reading is NaN.");
+  m.def("unit_of", &recording::unit_of, nb::arg("column"),
+        "The unit that a column's name states; empty: none.");
+  m.def("known_unit", &recording::known_unit, nb::arg("text"),
+        "One spelling of a unit; None where it is unknown.");
   m.def(
-      "seconds_in", [](const std::string& name) { return recording::seconds_in(recording::cut_name(name).unit); },
+      "seconds_in",
+      [](const std::string& name) { return recording::seconds_in(recording::cut_name(name).unit); },
       nb::arg("column"), "Seconds in the unit that a time's name states; None: it states none.");
   m.def(
-      "seconds_in_unit", [](const std::string& unit) { return recording::seconds_in(unit); }, nb::arg("unit"));
+      "seconds_in_unit", [](const std::string& unit) { return recording::seconds_in(unit); },
+      nb::arg("unit"));
 }
 
 }  // namespace flexor::python

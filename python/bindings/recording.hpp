@@ -7,6 +7,8 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <vector>
 

@@ -13,8 +13,8 @@
 namespace flexor::python {
 namespace {
 
-nb::object score_columns(const nb::object& measured, const std::string& measured_column, const nb::object& estimated,
-                         const std::string& estimated_column) {
+nb::object score_columns(const nb::object& measured, const std::string& measured_column,
+                         const nb::object& estimated, const std::string& estimated_column) {
   const auto angles = [](const nb::object& log, const std::string& column) {
     recording::Recording out = recording::read_angle(to_log(log), column, {});
     recording::to_degrees(out, column, "");
@@ -26,11 +26,13 @@ nb::object score_columns(const nb::object& measured, const std::string& measured
     const recording::Series s = r.series(column);
     return score::Angles{s.t_s, s.value, recording::default_max_gap_s(s.t_s)};
   };
-  return to_python(score::to_json(score::compare(series(reference, measured_column), series(estimate, estimated_column))));
+  return to_python(
+      score::to_json(score::compare(series(reference, measured_column), series(estimate, estimated_column))));
 }
 
-nb::object judge(const std::vector<double>& error_deg, const std::map<std::string, std::vector<double>>& baselines,
-                 double period_s, const std::vector<std::size_t>& part_ends) {
+nb::object judge(const std::vector<double>& error_deg,
+                 const std::map<std::string, std::vector<double>>& baselines, double period_s,
+                 const std::vector<std::size_t>& part_ends) {
   const score::Verdict verdict = score::judge(error_deg, baselines, period_s, part_ends);
   nlohmann::ordered_json out = score::to_json(verdict);
   out["words"] = score::in_words(verdict);

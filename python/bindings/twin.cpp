@@ -27,8 +27,8 @@ twin::Parameters to_parameters(const std::string& document, const std::vector<st
 }
 
 // (glove, camera, hand) of each donning
-nb::list record(const std::string& document, const std::vector<std::string>& changes, int donnings, double rate_hz,
-                std::uint64_t seed, const nb::object& show) {
+nb::list record(const std::string& document, const std::vector<std::string>& changes, int donnings,
+                double rate_hz, std::uint64_t seed, const nb::object& show) {
   const study::GloveRequest request{to_parameters(document, changes), rate_hz, donnings, seed};
   std::vector<study::GloveRecording> recordings =
       run(show, [&](Progress&) { return study::record_glove(request); });
@@ -57,8 +57,9 @@ std::vector<study::Compensator> to_compensators(const nb::list& list, double rat
   return out;
 }
 
-nb::object experiment(const std::string& gestures, const nb::list& compensators, int trials, std::uint64_t seed,
-                      double rate_hz, const std::string& document, const std::vector<std::string>& changes, int threads,
+nb::object experiment(const std::string& gestures, const nb::list& compensators, int trials,
+                      std::uint64_t seed, double rate_hz, const std::string& document,
+                      const std::vector<std::string>& changes, int threads,
                       const std::filesystem::path& folder, const nb::object& show) {
   study::Plan plan;
   std::vector<std::string> notes;
@@ -73,7 +74,8 @@ nb::object experiment(const std::string& gestures, const nb::list& compensators,
   plan.folder = folder;
   study::check(plan);
   const study::Result result = run(show, [&](Progress& progress) {
-    return study::run(plan, [&](std::size_t done, std::size_t of) { progress.step(done, of, "experiment: batch"); });
+    return study::run(
+        plan, [&](std::size_t done, std::size_t of) { progress.step(done, of, "experiment: batch"); });
   });
   nlohmann::ordered_json json = study::to_json(result, plan);
   for (const std::string& note : notes) json["warnings"].push_back(note);
@@ -83,17 +85,17 @@ nb::object experiment(const std::string& gestures, const nb::list& compensators,
 }  // namespace
 
 void add_twin(nb::module_& m) {
-  m.def("twin_record", &record, nb::arg("document"), nb::arg("changes"), nb::arg("donnings"), nb::arg("rate_hz"),
-        nb::arg("seed"), nb::arg("progress").none());
+  m.def("twin_record", &record, nb::arg("document"), nb::arg("changes"), nb::arg("donnings"),
+        nb::arg("rate_hz"), nb::arg("seed"), nb::arg("progress").none());
   m.def(
       "twin_parameters",
       [](const std::string& document, const std::vector<std::string>& changes) {
         return twin::to_json(to_parameters(document, changes));
       },
       nb::arg("document"), nb::arg("changes"));
-  m.def("experiment", &experiment, nb::arg("gestures"), nb::arg("compensators"), nb::kw_only(), nb::arg("trials"),
-        nb::arg("seed"), nb::arg("rate_hz"), nb::arg("document"), nb::arg("changes"), nb::arg("threads"),
-        nb::arg("folder"), nb::arg("progress").none());
+  m.def("experiment", &experiment, nb::arg("gestures"), nb::arg("compensators"), nb::kw_only(),
+        nb::arg("trials"), nb::arg("seed"), nb::arg("rate_hz"), nb::arg("document"), nb::arg("changes"),
+        nb::arg("threads"), nb::arg("folder"), nb::arg("progress").none());
 }
 
 }  // namespace flexor::python

@@ -1,0 +1,44 @@
+"""A glove of the twin's, recorded once, as objects and as files; and the command beside the module."""
+
+import json
+import os
+import pathlib
+import subprocess
+
+import numpy as np
+import pytest
+
+import flexor
+
+STRUCTURE = "line"  # fitted at once
+
+
+@pytest.fixture(scope="session")
+def donning():
+    return flexor.twin(seed=7, progress=False)[0]
+
+
+@pytest.fixture(scope="session")
+def found(donning):
+    return flexor.identify([(donning.glove, donning.camera)], rate_hz=10, structure=STRUCTURE, progress=False)
+
+
+@pytest.fixture(scope="session")
+def program():
+    path = pathlib.Path(os.environ.get("FLEXOR_PROGRAM") or pathlib.Path(flexor.__file__).with_name("bin") / "flexor")
+    if not path.exists():
+        pytest.skip("the command is not built")
+
+    def run(*arguments):
+        done = subprocess.run([path, *map(str, arguments)], capture_output=True, text=True, timeout=300)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def files(tmp_path_factory, program):
+    folder = tmp_path_factory.mktemp("glove") / "logs"
+    program("twin", "record", "--out", folder, "--seed", 7)
+    return folder

@@ -1,0 +1,181 @@
+"""What people hand over, and what they read then: one line that names the place and the mend."""
+
+import multiprocessing
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import flexor
+
+pandas = pytest.importorskip("pandas")
+
+
+def refusal(work, kind=flexor.InputError):
+    with pytest.raises(kind) as caught:
+        work()
+    text = str(caught.value)
+    assert "\n" not in text
+    return text
+
+
+def frame(**columns):
+    columns = columns or {"index_adc": [500.0, 510.0, 530.0]}
+    return pandas.DataFrame(columns, index=pandas.Index([0.0, 0.1, 0.2], name="t_s"))
+
+
+def test_a_frame_without_a_time_index():
+    text = refusal(lambda: flexor.Recording(frame().reset_index()))
+    assert "no time index" in text and 'time="t_s"' in text
+    assert "nothing says the time" in refusal(lambda: flexor.Recording({"a": [1, 2]}))
+    assert len(flexor.Recording(frame().reset_index(), time="t_s")) == 3
+
+
+@pytest.mark.parametrize("index, seconds", [
+    (pandas.to_datetime(["2026-05-01 12:00:00", "2026-05-01 12:00:00.1", "2026-05-01 12:00:00.2"]), 0.1),
+    (pandas.to_datetime(["2026-05-01 12:00:00", "2026-05-01 12:00:00.1", "2026-05-01 12:00:00.2"]).tz_localize("Asia/Tokyo"), 0.1),
+    (pandas.to_timedelta([0, 100, 200], unit="ms"), 0.1),
+    (pandas.Index([0, 100, 200], name="time_ms"), 0.1),
+    (pandas.Index([0.0, 0.1, 0.2]), 0.1),
+])
+def test_times_in_any_spelling(index, seconds):
+    log = flexor.Recording(frame().set_axis(index))
+    assert np.allclose(np.diff(log.t_s), seconds)
+
+
+def test_times_that_are_none():
+    assert "time_unit" in refusal(lambda: flexor.Recording(frame().set_axis([0, 100, 200])))
+    assert "row 2 has no time" in refusal(lambda: flexor.Recording(frame().set_axis([0.0, np.nan, 0.2])))
+    assert "row 3 has no time" in refusal(lambda: flexor.Recording(frame().set_axis(pandas.to_datetime(["2026-05-01", "2026-05-02", None]))))
+    assert "numbers, dates or durations" in refusal(lambda: flexor.Recording(frame().set_axis(["a", "b", "c"])))
+
+
+def test_units():
+    assert flexor.Recording(frame(), units="count").units == {"index_adc": "count"}
+    assert flexor.Recording(frame(index_deg=[1.0, 2.0, 3.0])).units == {"index_deg": "deg"}
+    assert "unknown unit" in refusal(lambda: flexor.Recording(frame(), units="furlong"))
+    assert "which?" in refusal(lambda: flexor.Recording(frame(index_deg=[1.0, 2.0, 3.0]), units={"index_deg": "rad"}))
+    assert "no column" in refusal(lambda: flexor.Recording(frame(), units={"indx": "V"}))
+
+
+def test_readings_in_another_unit(found, donning):
+    volts = {f"{name}": donning.glove[name] / 100 for name in found.compensator.inputs}
+    log = flexor.Recording({name.replace("deg", "V"): values for name, values in volts.items()}, time=donning.glove.t_s)
+    text = refusal(lambda: found.compensator.predict(log, inputs=list(log.columns)))
+    assert "is in V" in text and "takes deg" in text
+
+
+def test_mixed_columns():
+    log = flexor.Recording(frame(flex=[1, 2, 3], note=["a", "b", "c"], on=[True, False, True]))
+    assert list(log.columns) == ["flex", "on"] and "note" in log.warnings[0]
+    assert "mixes numbers with text: row 2 is 'lost'" in refusal(lambda: flexor.Recording(frame(flex=[1, "lost", 3])))
+    nullable = flexor.Recording(frame(flex=pandas.array([1, None, 3], dtype="Int64")))
+    assert np.isnan(nullable["flex"][1])
+    twice = pandas.concat([frame(), frame()], axis=1)
+    assert "occurs twice" in refusal(lambda: flexor.Recording(twice))
+    assert "no column of numbers" in refusal(lambda: flexor.Recording(frame(note=["a", "b", "c"])))
+
+
+def test_missing_readings_are_left_out_and_said(donning, found):
+    values = donning.glove["index_alpha_deg"].copy()
+    values[100:110] = np.nan
+    log = flexor.Recording({**donning.glove.columns, "index_alpha_deg": values}, time=donning.glove.t_s)
+    with_holes = flexor.identify([(log, donning.camera)], rate_hz=10, structure="line", progress=False)
+    assert any("10 of 1199 rows have no" in warning for warning in with_holes.warnings)
+    values[5] = np.inf
+    broken = flexor.Recording({**donning.glove.columns, "index_alpha_deg": values}, time=donning.glove.t_s)
+    assert "row 6" in refusal(lambda: found.compensator.predict(broken))
+
+
+def test_arrays_are_not_copied():
+    values = np.arange(5.0)
+    values.flags.writeable = False
+    log = flexor.Recording({"index_adc": values}, rate_hz=10)
+    assert np.shares_memory(log["index_adc"], values)
+    held = pandas.DataFrame(np.asfortranarray(np.ones((4, 2))), columns=["a", "b"], index=np.arange(4) / 10.0)
+    assert np.shares_memory(flexor.Recording(held)["a"], held["a"].to_numpy())
+    assert not np.shares_memory(flexor.Recording({"a": np.arange(10.0)[::2]}, rate_hz=1)["a"], values)
+
+
+def test_shapes_and_names(found, donning):
+    assert "has 2 values" in refusal(lambda: flexor.Recording({"a": [1.0, 2.0]}, time=[0.0, 0.1, 0.2]))
+    assert "no column" in refusal(lambda: found.compensator.predict(flexor.Recording({"a": [1.0, 2.0]}, rate_hz=10)))
+    assert "rows of 2 readings" in refusal(lambda: found.compensator.step(np.ones((3, 2))))
+    assert "two" in refusal(lambda: flexor.identify([(flexor.Recording({"index_adc": [1.0]}, rate_hz=1), donning.camera)],
+                                                    {"index": ("index_adc", "index_deg")}))
+    assert "arithmetic" in refusal(lambda: flexor.Compensator(found.compensator.text, arithmetic="decimal"))
+    assert "model" in refusal(lambda: flexor.Compensator("{}"))
+
+
+def test_what_cannot_be_told_is_a_job_error(donning):
+    noise = np.random.default_rng(1).normal(size=len(donning.glove))
+    log = flexor.Recording({"index_adc": noise}, time=donning.glove.t_s)
+    refusal(lambda: flexor.identify([(log, donning.camera)], {"index": ("index_adc", "index_deg")}), flexor.JobError)
+
+
+def test_a_clock_that_runs_backwards(donning, found):
+    log = flexor.Recording(donning.glove.columns, time=donning.glove.t_s[::-1])
+    refusal(lambda: found.compensator.predict(log))
+
+
+def predicted(found, glove):
+    return found.compensator.predict(glove, progress=False)["index_deg"]
+
+
+def test_a_process_that_was_forked(found, donning):
+    expected = predicted(found, donning.glove)
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        for angles in pool.starmap(predicted, [(found, donning.glove)] * 4):
+            assert np.array_equal(angles, expected)
+
+
+def test_a_compensator_is_pickled(found):
+    assert pickle.loads(pickle.dumps(found.compensator)) == found.compensator
+
+
+def test_threads_give_the_same_bytes(found, donning):
+    results = []
+    threads = [threading.Thread(target=lambda: results.append(predicted(found, donning.glove))) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(results) == 4 and all(np.array_equal(one, results[0]) for one in results)
+
+
+def test_a_subinterpreter_is_refused():
+    code = """
+try:
+    import _interpreters as interpreters
+except ImportError:
+    import _xxsubinterpreters as interpreters
+interpreters.run_string(interpreters.create(), 'import flexor._core')
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "subinterpreter" in done.stderr or "subinterpreter" in done.stdout, done
+
+
+def test_progress_that_raises_stops_the_job(donning):
+    class Enough(Exception):
+        pass
+
+    def enough(done, of, what):
+        raise Enough
+
+    with pytest.raises(Enough):
+        flexor.identify([(donning.glove, donning.camera)], rate_hz=10, progress=enough)
+
+
+def test_an_interrupt_stops_a_search_soon(donning):
+    threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        flexor.identify([(donning.glove, donning.camera)], rate_hz=10, threads=1, progress=False)
+        time.sleep(10)  # where it was faster than that
+    print(f"an interrupt answers after {time.monotonic() - begin - 1:.2f} s")

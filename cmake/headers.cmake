@@ -8,6 +8,12 @@ foreach(library fmt/core.h nlohmann/json.hpp CLI/CLI.hpp boost/version.hpp kainj
   string(REGEX REPLACE "/.*" "" folder ${folder})
   file(CREATE_LINK ${found_${library}}/${folder} ${headers}/${folder} SYMBOLIC)
 endforeach()
+file(GLOB python RELATIVE /usr/include /usr/include/*-linux-gnu/python3*)  # Debian's headers include these
+foreach(folder IN LISTS python)
+  get_filename_component(parent ${headers}/${folder} DIRECTORY)
+  file(MAKE_DIRECTORY ${parent})
+  file(CREATE_LINK /usr/include/${folder} ${headers}/${folder} SYMBOLIC)
+endforeach()
 include_directories(SYSTEM ${headers} ${headers}/eigen3)
 foreach(library Eigen3::Eigen fmt::fmt nlohmann_json::nlohmann_json CLI11::CLI11)
   add_library(${library} INTERFACE IMPORTED)

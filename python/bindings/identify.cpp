@@ -87,11 +87,16 @@ nb::tuple identify_takes(const nb::list& pairs, const std::optional<Map>& map, d
     request.map.push_back({model::joint_name(joint), sensors, angle});
   const identify::HandIdentification found = run(show, [&](Progress& progress) {
     const auto begin = std::chrono::steady_clock::now();
-    return identify::identify_hand(request, [&](std::size_t done, std::size_t of, const std::string& what) {
+    const auto step = [&](std::size_t done, std::size_t of, const std::string& what) {
       progress.step(done, of, what);
       const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
       return !time_limit_s || elapsed.count() < *time_limit_s;
-    });
+    };
+    try {
+      return identify::identify_hand(request, step);
+    } catch (const io::Cancelled&) {
+      throw io::JobError("nothing was fitted within the time limit: a larger time_limit_s");
+    }
   });
   return nb::make_tuple(to_python(to_json(found)), Compensator(found.model, "double"),
                         Compensator(found.proven, "double"), covariances(found));

@@ -6,9 +6,14 @@
 NB_MODULE(_flexor, m) {
   namespace io = flexor::io;
   namespace nb = nanobind;
-  nb::exception<io::InputError>(m, "InputError", PyExc_ValueError);
-  nb::exception<io::JobError>(m, "JobError", PyExc_RuntimeError);
-  nb::exception<io::Cancelled>(m, "Cancelled", PyExc_RuntimeError);
+  if (PyInterpreterState_GetID(PyInterpreterState_Get()) != 0) {
+    PyErr_SetString(PyExc_ImportError, "flexor cannot be used in a subinterpreter: start a process instead");
+    throw nb::python_error();
+  }
+  nb::exception<io::InputError>(m, "InputError", PyExc_ValueError).doc() =
+      "What was given is wrong: what, where, and the mend.";
+  nb::exception<io::JobError>(m, "JobError", PyExc_RuntimeError).doc() =
+      "What was given is well-formed, but tells too little.";
   m.attr("version") = FLEXOR_VERSION;
   flexor::python::add_recording(m);
   flexor::python::add_model(m);

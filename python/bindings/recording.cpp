@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
 #include <nanobind/stl/vector.h>
 
 #include <memory>
@@ -56,7 +57,7 @@ nb::tuple to_python(recording::Recording from) {
   nb::dict columns;
   nb::dict units;
   for (recording::Column& column : from.columns) {
-    units[column.name.c_str()] = column.unit;
+    units[column.name.c_str()] = column.unit.empty() ? recording::unit_of(column.name) : column.unit;
     columns[column.name.c_str()] = to_array(std::move(column.value));
   }
   return nb::make_tuple(from.source, to_array(std::move(from.t_s)), columns, units, from.warnings,

@@ -15,7 +15,7 @@ Everything is what the command ``flexor`` does, by the same functions. Only NumP
 of progress tqdm, ``flexor.sklearn`` scikit-learn, ``flexor.plot`` matplotlib.
 """
 
-from flexor._core import Cancelled, InputError, JobError, __version__
+from flexor._core import InputError, JobError, __version__
 from flexor import posture
 from flexor._identify import Identification, align, from_poses, identify, recalibrate
 from flexor._model import Compensator
@@ -24,7 +24,7 @@ from flexor._score import judge, score
 from flexor._twin import Experiment, experiment, twin, twin_parameters
 
 __all__ = [
-    "Cancelled", "Compensator", "Experiment", "Identification", "InputError", "JobError", "Recording", "__version__",
+    "Compensator", "Experiment", "Identification", "InputError", "JobError", "Recording", "__version__",
     "align", "experiment", "from_poses", "identify", "judge", "posture", "read", "recalibrate", "score", "twin",
     "twin_parameters",
 ]

@@ -6,13 +6,12 @@ import contextlib
 from typing import Any, Callable, Iterator, Optional, Union
 
 try:
-    from flexor import _flexor as core
+    import flexor._flexor as core
 except ModuleNotFoundError:  # as it is built, beside the sources
     import _flexor as core  # type: ignore[no-redef]
 
 InputError = core.InputError
 JobError = core.JobError
-Cancelled = core.Cancelled
 __version__: str = core.version
 
 Show = Union[None, bool, Callable[[int, int, str], object]]

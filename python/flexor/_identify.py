@@ -57,7 +57,7 @@ class Identification:
         return pandas().DataFrame(self.results["joints"][joint]["held_out_curve"])
 
     def __repr__(self) -> str:
-        lines = [f"{name}: {joint['verdict']['rmse_deg']:.2f} deg held out, {joint['verdict']['verdict']}"
+        lines = [f"{name}: {joint['holdout']['rmse_deg']:.2f} deg held out, {joint['verdict']['word']}"
                  for name, joint in self.results["joints"].items()]
         return "\n".join(lines)
 

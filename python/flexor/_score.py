@@ -40,7 +40,7 @@ def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[
 
     >>> import numpy as np
     >>> noise = np.random.default_rng(1).normal(size=4000)
-    >>> judge(noise, {"line": 3 * noise}, period_s=0.05)["verdict"]
+    >>> judge(noise, {"line": 3 * noise}, period_s=0.05)["word"]
     'better'
     """
     baselines = {name: np.asarray(errors, float).tolist() for name, errors in baseline_error_deg.items()}

@@ -34,8 +34,8 @@ def twin(donnings: int = 1, *, rate_hz: float = 10, seed: int = 1001, set: Seque
     its own sees of the fingers, and what it sees of the hand that follows them. Raises ``InputError``.
 
     >>> glove, camera, hand = twin(seed=3)[0]
-    >>> glove
-    Recording('glove', 1199 rows, 119.8 s: thumb_alpha_deg [deg], index_alpha_deg [deg], middle_alpha_deg [deg], ring_alpha_deg [deg], pinky_alpha_deg [deg])
+    >>> glove.units["index_alpha_deg"], list(camera.columns)[1]
+    ('deg', 'index_deg')
     """
     with shown(progress) as show:
         found = core.twin_record(_document(parameters), list(set), donnings, rate_hz, seed, show)

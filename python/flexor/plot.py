@@ -29,7 +29,7 @@ def held_out(found: Identification, joint: Optional[str] = None, ax: Any = None)
     curve = found.results["joints"][joint]["held_out_curve"]
     for key, name in (("measured_deg", "measured"), ("straight_line_deg", "line"), ("estimated_deg", "identified")):
         ax.plot(curve["t_s"], [float("nan") if y is None else y for y in curve[key]], color=COLOURS[name], label=name, linewidth=1)
-    rmse_deg = found.verdicts[joint]["rmse_deg"]
+    rmse_deg = found.results["joints"][joint]["holdout"]["rmse_deg"]
     ax.set(xlabel="time (s)", ylabel=f"{joint} (deg)", title=f"{joint}: {rmse_deg:.2f} deg on data it never saw")
     ax.legend(frameon=False)
     return ax

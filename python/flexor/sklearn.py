@@ -33,6 +33,11 @@ class FlexorRegressor(RegressorMixin, BaseEstimator):
         self.structure = structure
         self.rate_hz = rate_hz
 
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.target_tags.multi_output = True
+        return tags
+
     def fit(self, X: Any, y: Any) -> FlexorRegressor:
         X, y = validate_data(self, X, y, multi_output=True, y_numeric=True, dtype=np.float64, ensure_min_samples=2)
         angles = y.reshape(len(y), -1).astype(np.float64)
@@ -58,12 +63,6 @@ class FlexorRegressor(RegressorMixin, BaseEstimator):
             angles = np.column_stack([X, np.ones(len(X))]) @ self.line_
         else:
             self.compensator_.reset()
-            angles = self.compensator_.step(X)[0]
+            angles = self.compensator_.step(X[:, [int(name[1:]) for name in self.compensator_.inputs]])[0]
         return angles.reshape(len(X), *self._shape)
 
-
-#: Checks of scikit-learn's that take rows for samples without an order.
-ORDER_MATTERS = {
-    "check_methods_sample_order_invariance": "the past counts",
-    "check_methods_subset_invariance": "the past counts",
-}

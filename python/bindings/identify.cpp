@@ -98,8 +98,8 @@ nb::tuple identify_takes(const nb::list& pairs, const std::optional<Map>& map, d
       throw io::JobError("nothing was fitted within the time limit: a larger time_limit_s");
     }
   });
-  return nb::make_tuple(to_python(to_json(found)), Compensator(found.model, "double"),
-                        Compensator(found.proven, "double"), covariances(found));
+  return nb::make_tuple(to_python(to_json(found)), Compensator(found.model), Compensator(found.proven),
+                        covariances(found));
 }
 
 // The fit alone, to all of one recording that holds readings and angles.
@@ -114,12 +114,11 @@ Compensator fit(const nb::object& log, const Map& map, double rate_hz, const std
   request.rate_hz = rate_hz;
   request.structure = structure;
   return run(show, [&](Progress& progress) {
-    return Compensator(identify::fit_hand(request, {take},
-                                          [&](std::size_t done, std::size_t of, const std::string& what) {
-                                            progress.step(done, of, what);
-                                            return true;
-                                          }),
-                       "double");
+    return Compensator(
+        identify::fit_hand(request, {take}, [&](std::size_t done, std::size_t of, const std::string& what) {
+          progress.step(done, of, what);
+          return true;
+        }));
   });
 }
 
@@ -154,7 +153,7 @@ nb::tuple recalibrate(const Compensator& compensator, const nb::object& motion,
   request.inputs = inputs;
   const identify::Recalibration found =
       run(show, [&](Progress&) { return identify::recalibrate_files(request); });
-  return nb::make_tuple(to_python(to_json(found)), Compensator(found.model, "double"));
+  return nb::make_tuple(to_python(to_json(found)), Compensator(found.model));
 }
 
 // (model, warnings)
@@ -162,7 +161,7 @@ nb::tuple from_poses(const nb::object& log, double rate_hz, const Ends& ends_deg
                      const std::vector<std::string>& joints) {
   const identify::FromPoses found = identify::model_from_poses(
       recording::read(*recording::open_log(to_log(log), {})), {rate_hz, to_ends(ends_deg), joints});
-  return nb::make_tuple(Compensator(found.model, "double"), found.warnings);
+  return nb::make_tuple(Compensator(found.model), found.warnings);
 }
 
 }  // namespace

@@ -11,106 +11,108 @@
 
 namespace flexor::python {
 
-class Compensator::Stepper {
- public:
-  virtual ~Stepper() = default;
-  virtual void step(const Matrix& readings, std::vector<double>& angle_deg, std::vector<double>& status) = 0;
-};
+namespace {
 
-template <class Arithmetic>
-class Compensator::StepperOf : public Compensator::Stepper {
- public:
-  explicit StepperOf(const model::Model& model) : estimator_(model), period_s_(model.sample_period_s) {}
+std::shared_ptr<Estimator> estimator_of(const model::Model& model, const std::string& arithmetic) {
+  if (arithmetic == "double")
+    return std::make_shared<Estimator>(identify::Estimator<model::DoubleArithmetic>(model));
+  if (arithmetic == "float")
+    return std::make_shared<Estimator>(identify::Estimator<model::FloatArithmetic>(model));
+  if (arithmetic == "fixed")
+    return std::make_shared<Estimator>(identify::Estimator<model::FixedArithmetic>(model));
+  throw io::InputError(fmt::format("arithmetic \"{}\": double, float or fixed", arithmetic));
+}
 
-  void step(const Matrix& readings, std::vector<double>& angle_deg, std::vector<double>& status) override {
-    const std::size_t inputs = readings.shape(1);
-    for (std::size_t k = 0; k < readings.shape(0); ++k) {
-      const double t_s = static_cast<double>(next_++) * period_s_;
-      estimator_.push(t_s, {readings.data() + k * inputs, inputs}, [&](const identify::Estimate& e) {
-        angle_deg.insert(angle_deg.end(), e.angle_deg.begin(), e.angle_deg.end());
-        status.insert(status.end(), e.status.begin(), e.status.end());
-      });
-    }
-  }
+}  // namespace
 
- private:
-  identify::Estimator<Arithmetic> estimator_;
-  double period_s_;
-  std::uint64_t next_ = 0;
-};
-
-Compensator::Compensator(model::Model model, const std::string& arithmetic)
-    : model_(std::move(model)), arithmetic_(arithmetic) {
+Compensator::Compensator(model::Model model, std::string arithmetic)
+    : model_(std::move(model)), arithmetic_(std::move(arithmetic)) {
   model::check(model_);
   reset();
 }
 
 void Compensator::reset() {
-  if (arithmetic_ == "double") {
-    stepper_ = std::make_shared<StepperOf<model::DoubleArithmetic>>(model_);
-  } else if (arithmetic_ == "float") {
-    stepper_ = std::make_shared<StepperOf<model::FloatArithmetic>>(model_);
-  } else if (arithmetic_ == "fixed") {
-    stepper_ = std::make_shared<StepperOf<model::FixedArithmetic>>(model_);
-  } else {
-    throw io::InputError(fmt::format("arithmetic \"{}\": double, float or fixed", arithmetic_));
-  }
+  estimator_ = estimator_of(model_, arithmetic_);
+  next_ = 0;
 }
 
 nb::tuple Compensator::step(const Matrix& readings) {
-  if (readings.shape(1) != model_.inputs.size())
-    throw io::InputError(fmt::format("rows of {} readings: the model has {} input(s)", readings.shape(1),
-                                     model_.inputs.size()));
-  const std::vector<std::size_t> shape = {readings.shape(0), model_.joints.size()};
+  const std::size_t rows = readings.shape(0);
+  const std::size_t inputs = readings.shape(1);
+  if (inputs != model_.inputs.size())
+    throw io::InputError(
+        fmt::format("rows of {} readings: the model has {} input(s)", inputs, model_.inputs.size()));
   std::vector<double> angle_deg;
   std::vector<double> status;
-  angle_deg.reserve(shape[0] * shape[1]);
-  status.reserve(shape[0] * shape[1]);
-  stepper_->step(readings, angle_deg, status);
-  return nb::make_tuple(to_array(std::move(angle_deg), shape), to_array(std::move(status), shape));
+  angle_deg.reserve(rows * model_.joints.size());
+  status.reserve(rows * model_.joints.size());
+  const auto keep = [&](const identify::Estimate& e) {
+    angle_deg.insert(angle_deg.end(), e.angle_deg.begin(), e.angle_deg.end());
+    status.insert(status.end(), e.status.begin(), e.status.end());
+  };
+  std::visit(
+      [&](auto& estimator) {
+        for (std::size_t k = 0; k < rows; ++k)
+          estimator.push(static_cast<double>(next_++) * model_.sample_period_s,
+                         {readings.data() + k * inputs, inputs}, keep);
+      },
+      *estimator_);
+  return nb::make_tuple(to_array(std::move(angle_deg), {rows, model_.joints.size()}),
+                        to_array(std::move(status), {rows, model_.joints.size()}));
 }
 
 namespace {
 
-// As flexor apply: the log's clock is repaired, its readings come to the model's grid. `out` has JOINT_deg, JOINT_status and, with
-// intervals, JOINT_se_deg of each joint.
-template <class Arithmetic>
-void follow(const model::Model& model, bool intervals, bool track, recording::LogReader& reader,
-            Progress& progress, recording::Recording& out) {
-  identify::Estimator<Arithmetic> estimator(model);
-  if (track) estimator.track({});
-  if (track && !estimator.trackers()->any())
+void start_tracking(Estimator& estimator) {
+  const bool any = std::visit(
+      [](auto& one) {
+        one.track({});
+        return one.trackers()->any();
+      },
+      estimator);
+  if (!any)
     throw io::InputError(
-        "no input says what its strip reads at the open hand and at the fist, against which it is "
-        "tracked: identify the model anew from a recording with both");
-  const std::size_t each = intervals ? 3 : 2;
+        "no input says what its strip reads at the open hand and at the fist, against which it is tracked: "
+        "identify the model anew from a recording with both");
+}
+
+// As flexor apply: the log's clock is repaired, its readings come to the model's grid. JOINT_deg, JOINT_status and, with intervals,
+// JOINT_se_deg of each joint.
+recording::Recording follow(const model::Model& model, Estimator& estimator, bool intervals,
+                            recording::LogReader& reader, Progress& progress) {
+  recording::Recording out;
+  for (const model::Joint& joint : model.joints) {
+    out.columns.push_back({joint.name + "_deg", {}, "deg"});
+    out.columns.push_back({joint.name + "_status", {}});
+    if (intervals) out.columns.push_back({joint.name + "_se_deg", {}, "deg"});
+  }
+  const auto keep = [&](const identify::Estimate& e) {
+    out.t_s.push_back(e.t_s);
+    auto column = out.columns.begin();
+    for (std::size_t j = 0; j < e.angle_deg.size(); ++j) {
+      (column++)->value.push_back(e.angle_deg[j]);
+      (column++)->value.push_back(e.status[j]);
+      if (intervals) (column++)->value.push_back(model.joints[j].accuracy->at(e.angle_deg[j]));
+    }
+  };
   recording::Stream stream(reader, recording::Resets::follow);
   recording::Row row;
   for (std::size_t rows = 0; stream.next(row); ++rows) {
     if (rows % 4096 == 0) progress.step(rows, 0, "rows");
-    estimator.push(row.t_s, row.value, [&](const identify::Estimate& e) {
-      out.t_s.push_back(e.t_s);
-      for (std::size_t j = 0; j < e.angle_deg.size(); ++j) {
-        out.columns[each * j].value.push_back(e.angle_deg[j]);
-        out.columns[each * j + 1].value.push_back(e.status[j]);
-        if (intervals)
-          out.columns[each * j + 2].value.push_back(model.joints[j].accuracy->at(e.angle_deg[j]));
-      }
-    });
+    std::visit([&](auto& one) { one.push(row.t_s, row.value, keep); }, estimator);
   }
   if (out.t_s.empty())
     throw io::InputError(fmt::format("{}: no row with a reading of every input", reader.name()));
+  out.source = model.name;
   out.warnings = stream.notes();
+  return out;
 }
 
 nb::tuple predict(const Compensator& compensator, const nb::handle& log,
                   const std::vector<std::string>& inputs, const std::string& arithmetic, bool intervals,
                   bool track, const nb::object& show) {
   const model::Model& model = compensator.model();
-  const std::unique_ptr<recording::LogReader> reader =
-      recording::open_log(to_log(log), {model::columns_of(model, inputs), {}});
-  recording::Recording out;
-  out.source = model.name;
+  const auto reader = recording::open_log(to_log(log), {model::columns_of(model, inputs), {}});
   std::vector<std::string> notes;
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     if (auto note =
@@ -121,20 +123,11 @@ nb::tuple predict(const Compensator& compensator, const nb::handle& log,
     if (intervals && !joint.accuracy)
       throw io::InputError(
           fmt::format("{} does not say how accurate it is: identify it from measured angles", joint.name));
-    out.columns.push_back({joint.name + "_deg", {}, "deg"});
-    out.columns.push_back({joint.name + "_status", {}});
-    if (intervals) out.columns.push_back({joint.name + "_se_deg", {}, "deg"});
   }
-  out = run(show, [&](Progress& progress) {
-    if (arithmetic == "fixed") {
-      follow<model::FixedArithmetic>(model, intervals, track, *reader, progress, out);
-    } else if (arithmetic == "float") {
-      follow<model::FloatArithmetic>(model, intervals, track, *reader, progress, out);
-    } else {
-      follow<model::DoubleArithmetic>(model, intervals, track, *reader, progress, out);
-    }
-    return std::move(out);
-  });
+  const std::shared_ptr<Estimator> estimator = estimator_of(model, arithmetic);
+  if (track) start_tracking(*estimator);
+  recording::Recording out =
+      run(show, [&](Progress& progress) { return follow(model, *estimator, intervals, *reader, progress); });
   out.warnings.insert(out.warnings.begin(), notes.begin(), notes.end());
   return to_python(std::move(out));
 }

@@ -3,7 +3,7 @@
 
 #include <memory>
 #include <string>
-#include <utility>
+#include <variant>
 
 #include "host/identify/estimator.hpp"
 #include "host/model/model.hpp"
@@ -11,11 +11,15 @@
 
 namespace flexor::python {
 
-// Readings in, angles out, on the model's own grid or as a log has them. In one thread at a time.
+using Estimator =
+    std::variant<identify::Estimator<model::DoubleArithmetic>, identify::Estimator<model::FloatArithmetic>,
+                 identify::Estimator<model::FixedArithmetic>>;
+
+// Readings in, angles out, on the model's own grid. In one thread at a time.
 class Compensator {
  public:
   // `arithmetic`: double, float, or fixed, as in the glove. Throws io::InputError.
-  Compensator(model::Model model, const std::string& arithmetic);
+  explicit Compensator(model::Model model, std::string arithmetic = "double");
 
   const model::Model& model() const { return model_; }
 
@@ -24,13 +28,10 @@ class Compensator {
   void reset();
 
  private:
-  class Stepper;
-  template <class Arithmetic>
-  class StepperOf;
-
   model::Model model_;
   std::string arithmetic_;
-  std::shared_ptr<Stepper> stepper_;
+  std::shared_ptr<Estimator> estimator_;
+  std::uint64_t next_ = 0;
 };
 
 }  // namespace flexor::python

@@ -9,7 +9,7 @@ from typing import Any, Sequence, Union
 
 import numpy as np
 
-from flexor._core import InputError, Show, core, pandas, shown
+from flexor._core import Show, core, pandas, shown
 from flexor._recording import Recording, as_recording
 
 
@@ -82,8 +82,6 @@ class Compensator:
         the root mean square error of such an angle on data that the fit did not see. ``track``: follows each sensor while the
         glove is worn. Raises ``InputError``: no such column, another unit, no reading.
         """
-        if arithmetic not in ("double", "float", "fixed"):
-            raise InputError(f'arithmetic "{arithmetic}": double, float or fixed')
         with shown(progress) as show:
             return Recording._of(self._core.predict(as_recording(recording), list(inputs), arithmetic, intervals, track, show))
 

@@ -121,7 +121,8 @@ std::optional<Session> load(const fs::path& folder) {
     if (s.model.find('/') != std::string::npos) return {};
     s.accepted_unix_s = reader.has("accepted_unix_s")
                             ? reader.number_within("accepted_unix_s", 0, 1e11)
-                            : unix_s(std::chrono::file_clock::to_sys(fs::last_write_time(file)));
+                            : unix_s(std::chrono::time_point_cast<std::chrono::system_clock::duration>(
+                                  std::chrono::file_clock::to_sys(fs::last_write_time(file))));
     if (reader.has("calibration")) s.calibration = reader.member("calibration");
     if (s.seconds == 0 && is_plain_file(folder / "log.csv")) s.seconds = written_s(folder);
     return s;

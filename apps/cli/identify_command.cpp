@@ -119,12 +119,12 @@ void show_structures(const identify::JointFit& joint) {
 }
 
 // RMSE in degrees, the compensator's and each baseline's under its own name.
-std::string scores_header(const std::string& what, int width) {
+std::string scores_header(const std::string& what, std::size_t width) {
   return fmt::format("\n{:<{}}{:>8}{:>8}{:>9}{:>8}{:>8}{:>8}", what, width, "model", "line", "limited",
                      "lead", "curve", "publ.");
 }
 
-std::string scores_row(const identify::ScoreRow& row, int width) {
+std::string scores_row(const identify::ScoreRow& row, std::size_t width) {
   std::string out = fmt::format("{:<{}}{:>8.2f}", io::start_of(row.name, width - 1), width, row.rmse_deg);
   for (const char* name : {"line", "limited_line", "line_lead", "static_curve", "published_form"}) {
     const auto it = row.baseline_deg.find(name);
@@ -137,7 +137,7 @@ std::string scores_row(const identify::ScoreRow& row, int width) {
 // A row for each pair or part that was left out.
 void show_rows(const std::string& joint, const std::string& what,
                const std::vector<identify::ScoreRow>& rows) {
-  constexpr int kName = 30;
+  constexpr std::size_t kName = 30;
   print(scores_header(joint + ", " + what, kName) + "\n");
   for (const identify::ScoreRow& row : rows) print(scores_row(row, kName) + "\n");
 }
@@ -154,7 +154,7 @@ void show(const identify::HandIdentification& r) {
     }
   }
   if (r.joints.size() == 1) show_structures(r.joints.front());
-  constexpr int kName = 19;
+  constexpr std::size_t kName = 19;
   print(fmt::format("{}{:>9}\n", scores_header("held out, RMSE deg", kName), "drift"));
   for (const identify::JointResult& joint : r.joints)
     print(fmt::format("{}{:>9.2f}\n", scores_row(joint.all(), kName), joint.hold_drift_deg));

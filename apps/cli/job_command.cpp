@@ -104,8 +104,7 @@ class Request : public CLI::Config {
  public:
   Request(const std::vector<std::string>& name, CLI::App& command, const Json& request) {
     if (!request.is_object()) throw io::InputError("request: a JSON object is due");
-    for (std::size_t i = 1; i <= name.size(); ++i)
-      items_.push_back(item({name.begin(), name.begin() + i}, "++"));
+    for (auto end = name.begin(); end != name.end();) items_.push_back(item({name.begin(), ++end}, "++"));
     std::map<std::string, CLI::Option*> options;
     for (CLI::Option* option : command.get_options()) options[key_of(*option)] = option;
     for (const auto& [key, value] : request.items()) {

@@ -98,7 +98,11 @@ Process::Process(const std::filesystem::path& program, const std::vector<std::st
           posix_spawn_file_actions_adddup2(&actions, d.ours, d.theirs);
           last = std::max(last, d.theirs);
         }
-        posix_spawn_file_actions_addclosefrom_np(&actions, last + 1);  // libraries open what they like
+        // Libraries open what they like.
+        for (const auto& open : std::filesystem::directory_iterator("/proc/self/fd")) {
+          const int ours = std::atoi(open.path().filename().c_str());
+          if (ours > last) posix_spawn_file_actions_addclose(&actions, ours);
+        }
         pid_t child = 0;
         const int failed = start(child, program, actions, mask, argv, environment(temporaries));
         posix_spawn_file_actions_destroy(&actions);

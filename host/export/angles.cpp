@@ -35,8 +35,7 @@ Angles::Angles(const std::filesystem::path& path, const AngleOptions& options)
     : source_(path == "-" ? "standard input" : path.string()),
       reader_(path, recording::TableOptions{options.columns, options.time, true}),
       stream_(reader_, recording::Resets::follow),
-      period_s_(options.rate_hz > 0 ? 1 / options.rate_hz : 0),
-      whole_rows_(options.whole_rows) {
+      period_s_(options.rate_hz > 0 ? 1 / options.rate_hz : 0) {
   if (options.columns.empty()) choose();
   find_joints();
   if (!options.ends_deg.empty()) turn(options.ends_deg);
@@ -170,14 +169,10 @@ bool Angles::sample(AngleRow& row) {
 }
 
 bool Angles::next(AngleRow& row) {
-  const auto is_known = [](double angle_deg) { return !std::isnan(angle_deg); };
-  do {
-    if (!(resampler_ ? sample(row) : read(row))) {
-      if (rows_ > 0) return false;
-      throw InputError(
-          fmt::format("{}: no row with {}", source_, whole_rows_ ? "all its angles" : "an angle"));
-    }
-  } while (whole_rows_ && !std::ranges::all_of(row.angle_deg, is_known) && ++unknown_ > 0);
+  if (!(resampler_ ? sample(row) : read(row))) {
+    if (rows_ > 0) return false;
+    throw InputError(fmt::format("{}: no row with an angle", source_));
+  }
   if (rows_++ == 0) first_s_ = row.t_s;
   last_s_ = row.t_s;
   return true;
@@ -192,13 +187,9 @@ std::vector<std::string> Angles::notes() const {
   say(bursts_, "row(s) have the time of the row before and are left out");
   say(lost_, "angle(s) were lost by the camera: they are written as not known");
   say(paused_, "row(s) lie in pauses of the log: their angles are written as not known");
-  say(unknown_,
-      "row(s) with an angle that is not known are left out: OpenSim reads no further than such a row");
   return out;
 }
 
-Written Angles::written(std::vector<std::string> files) const {
-  return {std::move(files), joints_, rows_, last_s_ - first_s_, 0, notes()};
-}
+Written Angles::written() const { return {joints_, rows_, last_s_ - first_s_, notes()}; }
 
 }  // namespace flexor::exports

@@ -25,11 +25,9 @@ namespace flexor::exports {
 
 // What an export has made.
 struct Written {
-  std::vector<std::string> files;
   std::vector<std::string> joints;
   std::uint64_t rows = 0;
-  double seconds = 0;              // from the first row to the last; of several recordings their sum
-  double rate_hz = 0;              // of evenly sampled ones
+  double seconds = 0;              // from the first row to the last
   std::vector<std::string> notes;  // what was assumed or left out
 };
 
@@ -41,7 +39,6 @@ struct AngleOptions {
   // Of joints by name: angles at the open hand and at the fist. Where there are any, angles become flexion, 0 at the open
   // hand and growing towards the fist.
   std::map<std::string, std::pair<double, double>> ends_deg = {};
-  bool whole_rows = false;  // a row with an angle that is not known is left out
 };
 
 struct AngleRow {
@@ -64,7 +61,7 @@ class Angles {
   std::uint64_t rows() const { return rows_; }  // so far
   std::vector<std::string> notes() const;
   // Of the rows so far.
-  Written written(std::vector<std::string> files) const;
+  Written written() const;
 
  private:
   struct Joint {
@@ -90,7 +87,6 @@ class Angles {
   std::vector<Joint> places_;
   std::vector<std::string> notes_;
   double period_s_;  // 0: rows as they are
-  bool whole_rows_;
   std::optional<recording::Resampler> resampler_;
   std::deque<AngleRow> ready_;
   double grid_s_ = 0;         // its first point
@@ -102,7 +98,6 @@ class Angles {
   std::size_t bursts_ = 0;
   std::size_t lost_ = 0;
   std::size_t paused_ = 0;
-  std::size_t unknown_ = 0;
 };
 
 }  // namespace flexor::exports

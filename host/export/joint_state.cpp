@@ -108,7 +108,7 @@ Written write_joint_states(const std::filesystem::path& recording, const AngleOp
   for (; more; more = angles.next(row)) states.add(row.t_s, row.angle_deg);
   states.writer().close();
   output.commit();
-  return angles.written({out.string()});
+  return angles.written();
 }
 
 JointStateFile::JointStateFile(const std::filesystem::path& path, const std::vector<std::string>& joints)

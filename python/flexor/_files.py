@@ -1,0 +1,55 @@
+"""What the modules of this folder share: reading tables of `flexor`, files written whole, errors in one line."""
+import argparse
+import importlib.metadata
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pandas as pd
+
+
+def version() -> str:
+    """The installed package's; without one it runs from a source tree."""
+    try:
+        return importlib.metadata.version("flexor")
+    except importlib.metadata.PackageNotFoundError:
+        return "from source"
+
+
+def read_table(path) -> pd.DataFrame:
+    """A CSV as `flexor` writes it, its index `t_s` in seconds. Raises ValueError without such a column or without rows."""
+    try:
+        frame = pd.read_csv(path, skipinitialspace=True)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: is no CSV: {error}") from error
+    if "t_s" not in frame or frame.empty:
+        raise ValueError(f"{path}: rows with a column t_s, in seconds, are needed")
+    return frame.set_index("t_s")
+
+
+@contextmanager
+def replacing(path) -> Iterator[Path]:
+    """A file to write beside `path`, which then takes its place; after an error `path` is as it was."""
+    path = Path(path)
+    handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    os.close(handle)
+    try:
+        yield Path(beside)
+        os.chmod(beside, 0o644)
+        os.replace(beside, path)
+    except BaseException:
+        Path(beside).unlink()
+        raise
+
+
+def run(parser: argparse.ArgumentParser, job: Callable[[argparse.Namespace], None]) -> None:
+    """Ends with 2 and one line for what the user can mend."""
+    options = parser.parse_args()
+    try:
+        job(options)
+    except (ValueError, OSError) as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        raise SystemExit(2) from error

@@ -3,7 +3,6 @@ import argparse
 import importlib.metadata
 import os
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,15 +33,12 @@ def read_table(path) -> pd.DataFrame:
 def replacing(path) -> Iterator[Path]:
     """A file to write beside `path`, which then takes its place; after an error `path` is as it was."""
     path = Path(path)
-    handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    os.close(handle)
+    beside = path.with_name(f".{path.name}.{os.getpid()}")  # opened as any file is: who may read it is the user's umask
     try:
-        yield Path(beside)
-        os.chmod(beside, 0o644)
-        os.replace(beside, path)
-    except BaseException:
-        Path(beside).unlink()
-        raise
+        yield beside
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def run(parser: argparse.ArgumentParser, job: Callable[[argparse.Namespace], None]) -> None:

@@ -11,9 +11,9 @@ or not at all. Raises ValueError, one line.
 """
 import argparse
 import json
+import os
 import re
 import shutil
-import tempfile
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -137,25 +137,26 @@ def bids(folder, frames, *, subject: str = "01", task: str = "motion", first_run
     stem = f"sub-{subject}_task-{task}_tracksys-glove"
     count_runs = first_run is not None or len(frames) > 1
     stems = [stem + (f"_run-{(first_run or 1) + i}" if count_runs else "") for i in range(len(frames))]
-    files = [folder / f"sub-{subject}" / "motion" / (name + end) for name in stems for end in ("_motion.tsv", "_motion.json", "_channels.tsv")]
+    motion = folder / f"sub-{subject}" / "motion"
+    files = [motion / (name + end) for name in stems for end in ("_motion.tsv", "_motion.json", "_channels.tsv")]
     adds = _is_dataset(folder)
     if there := [file for file in files if file.exists()]:
         raise ValueError(f"{there[0]}: is there already: choose another subject, task or run")
-    staging = Path(tempfile.mkdtemp(prefix=".flexor-export-", dir=folder.absolute().parent))
+    staging = folder.absolute().parent / f".flexor-export-{os.getpid()}"
+    staging.mkdir()
     try:
-        motion = staging / files[0].relative_to(folder).parent
-        motion.mkdir(parents=True)
-        made = [_write_run(frame, motion / name, task, rate_hz, names, model) for frame, name in zip(frames, stems, strict=True)]
+        made_in = staging / motion.relative_to(folder)
+        made_in.mkdir(parents=True)
+        made = [_write_run(frame, made_in / name, task, rate_hz, names, model) for frame, name in zip(frames, stems, strict=True)]
         if any(joints != made[0] for joints in made):
             raise ValueError("the recordings have different joints: export each with a task of its own")
         _add_participant(folder / "participants.tsv", staging / "participants.tsv", f"sub-{subject}")
         if adds:
-            files[0].parent.mkdir(parents=True, exist_ok=True)
-            _move([motion / file.name for file in files], files)
+            motion.mkdir(parents=True, exist_ok=True)
+            _move([made_in / file.name for file in files], files)
             (staging / "participants.tsv").rename(folder / "participants.tsv")
         else:
             _write_description(staging)
-            staging.chmod(0o755)
             staging.rename(folder)
     finally:
         shutil.rmtree(staging, ignore_errors=True)
@@ -193,7 +194,8 @@ def _write_run(frame: pd.DataFrame, stem: Path, task: str, rate_hz: float | None
     latency = [f"{t_s:.6f}" for t_s in angles.index - angles.index[0]]
     angles.assign(latency=latency).to_csv(f"{stem}_motion.tsv", sep="\t", na_rep="n/a", header=False, index=False)
     channels = "".join(f"{joint}\tn/a\tJNTANG\t{joint}\tdeg\n" for joint in angles)
-    Path(f"{stem}_channels.tsv").write_text(f"name\tcomponent\ttype\ttracked_point\tunits\n{channels}latency\tn/a\tLATENCY\tn/a\ts\n", "utf-8")
+    header, latency = "name\tcomponent\ttype\ttracked_point\tunits\n", "latency\tn/a\tLATENCY\tn/a\ts\n"
+    Path(f"{stem}_channels.tsv").write_text(header + channels + latency, "utf-8")
     count = len(angles.columns)
     sidecar = {"TaskName": task, "TaskDescription": "Motion of the fingers of one hand", "SamplingFrequency": rate,
                "TrackingSystemName": "glove", "TrackedPointsCount": count, "MotionChannelCount": count + 1,

@@ -160,13 +160,14 @@ def of_two_rates(rows: int, first_s: float, second_s: float) -> pd.DataFrame:
 
 def test_uneven_recordings_need_a_rate(tmp_path):
     uneven = small("t_s,a_deg 0,1 .01,2 .04,3 .05,4 .06,5")
-    for frame, what in ((uneven, "steps of 0.01 to 0.03 s"), (of_two_rates(6000, 0.0112, 0.0088), "3.6 s from its place.*such as 100"),
-                        (small("t_s,a_deg 0,1"), "one row")):
+    drifting = of_two_rates(6000, 0.0112, 0.0088)
+    for frame, what in ((uneven, "steps of 0.01 to 0.03 s"), (drifting, "3.6 s from its place.*such as 100"), (small("t_s,a_deg 0,1"), "one row")):
         with pytest.raises(ValueError, match=what):
             export.bids(tmp_path / "set", frame)
     assert files_in(tmp_path) == 0
     export.bids(tmp_path / "set", uneven, rate_hz=50)
-    assert (tmp_path / "set" / STEM.format("01", "_motion.tsv")).read_text() == "1.0\t0.000000\n2.0\t0.020000\n3.0\t0.040000\n4.5\t0.060000\n"
+    text = (tmp_path / "set" / STEM.format("01", "_motion.tsv")).read_text()
+    assert text == "1.0\t0.000000\n2.0\t0.020000\n3.0\t0.040000\n4.5\t0.060000\n"
     milliseconds = small("t_s,a_deg 0,1 .017,2 .033,3 .05,4 .067,5 .083,6 .1,7")
     export.bids(tmp_path / "set", [milliseconds, of_two_rates(6, 0.0105, 0.0095)], subject="02")
     lines = (tmp_path / "set" / STEM.format("02", "_run-2_motion.tsv")).read_text().split("\n")
@@ -211,7 +212,7 @@ def test_the_validator_takes_a_dataset(tmp_path):
 
 def test_samples_of_the_live_socket_are_read():
     state = json.dumps({"fingers": [{"name": "index"}, {"name": "middle"}]})
-    samples = struct.pack("<BBH", 1, 2, 2) + b"".join(struct.pack("<d4f", t_s, 500, 501, *angles) for t_s, angles in ((0, (1, 2)), (1, (3, 4))))
+    samples = struct.pack("<BBH", 1, 2, 2) + struct.pack("<d4f", 0, 500, 501, 1, 2) + struct.pack("<d4f", 1, 500, 501, 3, 4)
     other = struct.pack("<BBH", 2, 1, 0)
     found = list(export.live_samples([samples, state, other, samples]))
     assert found == [(["index", "middle"], [1, 2]), (["index", "middle"], [3, 4])]
@@ -242,8 +243,9 @@ def test_the_command_says_what_is_wrong_in_one_line(tmp_path):
     (tmp_path / "a.csv").write_text("t_s,index_deg,index_status\n0,1,0\n0.1,2,0\n0.2,3,0\n")
 
     def command(*arguments: str) -> tuple[int, str]:
+        path = str(Path(export.__file__).parents[1])
         done = subprocess.run([sys.executable, "-m", "flexor.export", *arguments], cwd=tmp_path, capture_output=True, text=True, check=False,
-                              env={**os.environ, "PYTHONPATH": str(Path(export.__file__).parents[1])})
+                              env={**os.environ, "PYTHONPATH": path})
         return done.returncode, done.stdout + done.stderr
 
     assert command("a.csv", "--to", "mot", "--out", "a.mot") == (0, "a.mot: 3 of 3 rows\n")
@@ -251,4 +253,5 @@ def test_the_command_says_what_is_wrong_in_one_line(tmp_path):
     assert command("a.csv", "--to", "mot") == (2, "flexor.export: --out is needed\n")
     assert command("a.csv", "a.csv", "--to", "mat", "--out", "a.mat")[1].startswith("flexor.export: --to mat takes one")
     (tmp_path / "no.csv").write_text("time,index_deg\n0,1\n")
-    assert command("no.csv", "--to", "mat", "--out", "a.mat") == (2, "flexor.export: no.csv: rows with a column t_s, in seconds, are needed\n")
+    status, text = command("no.csv", "--to", "mat", "--out", "a.mat")
+    assert (status, text) == (2, "flexor.export: no.csv: rows with a column t_s, in seconds, are needed\n")

@@ -18,7 +18,7 @@ struct Options {
   std::string file;
   std::string to;
   std::string out;
-  exports::AngleOptions angles;
+  exports::RecordedOptions recorded;
   std::string model;
   std::string start;
   bool json = false;
@@ -44,8 +44,7 @@ std::string format_fault(const std::string& to) {
 // An option that does nothing would be taken for one that does.
 void require_of_format(const CLI::App& command, const std::string& to) {
   if (to == "mcap") return;
-  for (const char* option : {"--start", "--columns", "--names", "--rate", "--time-unit", "--time-column",
-                             "--log-rate", "--model"}) {
+  for (const char* option : {"--start", "--names", "--time-unit", "--time-column", "--log-rate", "--model"}) {
     if (command.get_option(option)->count() > 0)
       throw io::InputError(fmt::format("{} is for --to mcap alone: leave it out", option));
   }
@@ -85,8 +84,9 @@ void write_function(const Options& o) {
 
 void run(Options& o) {
   if (o.to != "mcap") return write_function(o);
-  o.angles.ends_deg = ends_deg(o.model);
-  const exports::Written done = exports::write_joint_states(o.file, o.angles, start_s(o.start), o.out);
+  o.recorded.ends_deg = ends_deg(o.model);
+  o.recorded.start_s = start_s(o.start);
+  const exports::Written done = exports::write_joint_states(o.file, o.recorded, o.out);
   for (const std::string& note : done.notes) log_note(note);
   if (o.json) {
     return print(io::dump({{"files", {o.out}},
@@ -130,22 +130,13 @@ void add_export(CLI::App& app) {
       ->required();
   command->add_option("--to", o->to, "mcap, matlab or cpp")->required()->check(format_fault);
   command->add_option("--out", o->out, "the file")->required();
-  command
-      ->add_option("--columns", o->angles.columns,
-                   "columns with angles (default: all called NAME_deg or NAME_rad)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command->add_option("--names", o->angles.names, "call joints otherwise: OLD=NEW, separated by commas")
+  command->add_option("--names", o->recorded.names, "call joints otherwise: OLD=NEW, separated by commas")
       ->delimiter(',')
       ->allow_extra_args(false);
   command->add_option("--model", o->model,
                       "the model that the angles are of: written as flexion, 0 at the open hand and growing "
                       "towards the fist");
-  command
-      ->add_option("--rate", o->angles.rate_hz,
-                   "put the rows onto an even grid of so many a second (default: as they are)")
-      ->check(CLI::Range(0.01, 10000.0));
-  add_time_options(*command, o->angles.time);
+  add_time_options(*command, o->recorded.time);
   command->add_option(
       "--start", o->start,
       "mcap: time of the first row, such as 2026-05-01T12:03:11Z (default: as the recording has it where its "

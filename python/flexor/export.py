@@ -153,7 +153,8 @@ def bids(folder, frames, *, subject: str = "01", task: str = "motion", first_run
         _add_participant(folder / "participants.tsv", staging / "participants.tsv", f"sub-{subject}")
         if adds:
             motion.mkdir(parents=True, exist_ok=True)
-            _move([made_in / file.name for file in files], files)
+            for file in files:
+                (made_in / file.name).rename(file)
             (staging / "participants.tsv").rename(folder / "participants.tsv")
         else:
             _write_description(staging)
@@ -161,19 +162,6 @@ def bids(folder, frames, *, subject: str = "01", task: str = "motion", first_run
     finally:
         shutil.rmtree(staging, ignore_errors=True)
     return files
-
-
-def _move(here: list[Path], there: list[Path]) -> None:
-    """All or none."""
-    moved = []
-    try:
-        for source, target in zip(here, there, strict=True):
-            source.rename(target)
-            moved.append(target)
-    except OSError:
-        for target in moved:
-            target.unlink()
-        raise
 
 
 def _is_dataset(folder: Path) -> bool:

@@ -188,7 +188,6 @@ constexpr Command kCommands[] = {
     {add_score, "Logs", "flexor score camera.csv angles.csv"},
     {add_align, "Logs", "flexor align --sensor glove.csv --reference camera.csv --out aligned.csv"},
     {add_recalibrate, "Logs", "flexor recalibrate hand.json --recording tomorrow.csv --out tomorrow.json"},
-    {add_donning, "Logs", "flexor donning monday.csv tuesday.csv wednesday.csv"},
     {add_track, "Logs", "flexor track hand.mp4 --joints joints.json --out angles.csv"},
     {add_camera, "Logs", "flexor camera calibrate board1.png board2.png --out lens.json"},
     {add_posture, "Logs", "flexor posture complete models/posture.json angles.csv --out hand.csv"},
@@ -250,6 +249,7 @@ std::size_t distance(std::string_view a, std::string_view b) {
 
 // Commands that Python has taken over.
 constexpr std::pair<const char*, const char*> kMoved[] = {
+    {"donning", "python -m flexor.donning FILE... --out prior.json"},
     {"posture learn", "python -m flexor.posture_learning FILE... --out posture.json"},
 };
 

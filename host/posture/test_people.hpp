@@ -14,6 +14,8 @@ struct Recorded {
   std::vector<double> t_s;
 };
 
+inline constexpr std::array<Coupling, 4> kCouplings = {{{6, 5}, {10, 9}, {14, 13}, {18, 17}}};
+
 inline double coupled_deg(double pip_deg) { return pip_deg * pip_deg / -150; }
 
 constexpr int kRows = 30;  // of a trial

@@ -454,12 +454,12 @@ TEST_F(Cli, ExportRefusesInOneLineWhatItCannotWrite) {
   expect_refused(a + "--to mcap", 2, "--out is required");
   expect_refused(a + "--to mcap --out '" + path("a.csv") + "'", 2, "it is an input of this command");
   expect_refused(a + "--to mcap --out '" + path("no/out") + "'", 2, "there is no folder");
-  expect_refused(a + "--to mot --start 2026-05-01T12:03:11Z" + out, 2, "--start is for --to mcap alone");
-  expect_refused(a + "--to mcap --subject 2" + out, 2, "--subject is for --to bids alone");
+  expect_refused(a + "--to matlab --start 2026-05-01T12:03:11Z" + out, 2, "--start is for --to mcap alone");
+  for (const std::string to : {"bids", "mot"})
+    expect_refused(a + "--to " + to + out, 2, "python -m flexor.export FILE --to " + to);
   expect_refused(a + "--to mcap --start yesterday" + out, 2, "--start yesterday");
   expect_refused(a + "--to mcap --start 5/6/2026" + out, 2, "--start 5/6/2026");
-  expect_refused(a + "--to mcap --rate 0" + out, 2, "--rate");
-  expect_refused(a + "'" + path("a.csv") + "' --to mot" + out, 2, "takes one recording, 2 are given");
+  expect_refused(a + "'" + path("a.csv") + "' --to mcap" + out, 2, "not expected");
 }
 
 TEST_F(Cli, ExportTakesARecordingFromStandardInputAndWritesIntoAPipe) {

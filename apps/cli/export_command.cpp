@@ -5,9 +5,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "host/deploy/compensator_text.hpp"
-#include "host/export/bids.hpp"
 #include "host/export/joint_state.hpp"
-#include "host/export/mot.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/model/matlab.hpp"
@@ -17,17 +15,14 @@ namespace flexor::cli {
 namespace export_command {
 
 struct Options {
-  std::vector<std::string> files;
+  std::string file;
   std::string to;
   std::string out;
-  exports::AngleOptions angles;
+  exports::RecordedOptions recorded;
   std::string model;
   std::string start;
-  exports::BidsOptions bids;
   bool json = false;
 };
-
-constexpr const char* kRecorded = "mcap, mot and bids";
 
 std::optional<double> start_s(const std::string& text) {
   if (text.empty()) return std::nullopt;
@@ -38,25 +33,20 @@ std::optional<double> start_s(const std::string& text) {
   return time->value;
 }
 
-exports::Written write(const Options& o) {
-  if (o.to == "bids") return exports::write_bids({o.files.begin(), o.files.end()}, o.angles, o.bids, o.out);
-  if (o.to == "mot") return exports::write_mot(o.files.front(), o.angles, o.out);
-  return exports::write_joint_states(o.files.front(), o.angles, start_s(o.start), o.out);
+// What Python writes is named with its command.
+std::string format_fault(const std::string& to) {
+  if (to == "mcap" || to == "matlab" || to == "cpp") return "";
+  if (to == "bids" || to == "mot" || to == "mat" || to == "lsl")
+    return fmt::format("{0}: is written by Python: python -m flexor.export FILE --to {0} --out OUT", to);
+  return to + ": mcap, matlab or cpp is needed";
 }
-
-bool is_of_model(const std::string& to) { return to == "matlab" || to == "cpp"; }
 
 // An option that does nothing would be taken for one that does.
 void require_of_format(const CLI::App& command, const std::string& to) {
-  const std::vector<std::pair<const char*, const char*>> all = {
-      {"--start", "mcap"},       {"--subject", "bids"},      {"--task", "bids"},
-      {"--run", "bids"},         {"--columns", kRecorded},   {"--names", kRecorded},
-      {"--rate", kRecorded},     {"--time-unit", kRecorded}, {"--time-column", kRecorded},
-      {"--log-rate", kRecorded}, {"--model", kRecorded}};
-  for (const auto& [option, format] : all) {
-    const bool fits = format == std::string(kRecorded) ? !is_of_model(to) : to == format;
-    if (command.get_option(option)->count() > 0 && !fits)
-      throw io::InputError(fmt::format("{} is for --to {} alone: leave it out", option, format));
+  if (to == "mcap") return;
+  for (const char* option : {"--start", "--names", "--time-unit", "--time-column", "--log-rate", "--model"}) {
+    if (command.get_option(option)->count() > 0)
+      throw io::InputError(fmt::format("{} is for --to mcap alone: leave it out", option));
   }
 }
 
@@ -66,7 +56,7 @@ void write_function(const Options& o) {
   if (out.extension() != (matlab ? ".m" : ".hpp"))
     throw io::InputError(fmt::format("--out {}: a file of {} ends in {}", o.out, matlab ? "MATLAB" : "C++",
                                      matlab ? ".m" : ".hpp"));
-  const model::Model model = model::load(o.files.front());
+  const model::Model model = model::load(o.file);
   const std::string name = out.stem().string();
   std::string text;
   try {
@@ -93,40 +83,21 @@ void write_function(const Options& o) {
 }
 
 void run(Options& o) {
-  if (o.files.size() > 1 && o.to != "bids")
-    throw io::InputError(fmt::format("--to {} takes one {}, {} are given: export them one by one", o.to,
-                                     is_of_model(o.to) ? "model" : "recording", o.files.size()));
-  if (is_of_model(o.to)) return write_function(o);
-  o.angles.ends_deg = ends_deg(o.model);
-  const exports::Written done = write(o);
+  if (o.to != "mcap") return write_function(o);
+  o.recorded.ends_deg = ends_deg(o.model);
+  o.recorded.start_s = start_s(o.start);
+  const exports::Written done = exports::write_joint_states(o.file, o.recorded, o.out);
   for (const std::string& note : done.notes) log_note(note);
   if (o.json) {
-    nlohmann::ordered_json rate = nullptr;
-    if (done.rate_hz > 0) rate = done.rate_hz;
-    return print(io::dump({{"files", done.files},
+    return print(io::dump({{"files", {o.out}},
                            {"joints", done.joints},
                            {"rows", done.rows},
                            {"seconds", done.seconds},
-                           {"rate_hz", rate},
                            {"warnings", done.notes},
                            {"version", FLEXOR_VERSION}}));
   }
   print(fmt::format("{}: {} rows, {:.1f} s, {} joint(s): {}\n", o.out, done.rows, done.seconds,
                     done.joints.size(), fmt::join(done.joints, ", ")));
-}
-
-void add_format_options(CLI::App& command, Options& o) {
-  command.add_option(
-      "--start", o.start,
-      "mcap: time of the first row, such as 2026-05-01T12:03:11Z (default: as the recording has it where its "
-      "times are dates, else now)");
-  command.add_option("--subject", o.bids.subject, "bids: label of the subject, letters and digits")
-      ->capture_default_str();
-  command.add_option("--task", o.bids.task, "bids: label of the task")->capture_default_str();
-  command
-      .add_option("--run", o.bids.run,
-                  "bids: number of the first recording (default: 1 where there are several)")
-      ->check(CLI::Range(1, 9999));
 }
 
 }  // namespace export_command
@@ -145,44 +116,31 @@ std::map<std::string, std::pair<double, double>> ends_deg(const std::string& fil
 void add_export(CLI::App& app) {
   using namespace export_command;
   auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "export",
-      "Recorded angles for other programs (ROS 2 and Foxglove, OpenSim, BIDS); a model for MATLAB and C++");
+  CLI::App* command =
+      app.add_subcommand("export", "Recorded angles for ROS 2 and Foxglove; a model for MATLAB and C++");
   command->footer(
       "mcap  one file with ROS 2 messages, sensor_msgs/msg/JointState in radians: ROS 2, Foxglove, Rerun\n"
-      "mot   an OpenSim motion, degrees\n"
-      "bids  a dataset folder, degrees, evenly sampled; into one that is there a subject, task or run is "
-      "added\n"
       "matlab  a model document as a function of MATLAB and GNU Octave, called like its file\n"
       "cpp   a model document as one header of C++14 in fixed point, for firmware of your own\n"
       "Angles are the columns NAME_deg and NAME_rad, as `flexor apply` and `flexor track` write them; the "
-      "joint is NAME.");
+      "joint is NAME. BIDS, OpenSim, .mat and LSL: python -m flexor.export");
   command
-      ->add_option(
-          "recordings", o->files,
-          "CSV with angles, one or, for bids, more; - is standard input; for matlab and cpp a model document")
+      ->add_option("recording", o->file,
+                   "CSV with angles, - is standard input; for matlab and cpp a model document")
       ->required();
-  command->add_option("--to", o->to, "mcap, mot, bids, matlab or cpp")
-      ->required()
-      ->check(CLI::IsMember({"mcap", "mot", "bids", "matlab", "cpp"}));
-  command->add_option("--out", o->out, "file, or folder of the dataset")->required();
-  command
-      ->add_option("--columns", o->angles.columns,
-                   "columns with angles (default: all called NAME_deg or NAME_rad)")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command->add_option("--names", o->angles.names, "call joints otherwise: OLD=NEW, separated by commas")
+  command->add_option("--to", o->to, "mcap, matlab or cpp")->required()->check(format_fault);
+  command->add_option("--out", o->out, "the file")->required();
+  command->add_option("--names", o->recorded.names, "call joints otherwise: OLD=NEW, separated by commas")
       ->delimiter(',')
       ->allow_extra_args(false);
   command->add_option("--model", o->model,
                       "the model that the angles are of: written as flexion, 0 at the open hand and growing "
                       "towards the fist");
-  command
-      ->add_option("--rate", o->angles.rate_hz,
-                   "put the rows onto an even grid of so many a second (default: as they are)")
-      ->check(CLI::Range(0.01, 10000.0));
-  add_time_options(*command, o->angles.time);
-  add_format_options(*command, *o);
+  add_time_options(*command, o->recorded.time);
+  command->add_option(
+      "--start", o->start,
+      "mcap: time of the first row, such as 2026-05-01T12:03:11Z (default: as the recording has it where its "
+      "times are dates, else now)");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o, command] {
     require_of_format(*command, o->to);

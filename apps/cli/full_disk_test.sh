@@ -158,8 +158,6 @@ FREE="0 1" folder "$flexor" identify --sensor "$glove" --reference "$in/video.mp
 printf 't_s,a_deg,b_deg\n' >"$in/angles.csv"
 for k in {100..999}; do echo "$k.5,1.25,$k.125" >>"$in/angles.csv"; done
 file a.mcap "$flexor" export "$in/angles.csv" --to mcap --start 2026-05-01T12:00:00Z --out "$disk/a.mcap"
-file a.mot "$flexor" export "$in/angles.csv" --to mot --out "$disk/a.mot"
-folder "$flexor" export "$in/angles.csv" --to bids --out "$disk/new"
 
 track=("$flexor" track "$in/video.mp4" --joints "$in/joints.json")
 file a.csv "${track[@]}" --out "$disk/a.csv"
@@ -203,7 +201,7 @@ for json in "" --json; do
   stdout "$target" "$flexor" twin $json
   stdout "$target" "$flexor" show "$hw" $json
   stdout "$target" "$flexor" score "$in/a.csv" "$in/a.csv" $json
-  stdout "$target" "$flexor" export "$in/a.csv" --to mot --out "$work/a.mot" $json
+  stdout "$target" "$flexor" export "$in/a.csv" --to mcap --out "$work/a.mcap" $json
   stdout "$target" "$flexor" apply "$hw" "$in/log.csv" $json
 done
 stdout /dev/full "$flexor" --help

@@ -114,8 +114,8 @@ TEST_F(Matlab, RefusesWhatMatlabCannotCall) {
   refuse("max.m", "another name, as my_max");
   refuse("while.m", "another name, as my_while");
   refuse("lti.m", "another name, as my_lti");
-  expect_refused({"export", model, model, "--to", "matlab", "--out", "a.m"}, "export them one by one");
-  expect_refused({"export", model, "--to", "matlab", "--rate", "10", "--out", "a.m"}, "leave it out");
+  expect_refused({"export", model, model, "--to", "matlab", "--out", "a.m"}, "not expected");
+  expect_refused({"export", model, "--to", "matlab", "--names", "a=b", "--out", "a.m"}, "leave it out");
 }
 
 }  // namespace matlab_test

@@ -8,64 +8,9 @@
 #include "host/io/json.hpp"
 #include "host/io/output.hpp"
 #include "host/posture/complete_file.hpp"
-#include "host/posture/learn.hpp"
 
 namespace flexor::cli {
 namespace posture_command {
-
-struct LearnOptions {
-  std::vector<std::string> files;
-  std::uint64_t seed = 1;
-  std::string out;
-  bool json = false;
-};
-
-nlohmann::ordered_json json_of(const posture::Posture& learnt) {
-  nlohmann::ordered_json people = nlohmann::ordered_json::array();
-  for (const posture::Person& person : learnt.people) {
-    people.push_back({{"source", io::to_utf8(person.source)},
-                      {"digest", person.digest},
-                      {"rows", person.rows},
-                      {"seconds", person.seconds()},
-                      {"cells", person.book.seconds.size()}});
-  }
-  nlohmann::ordered_json curves = nlohmann::ordered_json::object();
-  for (const posture::CoupledCurve& curve : learnt.curves) {
-    curves[std::string(posture::joint_name(curve.coupling.joint))] = curve.sd_deg;
-  }
-  return {{"people", people},
-          {"coupled_error_deg", curves},
-          {"seed", learnt.seed},
-          {"version", FLEXOR_VERSION},
-          {"warnings", nlohmann::ordered_json::array()}};
-}
-
-void run_learn(const LearnOptions& o) {
-  io::require_writable(o.out);
-  posture::Posture learnt;
-  {
-    ProgressLine progress;
-    std::vector<posture::Recorded> people;
-    for (const std::string& file : o.files) {
-      progress.step("reading file", people.size(), o.files.size());
-      people.push_back(posture::read_recorded(file));
-    }
-    learnt = posture::learn(people, o.seed, std::bind_front(&ProgressLine::step, &progress));
-  }
-  io::write_file(o.out, posture::to_json(learnt));
-  if (o.json) return print(io::dump(json_of(learnt)));
-  print("person                 rows  seconds  cells\n");
-  for (const posture::Person& person : learnt.people) {
-    print(fmt::format("{:20} {:6} {:8.1f} {:6}\n", person.source, person.rows, person.seconds(),
-                      person.book.seconds.size()));
-  }
-  for (const posture::CoupledCurve& curve : learnt.curves) {
-    print(fmt::format("{:12} follows {:12} within {:.2f} deg, standard error on people left out\n",
-                      posture::joint_name(curve.coupling.joint), posture::joint_name(curve.coupling.follows),
-                      curve.sd_deg));
-  }
-  print(fmt::format("written {}\n", o.out));
-}
 
 struct CompleteOptions {
   std::string posture;
@@ -164,17 +109,6 @@ void run_complete(CompleteOptions& o) {
                     c.mean_se_deg.mean(), o.out));
 }
 
-void add_learn(CLI::App& posture) {
-  const auto [o, command] = add_command(
-      posture, "learn", "Learn from recordings of all 23 joints, a file for each person", run_learn);
-  command->add_option("files", o->files, "CSV: t_s and NAME_deg of all 23 joints, three people or more")
-      ->required();
-  command->add_option("--out", o->out, "the posture document")->required();
-  command->add_option("--seed", o->seed, "of the typical hands' first choice")
-      ->check(seed_fault)
-      ->capture_default_str();
-}
-
 void add_complete(CLI::App& posture) {
   const auto [o, command] = add_command(
       posture, "complete", "All 23 joints, with standard errors, from those that are sensed", run_complete);
@@ -225,7 +159,6 @@ void add_posture(CLI::App& app) {
   using namespace posture_command;
   CLI::App* posture = app.add_subcommand("posture", "What sensed joints say of the whole hand");
   posture->require_subcommand(1);
-  add_learn(*posture);
   add_complete(*posture);
 }
 

@@ -188,7 +188,6 @@ constexpr Command kCommands[] = {
     {add_score, "Logs", "flexor score camera.csv angles.csv"},
     {add_align, "Logs", "flexor align --sensor glove.csv --reference camera.csv --out aligned.csv"},
     {add_recalibrate, "Logs", "flexor recalibrate hand.json --recording tomorrow.csv --out tomorrow.json"},
-    {add_donning, "Logs", "flexor donning monday.csv tuesday.csv wednesday.csv"},
     {add_track, "Logs", "flexor track hand.mp4 --joints joints.json --out angles.csv"},
     {add_camera, "Logs", "flexor camera calibrate board1.png board2.png --out lens.json"},
     {add_posture, "Logs", "flexor posture complete models/posture.json angles.csv --out hand.csv"},
@@ -248,7 +247,17 @@ std::size_t distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-void require_command(const CLI::App& app, const std::string& name) {
+// Commands that Python has taken over.
+constexpr std::pair<const char*, const char*> kMoved[] = {
+    {"donning", "python -m flexor.donning FILE... --out prior.json"},
+    {"posture learn", "python -m flexor.posture_learning FILE... --out posture.json"},
+};
+
+void require_command(const CLI::App& app, const std::string& name, const std::string& next) {
+  for (const auto& [moved, instead] : kMoved) {
+    if (name == moved || name + " " + next == moved)
+      throw io::InputError(fmt::format("{} is Python's now: {}", moved, instead));
+  }
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
   if (name.starts_with('-') || std::ranges::find(names, name) != names.end()) return;
@@ -299,7 +308,7 @@ int run(int argc, char** argv) {
       print(app.help());
       return argc < 2 ? kBadInput : 0;
     }
-    require_command(app, argv[1]);
+    require_command(app, argv[1], argc > 2 ? argv[2] : "");
     parse(app, argc, argv);
     return 0;
   } catch (const JobEnded& job) {

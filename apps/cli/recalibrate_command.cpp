@@ -92,7 +92,7 @@ void add_recalibrate(CLI::App& app) {
   add_time_options(*command, o->request.time);
   command->add_option(
       "--prior", o->request.prior,
-      "how donnings of this glove differ, as flexor donning writes it (default: the shipped one)");
+      "how donnings of this glove differ, as python -m flexor.donning writes it (default: the shipped one)");
   command->add_option("--out", o->out, "write the new model document here")->required();
 }
 

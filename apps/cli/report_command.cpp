@@ -33,10 +33,9 @@ void add_report(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "report", "Draw a job's report once more, from the results that it saved in its folder", run);
   command
-      ->add_option(
-          "FOLDER", o->folder,
-          "that identify --report, donning --report, experiment --out, track --report, deploy --out or "
-          "latency --out has written")
+      ->add_option("FOLDER", o->folder,
+                   "that identify --report, experiment --out, track --report, deploy --out or "
+                   "latency --out has written")
       ->required();
   command->add_flag(
       "--pdf", o->files,

@@ -10,7 +10,6 @@
 #include <random>
 #include <set>
 
-#include "host/identify/donning_sessions.hpp"
 #include "host/identify/hand.hpp"
 #include "host/identify/hand_results.hpp"
 #include "host/io/io.hpp"
@@ -352,33 +351,6 @@ TEST_F(ReportTest, OfLatencyIsDrawnFromWhatWasSaved) {
   expect_the_same_once_more();
   EXPECT_NE(read("report.html").find("1 more were lost"), std::string::npos);
   EXPECT_NE(read("latency.csv").find("total,84.0000,67.0000,101.0000"), std::string::npos);
-}
-
-TEST_F(ReportTest, OfDonningsIsDrawnFromWhatWasSaved) {
-  std::mt19937 random(1);
-  std::vector<identify::Log> logs;
-  for (const double shift : {0.0, 40.0, 20.0}) {
-    identify::Log log{fmt::format("worn <{}>", shift), {}, {{}, {}}};
-    for (int k = 0; k < 2000; ++k) {
-      log.t_s.push_back(0.05 * k);
-      const double bend = std::abs(k % 80 - 40) * 10 + static_cast<double>(random() % 5);
-      for (auto& reading : log.reading) reading.push_back(300 + shift + bend);
-    }
-    logs.push_back(std::move(log));
-  }
-  identify::save_results(identify::compare(logs, {"index", "middle"}, 1), folder_);
-  expect_the_same_once_more();
-  EXPECT_NE(read("report.html").find("worn &lt;40&gt;"), std::string::npos);
-  EXPECT_NE(read("report.html").find("+5 ("), std::string::npos) << "20 of 400 counts above the mean";
-  EXPECT_NE(page("report.html").find("\"dated\":false"), std::string::npos) << "names without a day";
-  auto json = nlohmann::ordered_json::parse(read("results.json"));
-  for (std::size_t i = 0; i < 3; ++i)
-    json["sessions"][i]["name"] = fmt::format("P6_2018-12-{}-TR", 16 + 5 * i);
-  io::write_file(folder_ / "results.json", json.dump());
-  report::render(folder_);
-  EXPECT_NE(page("report.html").find("\"dated\":true"), std::string::npos);
-  EXPECT_NE(page("report.html").find("1544896800"), std::string::npos)
-      << "2018-12-16, the first of two sensors";
 }
 
 TEST_F(ReportTest, OfADeploymentIsDrawnFromWhatWasSaved) {

@@ -8,15 +8,17 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "host/export/angles.hpp"
 #include "host/export/mcap.hpp"
 #include "host/export/sink.hpp"
 #include "host/io/growing_file.hpp"
+#include "host/recording/time.hpp"
 
 namespace flexor::exports {
 
@@ -49,10 +51,28 @@ class JointStates {
   double first_s_ = 0;
 };
 
-// A whole file, as the recording comes: "-" too. A recording with dates begins at its own, unless `start_s` is given.
-// Throws io::InputError and io::JobError.
-Written write_joint_states(const std::filesystem::path& recording, const AngleOptions& angles,
-                           std::optional<double> start_s, const std::filesystem::path& out);
+struct RecordedOptions {
+  std::vector<std::string> names;  // OLD=NEW: joints that are to be called otherwise
+  recording::TimeOptions time;     // of a time column that states none
+  // Of joints by name: angles at the open hand and at the fist. Where there are any, angles become flexion, 0 at the open
+  // hand and growing towards the fist.
+  std::map<std::string, std::pair<double, double>> ends_deg = {};
+  std::optional<double> start_s =
+      {};  // of the first row, since 1970; none: its own where times are dates, else now
+};
+
+struct Written {
+  std::vector<std::string> joints;
+  std::uint64_t rows = 0;
+  double seconds = 0;              // from the first row to the last
+  std::vector<std::string> notes;  // what was assumed or left out
+};
+
+// A whole file, as the recording comes: "-" is standard input. Its columns NAME_deg and NAME_rad, but for standard errors
+// (NAME_se_deg), are the joints NAME; where NAME_quality is 3, a camera lost the angle: NaN. A row with the time of the one
+// before is left out. Throws io::InputError, one line, and io::JobError.
+Written write_joint_states(const std::filesystem::path& recording, const RecordedOptions& options,
+                           const std::filesystem::path& out);
 
 // A file that grows while samples come.
 class JointStateFile : public Sink {

@@ -13,6 +13,7 @@
 #include <numbers>
 
 #include "host/export/test_recording.hpp"
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::exports {
 namespace {
@@ -170,16 +171,45 @@ TEST(JointStateFile, AFullDiskLeavesWholeChunks) {
 }
 
 TEST(JointStates, OfARecordingAreWrittenWholeOrNotAtAll) {
-  const TestRecording log("t_s,a_deg\n0,1\n0.5,2\n");
-  const Written done = write_joint_states(log.path(), {}, {}, log.beside("a.mcap"));
+  const TestRecording log("t_s,a_deg\n0,1\n0.5,2\n0.5,3\n");
+  const Written done = write_joint_states(log.path(), {}, log.beside("a.mcap"));
   EXPECT_EQ(done.rows, 2u);
   EXPECT_EQ(done.joints, std::vector<std::string>{"a"});
+  EXPECT_NE(done.notes.back().find("1 row(s) have the time of the row before"), std::string::npos);
   const std::string before = io::read_file(log.beside("a.mcap"));
   EXPECT_TRUE(before.starts_with("\x89MCAP0\r\n") && before.ends_with("\x89MCAP0\r\n"));
   const TestRecording bad("t_s,a_deg\n0,1\n0.5,x\n1,2\n");
-  EXPECT_THROW((void)write_joint_states(bad.path(), {}, {}, log.beside("a.mcap")), io::InputError);
+  EXPECT_THROW((void)write_joint_states(bad.path(), {}, log.beside("a.mcap")), io::InputError);
   EXPECT_EQ(io::read_file(log.beside("a.mcap")), before);
   EXPECT_EQ(log.files(), 2u);
+}
+
+// As radians: 10 of flexion from a camera's 170 at the open hand and 80 at the fist.
+TEST(JointStates, AreFlexionByTheEndsOfTheirJoints) {
+  const TestRecording log("t_s,index_deg,index_status,index_se_deg\n0,160,0,1\n");
+  RecordedOptions options;
+  options.ends_deg = {{"index", {170, 80}}};
+  options.names = {"index=finger"};
+  EXPECT_EQ(write_joint_states(log.path(), options, log.beside("a.mcap")).joints,
+            std::vector<std::string>{"finger"});
+  const double angle_rad = 10 * (std::numbers::pi / 180);
+  const std::string bytes(reinterpret_cast<const char*>(&angle_rad), sizeof angle_rad);
+  EXPECT_NE(io::read_file(log.beside("a.mcap")).find(bytes), std::string::npos);
+}
+
+TEST(JointStates, RefuseInOneLineWhatIsNoAngle) {
+  const auto refusal = [](const std::string& text, const RecordedOptions& options) {
+    const TestRecording log(text);
+    return io::refusal_of([&] { (void)write_joint_states(log.path(), options, log.beside("a.mcap")); });
+  };
+  const auto expect = [&](const std::string& text, const RecordedOptions& options, const std::string& part) {
+    EXPECT_NE(refusal(text, options).find(part), std::string::npos) << refusal(text, options);
+  };
+  expect("t_s,flex\n0,1\n1,2\n", {}, "NAME_deg or NAME_rad; there are flex");
+  expect("t_s,a_deg,a_rad\n0,1,1\n1,2,1\n", {}, "two columns are the joint a");
+  expect("t_s,a_deg\n0,1\n", {{"b=c"}, {}}, "no joint b; there are a");
+  expect("t_s,a_deg\n0,1\n", {{"a="}, {}}, "OLD=NEW");
+  expect("t_s,a_deg\n0,1\n", {{}, {}, {{"b", {0, 90}}}}, "--model has no joint a");
 }
 
 }  // namespace

@@ -40,14 +40,6 @@ Prior prior_from_json(const std::string& text, const std::string& source) {
   return out;
 }
 
-std::string to_json(const Prior& prior) {
-  nlohmann::ordered_json out = {
-      {"schema", kPriorSchema}, {"schema_version", kPriorVersion}, {"sessions", prior.sessions}};
-  for (const auto& [name, deviation] : kDeviations) out[name] = prior.*deviation;
-  out["alike"] = prior.alike;
-  return io::dump(out);
-}
-
 Prior prior_of(const model::Input& input, const Prior& general) {
   if (!input.donnings || !input.readings) return general;
   Prior out = general;

@@ -1,4 +1,4 @@
-// How donnings differ, before anything of a new one is seen. Lengths are shares of a sensor's span: from the reading that
+// How donnings differ, before anything of a new one is seen; python/flexor/donning.py writes it. Lengths are shares of a sensor's span: from the reading that
 // 2 % of its samples do not exceed to that of 98 %.
 //
 // {"schema": "flexor-donning-prior", "schema_version": 1, "sessions", "shift_sd", "log_gain_sd", "motion_sd", "reach_sd",
@@ -30,7 +30,6 @@ Prior shipped_prior();
 
 // Throws io::InputError naming `source` and place.
 Prior prior_from_json(const std::string& text, const std::string& source);
-std::string to_json(const Prior& prior);
 
 // Of one sensor: what the model's own recordings say, weighed against `general`, which counts as kGeneralWeight.
 Prior prior_of(const model::Input& input, const Prior& general);

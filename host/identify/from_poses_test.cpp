@@ -6,6 +6,7 @@
 #include <random>
 
 #include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/fixed_error.hpp"

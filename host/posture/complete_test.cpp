@@ -1,5 +1,6 @@
 #include "host/posture/complete.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -14,9 +15,10 @@ namespace flexor::posture {
 namespace {
 
 using Eigen::Index;
+using test::Recorded;
 
 const Posture& known() {
-  static const Posture posture = learn(test::people(5, 1), 1, [](const auto&, auto, auto) {});
+  static const Posture posture = test::posture(5, 1);
   return posture;
 }
 
@@ -39,7 +41,7 @@ TEST(Completing, ClaimsErrorsThatStrangersHave) {
   double square = 0;
   double rows = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
-    const Recorded r = test::person(900 + seed, "x", 10);
+    const Recorded r = test::person(900 + seed, 10);
     for (Index row = 5; row < r.hands_deg.rows(); row += 12, ++rows) {
       const Estimate e = stranger.complete(readings_of(r, row));
       const Hand error = (e.angle_deg - r.hands_deg.row(row).transpose().array()).abs();
@@ -59,7 +61,7 @@ TEST(Completing, ClaimsErrorsThatStrangersHave) {
 TEST(Completing, KeepsTheSensedSum) {
   Completer stranger = new_stranger();
   for (const std::uint64_t seed : {76U, 77U, 78U, 79U}) {
-    const Recorded r = test::person(seed, "x");
+    const Recorded r = test::person(seed);
     for (Index row = 0; row < r.hands_deg.rows(); row += 11) {
       const Eigen::VectorXd readings = readings_of(r, row);
       const Estimate e = stranger.complete(readings);
@@ -95,7 +97,7 @@ TEST(Completing, AJointAtItsLimitLeavesTheRestToTheOther) {
 
 TEST(Completing, LeavesOutAStuckFingerUntilItMoves) {
   Completer stranger = new_stranger();
-  const Recorded r = test::person(85, "x");
+  const Recorded r = test::person(85);
   const double rest_deg = readings_of(r, 0)[2];
   double stuck = 0;
   double told = 0;
@@ -123,7 +125,7 @@ TEST(Completing, LeavesOutAStuckFingerUntilItMoves) {
 
 TEST(Completing, LearnsThePersonFromARestingPose) {
   Completer stranger = new_stranger();
-  const Recorded r = test::person(78, "x");
+  const Recorded r = test::person(78);
   Completer shown(known(), bends(), true);
   for (Index row = 0; row < 5; ++row) shown.show(r.hands_deg.row(row).transpose(), 0.1);
   double before = 0;
@@ -139,7 +141,7 @@ TEST(Completing, LearnsThePersonFromARestingPose) {
 
 TEST(Completing, TellsALostFingerFromTheOthers) {
   Completer stranger = new_stranger();
-  const Recorded r = test::person(79, "x");
+  const Recorded r = test::person(79);
   Eigen::VectorXd readings = readings_of(r, 20);
   const Estimate whole = stranger.complete(readings);
   readings[2] = std::nan("");
@@ -155,7 +157,7 @@ TEST(Completing, TellsALostFingerFromTheOthers) {
 
 TEST(Completing, LeavesOutWhatCannotBe) {
   Completer stranger = new_stranger();
-  const Recorded r = test::person(80, "x");
+  const Recorded r = test::person(80);
   Eigen::VectorXd readings = readings_of(r, 20);
   const Estimate sound = stranger.complete(readings);
   for (const double wrong_deg : {-1000.0, 500.0}) {
@@ -170,7 +172,7 @@ TEST(Completing, LeavesOutWhatCannotBe) {
 }
 
 TEST(Completing, WeighsANoisyFingerAgainstItsNeighbours) {
-  const Recorded r = test::person(81, "x");
+  const Recorded r = test::person(81);
   Completer completer(known(), bends(), false);
   std::mt19937_64 random(5);
   std::normal_distribution<double> noise(0, 40);
@@ -235,7 +237,7 @@ std::vector<double> cells_of(const std::string& line) {
 }
 
 TEST(CompletingTables, KnowsOnlyThePast) {
-  const Recorded r = test::person(82, "x");
+  const Recorded r = test::person(82);
   const auto whole = lines_of(table_of(r, 90, "hole"), kFive);
   const auto part = lines_of(table_of(r, 50, "hole"), kFive);
   ASSERT_EQ(whole.size(), 91U);
@@ -246,7 +248,7 @@ TEST(CompletingTables, KnowsOnlyThePast) {
 }
 
 TEST(CompletingTables, TakesABendFromItsColumnOrItsJoints) {
-  const Recorded r = test::person(83, "x");
+  const Recorded r = test::person(83);
   std::string text = "t_s,index_deg\n";
   for (Index row = 0; row < 40; ++row) {
     text += fmt::format(
@@ -261,7 +263,7 @@ TEST(CompletingTables, TakesABendFromItsColumnOrItsJoints) {
 
 // The first rows of a slow table: what comes later does not show the person.
 TEST(CompletingTables, ARestEndsInASlowTableToo) {
-  Recorded r = test::person(86, "x");
+  Recorded r = test::person(86);
   for (std::size_t i = 0; i < r.t_s.size(); ++i) r.t_s[i] = static_cast<double>(i);
   const CompleteOptions options = {{"index_mcp_deg", "index_pip_deg"}, {}, 2};
   const auto before = lines_of(table_of(r, 60), options);
@@ -276,7 +278,7 @@ TEST(CompletingTables, ARestEndsInASlowTableToo) {
 // The middle finger is shown at rest alone; what it did wrong in one row moves it no more than the row less does.
 TEST(CompletingTables, OneWrongAngleAtRestMovesNothing) {
   const auto shown = [](double first_s, double wrong_deg) {
-    Recorded r = test::person(5, "x", 2);
+    Recorded r = test::person(5, 2);
     for (std::size_t i = 0; i < r.t_s.size(); ++i) r.t_s[i] = 0.1 * static_cast<double>(i);
     r.t_s[0] = first_s;
     if (wrong_deg != 0) r.hands_deg(5, 9) = wrong_deg;
@@ -288,7 +290,7 @@ TEST(CompletingTables, OneWrongAngleAtRestMovesNothing) {
 }
 
 TEST(CompletingTables, FlexionMayBePositiveInBothTables) {
-  const Recorded r = test::person(87, "x");
+  const Recorded r = test::person(87);
   CompleteOptions options = {{"index", "middle_mcp", "wrist_yaw"}, {"index=index_mcp+index_pip"}, 0.5};
   const auto negative = lines_of(table_of(r, 60), options);
   Recorded turned = r;
@@ -323,7 +325,7 @@ TEST(CompletingTables, AnglesBecomeFlexionByTheEndsOfTheirJoints) {
 }
 
 TEST(CompletingTables, ATableOfTheOtherSignIsNoticed) {
-  Recorded r = test::person(88, "x");
+  Recorded r = test::person(88);
   const CompleteOptions options = {
       {"index_mcp", "index_pip", "middle_pip"}, {"index=index_mcp+index_pip"}, 0};
   EXPECT_TRUE(completion_of(table_of(r, 300), options).extended.empty());
@@ -333,7 +335,7 @@ TEST(CompletingTables, ATableOfTheOtherSignIsNoticed) {
 }
 
 TEST(CompletingTables, SaysWhatIsWrong) {
-  const std::string text = table_of(test::person(84, "x"), 3);
+  const std::string text = table_of(test::person(84), 3);
   const auto refusal = [&](const CompleteOptions& options) {
     return io::refusal_of([&] { completion_of(text, options); });
   };

@@ -34,7 +34,6 @@ struct Coupling {
   int joint;
   int follows;
 };
-inline constexpr std::array<Coupling, 4> kCouplings = {{{6, 5}, {10, 9}, {14, 13}, {18, 17}}};
 
 // How far each joint goes.
 struct Limits {

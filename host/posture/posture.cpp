@@ -13,38 +13,6 @@ using nlohmann::ordered_json;
 
 constexpr double kWidest_deg = 720;
 
-// Hundredths of a degree or a second: far below what any sensor tells, and short.
-double rounded(double value) { return std::round(100 * value) / 100; }
-
-ordered_json list_of(const auto& values) {
-  ordered_json list = ordered_json::array();
-  for (const double value : values) list.push_back(rounded(value));
-  return list;
-}
-
-ordered_json json_of(const Person& person) {
-  ordered_json cells = ordered_json::array();
-  for (Eigen::Index c = 0; c < person.book.seconds.size(); ++c) {
-    ordered_json cell = list_of(person.book.centre_deg.row(c));
-    cell.insert(cell.begin(), rounded(person.book.seconds[c]));
-    cells.push_back(cell);
-  }
-  return {{"source", io::to_utf8(person.source)},
-          {"digest", person.digest},
-          {"rows", person.rows},
-          {"rest_deg", list_of(person.rest_deg)},
-          {"within_deg2", list_of(person.book.within_deg2)},
-          {"cells", cells}};
-}
-
-ordered_json json_of(const CoupledCurve& curve) {
-  return {{"joint", joint_name(curve.coupling.joint)},
-          {"follows", joint_name(curve.coupling.follows)},
-          {"knot_deg", list_of(curve.knot_deg)},
-          {"value_deg", list_of(curve.value_deg)},
-          {"sd_deg", rounded(curve.sd_deg)}};
-}
-
 Hand read_hand(io::JsonReader& reader, const char* key, double low, double high) {
   const std::vector<double> values = reader.numbers_within(key, low, high);
   if (values.size() != kJoints) reader.fail(fmt::format("\"{}\" must hold {} numbers", key, kJoints));
@@ -112,34 +80,18 @@ void require_joints(io::JsonReader& reader) {
 
 double CoupledCurve::at(double angle_deg) const { return io::interpolate(knot_deg, value_deg, angle_deg); }
 
-std::string to_json(const Posture& posture) {
-  ordered_json people = ordered_json::array();
-  for (const Person& person : posture.people) people.push_back(json_of(person));
-  ordered_json curves = ordered_json::array();
-  for (const CoupledCurve& curve : posture.curves) curves.push_back(json_of(curve));
-  const ordered_json json = {{"kind", "posture"},
-                             {"schema", kSchemaVersion},
-                             {"written_by", posture.written_by},
-                             {"seed", posture.seed},
-                             {"joints", kJointNames},
-                             {"low_deg", list_of(posture.limits.low_deg)},
-                             {"high_deg", list_of(posture.limits.high_deg)},
-                             {"curves", curves},
-                             {"people", people}};
-  return io::dump_line(json) + "\n";
-}
-
 Posture parse(const std::string& text, const std::string& source) {
   const ordered_json json = io::parse_json(text, source);
   io::JsonReader reader(json, source);
   if (reader.text("kind") != "posture")
-    reader.fail("\"kind\" must be \"posture\": make one with posture learn");
+    reader.fail("\"kind\" must be \"posture\": make one with python -m flexor.posture_learning");
   const double schema = reader.number("schema");
   if (schema > kSchemaVersion)
     reader.fail(
         fmt::format("schema {:g} is newer than this version's {}; update flexor", schema, kSchemaVersion));
   if (schema != kSchemaVersion)
-    reader.fail(fmt::format("there is no schema {:g}: make the document with posture learn", schema));
+    reader.fail(fmt::format(
+        "there is no schema {:g}: make the document with python -m flexor.posture_learning", schema));
   Posture posture;
   posture.written_by = reader.text("written_by");
   posture.seed = static_cast<std::uint64_t>(reader.number_within("seed", 0, 9007199254740992.0));

@@ -1,8 +1,9 @@
-// A posture document: what people's recordings of all 23 joints say of how the joints go together.
+// A posture document: what people's recordings of all 23 joints say of how the joints go together. Learnt by
+// python/flexor/posture_learning.py.
 //
 // JSON, schema 1. For each person typical hands and how long each was held, and the resting pose; the
 // curves that couple DIP to PIP; the limits of each joint. It holds averages, no recording, and names the
-// recordings by digest. Round trips exactly. Errors are io::InputError with the place in the document.
+// recordings by digest. Errors are io::InputError with the place in the document.
 #pragma once
 
 #include <cstdint>
@@ -50,7 +51,6 @@ struct Posture {
   Limits limits;
 };
 
-std::string to_json(const Posture& posture);
 Posture parse(const std::string& text, const std::string& source);
 Posture load(const std::filesystem::path& path);
 

@@ -67,9 +67,8 @@ void Script::begin(const Chart& chart, const std::filesystem::path& file) {
             height, chart.figure.name);
   add("set output {}", gnuplot_text(std::filesystem::absolute(file).string()));
   add("set grid lc rgb '#dddddd'; set border 3 lc rgb '#666666'; set tics nomirror");
-  if (chart.is_dated) add("set xdata time; set timefmt '%s'; set format x '%Y-%m-%d'");
   if (!chart.x_names.empty()) add("set xtics ({}) noenhanced rotate by -35", tics(chart.x_names));
-  const double foot = chart.x_names.empty() && !chart.is_dated ? 55 : 110;
+  const double foot = chart.x_names.empty() ? 55 : 110;
   add("set multiplot layout {},1 margins 0.14,0.96,{:.3f},{:.3f} spacing 0,0.03", n, foot / height,
       1 - 40 / height);
   for (const auto& [from, to] : chart.shaded)
@@ -100,9 +99,7 @@ void Script::panel(const Panel& panel, bool is_last, const Chart& chart) {
   panel.names.empty() ? add("set ytics auto") : add("set ytics ({}) noenhanced", tics(panel.names));
   add("{}", panel.is_logarithmic ? "set logscale y" : "unset logscale y");
   if (!is_last) add("set format x ''; unset xlabel");
-  if (is_last)
-    add("set format x {}; set xlabel {} noenhanced", chart.is_dated ? "'%Y-%m-%d'" : "'%g'",
-        gnuplot_text(chart.x_label));
+  if (is_last) add("set format x '%g'; set xlabel {} noenhanced", gnuplot_text(chart.x_label));
   add("{}", &panel == &chart.panels.front() ? "set key at screen 0.98,0.995 right top maxrows 2 samplen 1.5"
                                             : "unset key");
   if (!plot.empty()) add("{}", plot);
@@ -167,7 +164,6 @@ std::string to_json(const Chart& chart) {
   for (const std::string& name : chart.x_names) x_names.push_back(io::to_utf8(name));
   const Json json = {{"label", io::to_utf8(chart.x_label)},
                      {"names", std::move(x_names)},
-                     {"dated", chart.is_dated},
                      {"shaded", chart.shaded},
                      {"height", chart.panel_px},
                      {"axes", std::move(axes)},

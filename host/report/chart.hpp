@@ -51,7 +51,6 @@ struct Chart {
   std::vector<Panel> panels;
   std::vector<std::pair<double, double>> shaded = {};  // stretches of x
   std::vector<std::string> x_names = {};               // of x = 0, 1, ...
-  bool is_dated = false;                               // x is seconds since 1970
   int panel_px = 200;
 };
 

@@ -8,7 +8,6 @@ namespace flexor::report {
 void render_hand(const Saved& saved);
 void render_experiment(const Saved& saved);
 void render_tracking(const Saved& saved);
-void render_donning(const Saved& saved);
 void render_deployment(const Saved& saved);
 void render_latency(const Saved& saved);
 

@@ -12,9 +12,11 @@ struct Kind {
   const char* name;
   void (*render)(const Saved&);
 };
-constexpr Kind kKinds[] = {
-    {"hand", render_hand},       {"experiment", render_experiment}, {"tracking", render_tracking},
-    {"donning", render_donning}, {"deployment", render_deployment}, {"latency", render_latency}};
+constexpr Kind kKinds[] = {{"hand", render_hand},
+                           {"experiment", render_experiment},
+                           {"tracking", render_tracking},
+                           {"deployment", render_deployment},
+                           {"latency", render_latency}};
 
 }  // namespace
 

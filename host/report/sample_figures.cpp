@@ -162,7 +162,6 @@ Chart curve_chart(const std::string& name, const Samples& s, const Json& static_
       {panel},
       {},
       {},
-      false,
       300};
 }
 
@@ -208,7 +207,6 @@ Chart error_histogram(const std::string& name, const std::vector<double>& fitted
             {histogram("fitted part", "#999999", fitted), histogram("held out", kHeldOut, held)}}},
           {},
           {},
-          false,
           300};
 }
 
@@ -246,7 +244,6 @@ Chart error_correlation(const std::string& name, const Held& held, double period
             1}},
           {},
           {},
-          false,
           300};
 }
 

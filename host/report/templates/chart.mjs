@@ -48,7 +48,7 @@ const named = (names) => (names.length ? { values: (_, ticks) => ticks.map((t) =
 function plotOf(chart, panel, place, plots) {
   const isLast = panel === chart.panels.at(-1);
   const axis = { stroke: variable('--soft'), grid: { stroke: variable('--line'), width: 1 }, ticks: { show: false }, font: '12px system-ui, sans-serif', labelFont: '12px system-ui, sans-serif', labelSize: 18 };
-  const foot = chart.names.length ? 90 : chart.dated ? 44 : 30;
+  const foot = chart.names.length ? 90 : 30;
   const isTall = chart.names.length > 0;
   const x = { ...axis, size: isLast ? foot : 8, ...(isLast ? (chart.label ? { label: chart.label } : {}) : { values: (_, t) => t.map(() => '') }) };
   if (isLast) Object.assign(x, named(chart.names), isTall ? { rotate: -35 } : {});
@@ -69,7 +69,7 @@ function plotOf(chart, panel, place, plots) {
       legend: { show: false },
       cursor: { sync: { key: place.id }, drag: { x: true, y: false }, points: { show: false } },
       scales: {
-        x: { time: chart.dated, ...(isTall ? { range: [-0.5, chart.names.length - 0.5] } : {}) },
+        x: { time: false, ...(isTall ? { range: [-0.5, chart.names.length - 0.5] } : {}) },
         y: panel.log ? { distr: 3 } : isNumber(panel.least) || isNumber(panel.most) ? { range } : {},
       },
       axes: [x, { ...axis, label: panel.label, size: panel.names.length ? 70 : 48, ...named(panel.names) }],

@@ -1,0 +1,178 @@
+"""What changed between sessions of one glove: of each sensor in each session, against the mean of all of them.
+
+    python -m flexor.donning monday.csv tuesday.csv wednesday.csv --out prior.json --figure changes.svg
+
+A session is a log of much motion; sessions are compared by five quantiles of their readings (SHARES), and only the order of rows
+counts. Lengths are shares of a sensor's span, which is that of the sessions' mean quantiles. `prior.json` is how the donnings
+of this glove differ, for `flexor recalibrate --prior` (host/identify/donning_prior.hpp).
+"""
+import argparse
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from flexor._files import read_table, replacing, run
+
+SHARES = np.array([0.02, 0.1, 0.5, 0.9, 0.98])
+FINGERS = ("thumb", "index", "middle", "ring", "pinky")
+LEAST_SESSIONS = 3
+PARTS = 10  # of a session, which are drawn again for its intervals
+RESAMPLES = 200
+LEAST_ROWS = 10 * PARTS
+OTHER_UNIT = 10  # put on again a glove reaches a few times as far at most
+GENERAL_WEIGHT = 4  # sessions that the shipped correlation counts as
+MOST_ALIKE = 0.95  # heavy tails leave room for a sensor that moved alone
+# host/identify/donning_prior.cpp: somewhat wider than nine sessions of one three-finger glove, docs/donning.md.
+SHIPPED = {"sessions": 9, "shift_sd": 0.18, "log_gain_sd": 0.13, "motion_sd": 0.05, "reach_sd": 0.08, "density_sd": 0.1, "alike": 0.8}
+
+
+def compare(sessions: Mapping[str, pd.DataFrame], sensors: list[str] | None = None, seed: int = 1) -> pd.DataFrame:
+    """A row for each session and sensor that was read in it (index `session`, `sensor`).
+
+    shift: of the middle of its readings; log_gain: of the distance of their ends, a logarithm; each with `_low` and `_high`, 95 %
+    of sessions made of tenths of this one. shape: root mean square that both leave, over the quantiles. noise: standard deviation of
+    a reading. sensors: columns, by default those that are called like fingers. `seed` of the resampling.
+    Raises ValueError: fewer than three sessions, fewer than 100 rows, a sensor that stands still, or spans ten times as much as
+    in most sessions, or a tenth.
+    """
+    if len(sessions) < LEAST_SESSIONS:
+        raise ValueError(f"{len(sessions)} session(s): at least {LEAST_SESSIONS} are needed to say how they differ")
+    first = next(iter(sessions.values()))
+    sensors = sensors or [column for column in map(str, first) if column.split("_")[0] in FINGERS]
+    if not sensors:
+        raise ValueError("no column is called like a finger: name the sensors")
+    for name, frame in sessions.items():
+        if missing := [sensor for sensor in sensors if sensor not in frame]:
+            raise ValueError(f"{name}: no column {missing[0]}")
+        if len(frame) < LEAST_ROWS:
+            raise ValueError(f"{name}: {len(frame)} row(s): at least {LEAST_ROWS} are needed")
+    random = np.random.default_rng(seed)
+    rows = {}
+    for sensor in sensors:
+        readings = {name: pd.to_numeric(frame[sensor]).dropna().to_numpy() for name, frame in sessions.items()
+                    if 2 * frame[sensor].count() >= len(frame)}  # else it was not plugged in
+        if len(readings) < LEAST_SESSIONS:
+            raise ValueError(f"{sensor}: it was read in {len(readings)} session(s), at least {LEAST_SESSIONS} are needed: leave it out")
+        quantiles = {name: np.quantile(u, SHARES) for name, u in readings.items()}
+        _refuse_spans(sensor, {name: _span(q) for name, q in quantiles.items()})
+        mean = np.mean(list(quantiles.values()), axis=0)
+        for name, u in readings.items():
+            rows[name, sensor] = _change(u, quantiles[name], mean, random)
+    changes = pd.DataFrame.from_dict(rows, orient="index")
+    changes.index = pd.MultiIndex.from_tuples(changes.index, names=["session", "sensor"])
+    return changes.sort_index(level="session", sort_remaining=False).loc[[name for name in sessions if name in changes.index]]
+
+
+def _span(quantiles: np.ndarray) -> np.ndarray:
+    return quantiles[-1] - quantiles[0]
+
+
+def _middle(quantiles: np.ndarray) -> np.ndarray:
+    return (quantiles[-1] + quantiles[0]) / 2
+
+
+def _refuse_spans(sensor: str, spans: dict[str, float]) -> None:
+    usual = np.median(list(spans.values()))
+    for name, span in spans.items():
+        if span <= 0:
+            raise ValueError(f"{name}: {sensor} stands still: leave it out")
+        if not usual / OTHER_UNIT < span < usual * OTHER_UNIT:
+            raise ValueError(f"{name}: {sensor} spans {span:.3g}, in most sessions {usual:.3g}: is it in another unit, or hardly moved? "
+                             "Leave the session out")
+
+
+def _change(readings: np.ndarray, quantiles: np.ndarray, mean: np.ndarray, random: np.random.Generator) -> dict[str, float]:
+    parts = np.array_split(readings, PARTS)
+    drawn = [np.concatenate([parts[p] for p in random.integers(PARTS, size=PARTS)]) for _ in range(RESAMPLES)]
+    again = np.array([np.quantile(u, SHARES) for u in drawn]).T
+    again = again[:, _span(again) > 0]
+    out = {}
+    for what, value, values in (("shift", _shift(quantiles, mean), _shift(again, mean)),
+                                ("log_gain", _log_gain(quantiles, mean), _log_gain(again, mean))):
+        low, high = np.quantile(values, [0.025, 0.975])
+        out |= {what: value, f"{what}_low": low, f"{what}_high": high}
+    left = (quantiles - _middle(quantiles)) / _span(quantiles) - (mean - _middle(mean)) / _span(mean)
+    # What a reading is off the line through its neighbours; of white noise sqrt(3/2) times its deviation, 1/1.4826 of that the median.
+    off = np.abs(readings[1:-1] - (readings[:-2] + readings[2:]) / 2)
+    noise = 1.4826 * np.median(off) / np.sqrt(1.5) / _span(mean)
+    return out | {"shape": np.sqrt((left**2).mean()), "noise": noise}
+
+
+def _shift(quantiles: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    return (_middle(quantiles) - _middle(mean)) / _span(mean)
+
+
+def _log_gain(quantiles: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    return np.log(_span(quantiles) / _span(mean))
+
+
+def prior(changes: pd.DataFrame) -> dict:
+    """How the donnings differ: standard deviations over the sessions, all sensors together, and how the shifts of two sensors
+    correlate, over all pairs, drawn towards the shipped value. What sessions do not tell is shipped."""
+    freedom = changes.groupby("sensor")["shift"].count().sub(1).sum()
+    away = changes.groupby("sensor")[["shift", "log_gain"]].transform(lambda values: values - values.mean())
+    deviation = np.sqrt((away**2).sum() / freedom).clip(lower=1e-3)
+    sessions = changes.index.get_level_values("session").nunique()
+    own = (changes["shift"] ** 2).groupby("session").sum()
+    products = (changes["shift"].groupby("session").sum() ** 2 - own).sum()  # of all pairs, each in both orders
+    squares = (own * (changes["shift"].groupby("session").count() - 1)).sum()  # what they would be, were all alike
+    alike = SHIPPED["alike"]
+    if squares > 0:
+        here = np.clip(products / squares, 0, MOST_ALIKE)
+        alike = (GENERAL_WEIGHT * alike + (sessions - 1) * here) / (GENERAL_WEIGHT + sessions - 1)
+    return {"schema": "flexor-donning-prior", "schema_version": 1, **SHIPPED, "sessions": int(sessions),
+            "shift_sd": float(deviation["shift"]), "log_gain_sd": float(deviation["log_gain"]), "alike": float(alike)}
+
+
+def plot(changes: pd.DataFrame):
+    """A matplotlib figure: shift and gain of each sensor over the sessions, with intervals."""
+    from matplotlib.figure import Figure
+
+    names = changes.index.unique("session")
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    sensors = changes.index.unique("sensor")
+    panels = figure.subplots(2, sharex=True)
+    for axes, what in zip(panels, ("shift", "log_gain"), strict=True):
+        for i, sensor in enumerate(sensors):
+            one = 100 * changes.xs(sensor, level="sensor")
+            place = names.get_indexer(one.index) + (i - (len(sensors) - 1) / 2) / (2 * len(sensors))  # each beside the others
+            errors = np.abs(one[[f"{what}_low", f"{what}_high"]].to_numpy().T - one[what].to_numpy())
+            axes.errorbar(place, one[what], errors, fmt="o-", markersize=4, linewidth=1, label=sensor)
+        axes.set_ylabel(f"{what.removeprefix('log_')}, % of the span")
+    panels[1].set_xticks(range(len(names)), names, rotation=30, ha="right")
+    panels[0].legend(ncols=len(sensors))
+    return figure
+
+
+def _job(o: argparse.Namespace) -> None:
+    shared = Path(os.path.commonpath([Path(file).absolute().parent for file in o.files]))
+    sessions = {str(Path(file).absolute().relative_to(shared).with_suffix("")): read_table(file) for file in o.files}
+    if len(sessions) < len(o.files):
+        raise ValueError("a session is there twice: give each once")
+    changes = compare(sessions, o.sensors)
+    found = prior(changes)
+    print((100 * changes).to_string(float_format="{:.1f}".format))
+    print(f"\npercent of a sensor's span; from session to session: shift {100 * found['shift_sd']:.1f} %, gain "
+          f"{100 * found['log_gain_sd']:.1f} % (standard deviations); shifts of two sensors correlate by {found['alike']:.2f}")
+    if o.out:
+        with replacing(o.out) as file:
+            file.write_text(json.dumps(found, indent=2) + "\n", "utf-8")
+    if o.figure:
+        plot(changes).savefig(o.figure)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser("flexor.donning", description="What changed between sessions of one glove.")
+    parser.add_argument("files", nargs="+", help="logs with t_s, one for each time that the glove was put on")
+    parser.add_argument("--sensors", type=lambda text: text.split(","), help="columns (default: those that are called like fingers)")
+    parser.add_argument("--out", help="write how the donnings differ, for flexor recalibrate --prior")
+    parser.add_argument("--figure", help="draw shift and gain of each session: .svg, .png or .pdf")
+    run(parser, _job)
+
+
+if __name__ == "__main__":
+    main()

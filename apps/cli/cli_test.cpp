@@ -32,7 +32,7 @@ class Cli : public Command {
 TEST_F(Cli, HelpIsThereForEveryCommand) {
   EXPECT_EQ(run("--help").exit, 0);
   for (const char* command : {"align", "identify", "apply", "score", "show", "experiment", "twin",
-                              "calibrate-twin", "twin record", "twin wear", "protocol", "wiring", "deploy",
+                              "twin record", "twin wear", "protocol", "wiring", "deploy",
                               "latency", "live", "track", "camera calibrate", "camera film", "export"}) {
     const Finished r = run(std::string(command) + " --help");
     EXPECT_EQ(r.exit, 0) << command;
@@ -320,7 +320,6 @@ TEST_F(Cli, ExperimentRefusesTheImpossible) {
   expect_refused("experiment --set motor.friction=1", 2, "motor.coulomb_mNm");
   expect_refused("experiment --twin '" + path("none.json") + "'", 2, "none.json");
   expect_refused("experiment --out '" + path("simulated_glove.csv/x") + "'", 2, "simulated_glove.csv");
-  expect_refused("calibrate-twin --out '" + path("none/t.json") + "'", 2, "none");
   io::write_file(
       path("one.json"),
       R"({"schema":"flexor-model","schema_version":2,"sample_period_s":0.1,"inputs":[{"name":"a",)"

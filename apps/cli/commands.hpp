@@ -36,7 +36,6 @@ void add_commands(CLI::App& app);
 void add_align(CLI::App& app);
 void add_protocol(CLI::App& app);
 void add_camera(CLI::App& app);
-void add_calibrate_twin(CLI::App& app);
 void add_deploy(CLI::App& app);
 void add_experiment(CLI::App& app);
 void add_export(CLI::App& app);

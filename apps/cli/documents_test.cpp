@@ -44,7 +44,6 @@ TEST_F(Documents, HostileJsonIsRefusedInOneLineWhereverJsonIsRead) {
       "experiment --trials 1 --compensators x.json",
       "experiment --trials 1 --gestures x.json",
       "experiment --trials 1 --twin x.json",
-      "experiment --trials 1 --ensemble x.json",
       "twin record --twin x.json --out out",
       "twin wear --twin x.json",
       "camera film --twin x.json --out out",

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "apps/cli/commands.hpp"
-#include "apps/cli/ensemble_text.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
@@ -25,12 +24,10 @@ struct Options {
   std::vector<std::string> compensators = {"raw", "published-w", "published-hw"};
   TwinFiles twin;
   double rate_hz = 10;
-  std::optional<int> trials;
   study::Plan plan;
   std::string folder;
   std::string engine = "twin";
   std::string camera = "angles";
-  std::string ensemble;
   bool scenarios = false;
   bool json = false;
 };
@@ -195,41 +192,6 @@ void play(Options& o) {
   show(o, result, scenarios);
 }
 
-// What belongs to one laboratory only is refused, not ignored.
-void require_ensemble_options(const Options& o) {
-  const auto refuse = [](bool given, const char* option) {
-    if (given) throw io::InputError(fmt::format("{} is for one laboratory: leave out --ensemble", option));
-  };
-  refuse(!o.twin.file.empty(), "--twin");
-  refuse(!o.twin.set.empty(), "--set");
-  refuse(o.engine != "twin", "--engine");
-  refuse(o.camera != "angles", "--camera");
-}
-
-void play_ensemble(const Options& o) {
-  study::EnsemblePlan plan{
-      study::ensemble_from_json(io::read_document(o.ensemble), o.ensemble), o.plan, {}, o.rate_hz};
-  if (const std::string doubt = plan.ensemble.doubt(); !doubt.empty()) log_warning(doubt);
-  if (o.scenarios) plan.scenarios = study::changed_scenarios();
-  std::optional<study::FolderLock> lock;
-  if (!o.folder.empty()) plan.plan.lock = &lock.emplace(o.folder);
-  study::EnsembleResult result;
-  {
-    ProgressLine line;
-    result = study::run_ensemble(
-        plan, [&](std::size_t done, std::size_t of) { line.step("experiment: laboratory", done, of); });
-  }
-  nlohmann::ordered_json json = study::to_json(result, plan);
-  if (!o.folder.empty()) io::write_file(std::filesystem::path(o.folder) / "results.json", io::dump(json));
-  if (o.json) {
-    json["wall_s"] = result.wall_s;
-    json["threads"] = result.threads;
-    json["resumed_laboratories"] = result.resumed;
-    return print(io::dump(json));
-  }
-  print(ensemble_text(result, plan));
-}
-
 // Units of readings and ends of angles, as the twin's glove and hand have them.
 void meet_twin(study::Compensator& compensator, const twin::Parameters& parameters) {
   std::vector<std::string> notes;
@@ -243,7 +205,6 @@ void meet_twin(study::Compensator& compensator, const twin::Parameters& paramete
 
 void run(Options& o) {
   study::Plan& plan = o.plan;
-  if (!o.ensemble.empty()) require_ensemble_options(o);
   std::optional<study::Boards> boards;
   if (o.engine == "avr") plan.engine = &boards.emplace(io::program_beside(kBoardsWorker));
   std::optional<study::RenderedCameras> cameras;
@@ -251,7 +212,6 @@ void run(Options& o) {
     plan.engine = &cameras.emplace(io::program_beside(kCameraWorker), plan.engine);
     log("both hands are filmed and tracked, frame by frame: some seconds a trial");
   }
-  plan.trials = o.trials.value_or(o.ensemble.empty() ? plan.trials : twin::kTrialsAtOnce);
   plan.parameters = twin_parameters(o.twin);
   std::vector<std::string> notes;
   plan.motions = study::motions(o.gestures, notes);
@@ -262,11 +222,7 @@ void run(Options& o) {
   io::StopOnSignal stop;
   plan.stop = stop.flag();
   try {
-    if (o.ensemble.empty()) {
-      play(o);
-    } else {
-      play_ensemble(o);
-    }
+    play(o);
   } catch (const io::Cancelled& stopped) {
     io::set_interruption_note(stopped.what());
     stop.end();
@@ -313,8 +269,7 @@ void add_experiment(CLI::App& app) {
       ->add_option("--gestures", o->gestures,
                    "1-6, 2,4, or files: .json gesture, .csv or .txt recorded motion")
       ->capture_default_str();
-  command->add_option("--trials", o->trials,
-                      "trials of each gesture with each compensator (default: 3; with --ensemble 16)");
+  command->add_option("--trials", o->plan.trials, "trials of each gesture with each compensator")->capture_default_str();
   command
       ->add_option("--compensators", o->compensators,
                    "raw, published-w, published-hw, or model files, with commas")
@@ -348,11 +303,6 @@ void add_experiment(CLI::App& app) {
       "--scenarios", o->scenarios,
       "also with half-open poses, the glove re-donned, another person, drift, lost and late frames; where a "
       "compensator has its sensors' poses, also worn for minutes, tracked and not");
-  command->add_option(
-      "--ensemble", o->ensemble,
-      "in every laboratory of this file (flexor calibrate-twin --ensemble N): one recording of "
-      "the glove, compensators fitted to it, then the gestures; medians and 90 % intervals "
-      "over laboratories");
 }
 
 }  // namespace flexor::cli

@@ -115,27 +115,6 @@ TEST_F(ExperimentFaults, KilledAtRandomItGoesOnToTheSameBytes) {
                               kills(12));
 }
 
-TEST_F(ExperimentFaults, KilledAtRandomAnEnsembleGoesOnToTheSameBytes) {
-  ASSERT_EQ(run({"calibrate-twin", "--ensemble", "6", "--evaluations", "240", "--trials", "1", "--out",
-                 path("laboratories.json")})
-                .exit,
-            0);
-  expect_the_same_after_kills(
-      {"experiment", "--ensemble", path("laboratories.json"), "--gestures", "4", "--trials", "2"}, kills(6));
-}
-
-TEST_F(ExperimentFaults, WhatIsForOneLaboratoryIsRefusedWithAnEnsemble) {
-  for (const Arguments& option :
-       {Arguments{"--twin", "x.json"}, {"--set", "radio.loss=0.1"}, {"--engine", "avr"}}) {
-    Arguments arguments = {"experiment", "--ensemble", "x.json"};
-    arguments.insert(arguments.end(), option.begin(), option.end());
-    expect_refused(arguments, option.front() + " is for one laboratory");
-  }
-  expect_refused({"calibrate-twin", "--ensemble", "0", "--out", path("x")}, "at least 1");
-  expect_refused({"calibrate-twin", "--ensemble", "500", "--evaluations", "240", "--out", path("x")},
-                 "ask for more");
-}
-
 TEST_F(ExperimentFaults, KilledAtRandomOnBoardsItGoesOnToTheSameBytes) {
   expect_the_same_after_kills(
       {"experiment", "--engine", "avr", "--gestures", "4", "--compensators", "published-hw", "--trials", "6"},
@@ -313,7 +292,6 @@ TEST_F(ExperimentFaults, NumbersThatNobodyCanMeanAreRefused) {
   for (const char* seed :
        {"-1", "1.5", "18446744073709551616", "99999999999999999999999", "nan", "1e3", " 7"}) {
     expect_refused(small({"--seed", seed}), "--seed");
-    expect_refused({"calibrate-twin", "--out", path("x"), "--seed", seed}, "--seed");
     expect_refused({"twin", "record", "--out", path("x"), "--seed", seed}, "--seed");
     expect_refused({"latency", "--seed", seed}, "--seed");
     expect_refused({"camera", "film", "--out", path("x"), "--seed", seed}, "--seed");
@@ -326,9 +304,6 @@ TEST_F(ExperimentFaults, NumbersThatNobodyCanMeanAreRefused) {
   }
   expect_refused({"experiment", "--trials", "2147483648"}, "--trials");
   expect_refused({"experiment", "--trials", "1.5"}, "--trials");
-  expect_refused({"calibrate-twin", "--out", path("x"), "--evaluations", "0"}, "at least 1");
-  expect_refused({"calibrate-twin", "--out", path("x"), "--evaluations", "-5"}, "at least 1");
-  expect_refused({"calibrate-twin", "--out", path("x"), "--trials", "0"}, "at least 1");
   for (const char* rate : {"0", "nan", "inf", "-3", "1e9", "1e-9"}) {
     expect_refused({"twin", "record", "--out", path("x"), "--rate", rate}, "rate");
   }

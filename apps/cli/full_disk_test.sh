@@ -138,11 +138,6 @@ for k in 0 1 2 3 4 5 6 7 8 9; do
 done
 printf 't_s,a_deg\n0,1\n1,2\n2,3\n' >"$in/a.csv"
 
-# Some seconds of one processor's work, beside all that follows.
-laboratories=("$flexor" calibrate-twin --ensemble 1 --evaluations 240 --trials 1)
-"${laboratories[@]}" --threads 1 --out "$in/laboratories.json" >/dev/null 2>&1 &
-drawing=$!
-
 align=("$flexor" align --sensor "$glove" --reference "$camera")
 file a.csv "${align[@]}" --out "$disk/a.csv"
 
@@ -175,9 +170,6 @@ FREE=0 folder "${film[@]}" --out "$disk/new"
 raw=(--trials 1 --threads 1 --compensators raw)
 folder "$flexor" experiment --gestures 1 "${raw[@]}" --out "$disk/new"
 folder "$flexor" twin record --out "$disk/new"
-FREE=4 file laboratories.json "${laboratories[@]}" --out "$disk/laboratories.json"
-wait "$drawing" || fail "exit $? with room: ${laboratories[*]}"
-folder "$flexor" experiment --ensemble "$in/laboratories.json" --gestures 4 "${raw[@]}" --out "$disk/new"
 folder "$flexor" deploy "$hw" --out "$disk/new"
 FREE=4 folder "$flexor" deploy "$hw" --output opengloves --out "$disk/new"
 folder "$flexor" latency --edges 2 --out "$disk/new"

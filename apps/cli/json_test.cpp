@@ -101,12 +101,6 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
       run("identify --pair " + pair.at("glove").get<std::string>() + " " +
           pair.at("camera").get<std::string>() + " --rate 10 --refit models/published_hw.json");
   EXPECT_EQ(refitted.at("joints").at("thumb").at("structure"), "gain and dead zone refitted");
-  EXPECT_EQ(run("calibrate-twin --ensemble 3 --evaluations 240 --trials 1 --out " + path("e.json"))
-                .at("laboratories"),
-            3);
-  const auto all = run("experiment --gestures 2 --trials 1 --ensemble " + path("e.json"));
-  EXPECT_EQ(all.at("cells").size(), 7U);
-  EXPECT_TRUE(all.at("cells").at(0).at("total_error_deg_s").contains("median"));
 }
 
 TEST_F(Json, OfTheCommandsForTheBoards) {

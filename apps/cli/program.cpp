@@ -201,7 +201,6 @@ constexpr Command kCommands[] = {
     {add_latency, "Boards", "flexor latency --compensator published-hw"},
     {add_experiment, "The paper", "flexor experiment --trials 200 --out paper/"},
     {add_twin, "The paper", "flexor twin record --out glove/"},
-    {add_calibrate_twin, "The paper", "flexor calibrate-twin --out laboratories.json"},
     {add_job, "Programs", "flexor job identify < request.json"},
 };
 constexpr std::pair<const char*, const char*> kMore[] = {

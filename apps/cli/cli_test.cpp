@@ -32,8 +32,8 @@ class Cli : public Command {
 TEST_F(Cli, HelpIsThereForEveryCommand) {
   EXPECT_EQ(run("--help").exit, 0);
   for (const char* command : {"align", "identify", "apply", "score", "show", "experiment", "twin",
-                              "twin record", "twin wear", "protocol", "wiring", "deploy",
-                              "latency", "live", "track", "camera calibrate", "camera film", "export"}) {
+                              "twin record", "twin wear", "protocol", "wiring", "deploy", "latency", "live",
+                              "track", "camera calibrate", "camera film", "export"}) {
     const Finished r = run(std::string(command) + " --help");
     EXPECT_EQ(r.exit, 0) << command;
     EXPECT_NE(r.out.find("Usage"), std::string::npos) << command;

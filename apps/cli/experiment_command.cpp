@@ -269,7 +269,8 @@ void add_experiment(CLI::App& app) {
       ->add_option("--gestures", o->gestures,
                    "1-6, 2,4, or files: .json gesture, .csv or .txt recorded motion")
       ->capture_default_str();
-  command->add_option("--trials", o->plan.trials, "trials of each gesture with each compensator")->capture_default_str();
+  command->add_option("--trials", o->plan.trials, "trials of each gesture with each compensator")
+      ->capture_default_str();
   command
       ->add_option("--compensators", o->compensators,
                    "raw, published-w, published-hw, or model files, with commas")

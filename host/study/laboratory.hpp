@@ -11,7 +11,8 @@ namespace flexor::study {
 
 struct LaboratoryPlan {
   Plan plan;  // without a folder
-  std::vector<Scenario> scenarios = {};  // also played, with the compensators that were fitted in ordinary use
+  std::vector<Scenario> scenarios =
+      {};  // also played, with the compensators that were fitted in ordinary use
   double rate_hz = kPublishedRate_hz;
   std::uint64_t glove_seed = 1001;  // of the recording
 };

@@ -10,7 +10,11 @@
 
 #include "host/deploy/hardware.hpp"
 #include "host/study/glove_recording.hpp"
+#include "host/study/laboratory.hpp"
+#include "host/study/log_rms.hpp"
 #include "host/study/trials.hpp"
+#include "host/study/twin_table.hpp"
+#include "host/twin/random.hpp"
 #include "python/bindings/job.hpp"
 #include "python/bindings/model.hpp"
 #include "python/bindings/rooms.hpp"
@@ -82,6 +86,47 @@ nb::object experiment(const std::string& gestures, const nb::list& compensators,
   return to_python(json);
 }
 
+// How likely the published averages of gestures 1 to last are beside the twin's (host/study/twin_table.hpp).
+double table_log_likelihood(const std::vector<std::string>& changes, int last, int trials,
+                            std::uint64_t seed) {
+  const study::TableErrors ours = study::twin_table(to_parameters("", changes), last, trials, seed);
+  return study::log_likelihood(ours, study::published_table(last));
+}
+
+nb::object published_table() {
+  nlohmann::ordered_json out;
+  for (int g = 1; g <= study::kLastGesture; ++g) {
+    for (const std::string& c : study::published_compensators())
+      out.push_back(
+          {{"gesture", g}, {"compensator", c}, {"error_deg_s", *study::published_error_deg_s(g, c)}});
+  }
+  return to_python(out);
+}
+
+// The laboratory is one of many: `number` makes its random numbers its own.
+nb::object play_laboratory(const std::vector<std::string>& changes, std::uint64_t number,
+                           const std::string& gestures, int trials, std::uint64_t seed,
+                           std::uint64_t glove_seed, double rate_hz, bool scenarios) {
+  study::LaboratoryPlan laboratory;
+  study::Plan& plan = laboratory.plan;
+  plan.parameters = to_parameters("", changes);
+  plan.motions = study::motions(gestures);
+  plan.compensators = study::compensators(study::published_compensators(), rate_hz);
+  plan.trials = trials;
+  plan.threads = 1;
+  plan.seed = twin::seed_of(seed, number);
+  laboratory.rate_hz = rate_hz;
+  laboratory.glove_seed = twin::seed_of(glove_seed, number);
+  if (scenarios) laboratory.scenarios = study::changed_scenarios();
+  study::check(plan);
+  nlohmann::ordered_json played;
+  {
+    const nb::gil_scoped_release released;
+    played = study::play_laboratory(laboratory);
+  }
+  return to_python(played);
+}
+
 }  // namespace
 
 void add_twin(nb::module_& m) {
@@ -96,6 +141,17 @@ void add_twin(nb::module_& m) {
   m.def("experiment", &experiment, nb::arg("gestures"), nb::arg("compensators"), nb::kw_only(),
         nb::arg("trials"), nb::arg("seed"), nb::arg("rate_hz"), nb::arg("document"), nb::arg("changes"),
         nb::arg("threads"), nb::arg("folder"), nb::arg("progress").none());
+  m.def(
+      "published_model",
+      [](const std::string& name) {
+        return model::to_json(study::compensator(name, study::kPublishedRate_hz).model);
+      },
+      nb::arg("name"));
+  m.def("published_table", &published_table);
+  m.def("table_log_likelihood", &table_log_likelihood, nb::arg("changes"), nb::arg("last"), nb::arg("trials"),
+        nb::arg("seed"), nb::call_guard<nb::gil_scoped_release>());
+  m.def("play_laboratory", &play_laboratory, nb::arg("changes"), nb::arg("number"), nb::arg("gestures"),
+        nb::arg("trials"), nb::arg("seed"), nb::arg("glove_seed"), nb::arg("rate_hz"), nb::arg("scenarios"));
 }
 
 }  // namespace flexor::python

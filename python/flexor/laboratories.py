@@ -6,16 +6,19 @@ laboratories are drawn from
     p(parameters | averages)  ~  prior x likelihood
     ln likelihood = -1/2 sum over the cells of (ln(ours / published) / standard error)^2
 
-with `ours` the mean of the twin's trials with common random numbers and the standard error that of a published average of three
-trials (host/study/twin_table.hpp). The draws come from emcee's affine-invariant ensemble (Foreman-Mackey et al., PASP 125 (2013)
-306) with moves by differential evolution. In each laboratory the glove is worn and recorded once, the compensators are fitted to
-that one recording, and the gestures are played (host/study/laboratory.hpp).
+with `ours` the mean of the twin's trials with common random numbers, and the standard error that of a published average of three
+trials (host/study/twin_table.hpp). The draws are emcee's (Foreman-Mackey et al., PASP 125 (2013) 306), its moves by differential
+evolution. In each laboratory the glove is worn and recorded once, compensators are fitted to that recording, and the gestures
+are played (host/study/laboratory.hpp).
 
     python -m flexor.laboratories draw --laboratories 200 --out laboratories.json
     python -m flexor.laboratories run laboratories.json --scenarios --out all/
 """
 
+from __future__ import annotations
+
 import argparse
+import functools
 import json
 import math
 import os
@@ -23,351 +26,335 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Callable, Optional
 
 import numpy as np
 import pandas as pd
 
-from . import _flexor
+from flexor._core import InputError, Show, __version__, core, shown
+from flexor._files import replacing
+from flexor._files import run as run_command
 
 SCHEMA = "flexor-ensemble"
 FINGERS = ("thumb", "index", "middle", "ring", "pinky")
-LOW, MEDIAN, HIGH = 0.05, 0.5, 0.95
+QUANTILES = {"median": 0.5, "low": 0.05, "high": 0.95}
 TRUSTED = 50  # autocorrelation times that chains must have for their length to be known (emcee's own rule)
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A free parameter v of the twin with a normal prior of x, cut off at [min, max]; without a deviation flat in x.
+    """A free parameter v of the twin. Its prior is normal in x, cut off at [min, max]; without a deviation flat in x.
 
     x = v, or ln v where `is_log`; ln p(v) = -((x - m) / s)^2 / 2 with m the median's x and s the deviation.
     """
 
     name: str
     median: float
-    deviation: float | None
+    deviation: Optional[float]
     is_log: bool
     min: float
     max: float
-    reason: str
 
-    def x(self, value):
+    def x(self, value: float) -> float:
         return math.log(value) if self.is_log else value
 
-    def value(self, x):
+    def value(self, x: float) -> float:
         """Four digits, as the file has them: what is evaluated is what is written."""
         return float(f"{math.exp(x) if self.is_log else x:.4g}")
 
-    def log_prior(self, x):
+    def log_prior(self, x: float) -> float:
         if not self.x(self.min) <= x <= self.x(self.max):
             return -math.inf
         return 0.0 if self.deviation is None else -(((x - self.x(self.median)) / self.deviation) ** 2) / 2
 
-    def draw(self, random):
-        """One x of the prior, of which what lies beyond the bounds is drawn again."""
-        while True:
-            low, high = self.x(self.min), self.x(self.max)
-            x = random.uniform(low, high) if self.deviation is None else random.normal(self.x(self.median), self.deviation)
-            if low <= x <= high:
-                return x
+    def draw(self, random: np.random.Generator) -> float:
+        """Of the prior; what lies beyond the bounds is drawn again."""
+        low, high = self.x(self.min), self.x(self.max)
+        if self.deviation is None:
+            return random.uniform(low, high)
+        while not low <= (x := random.normal(self.x(self.median), self.deviation)) <= high:
+            pass
+        return x
 
 
-def free_parameters():
-    """The sixteen, bends of the strip at the fingers' lower limits first, then at the upper ones.
+@functools.cache
+def free_parameters() -> tuple[Parameter, ...]:
+    """The sixteen: bends of the sensor at the fingers' lower limits, at their upper ones, then the others.
 
-    A bend's median is the mean of the bends at which either published compensator answers rightly (saturation limit / gain + edge
+    A bend's median is the mean of those at which the published compensators answer rightly (saturation limit / gain + edge
     of the dead zone); its deviation is the 16 degrees by which these two differ.
     """
-    implied = {}
+    bends: dict[tuple[str, str], list[float]] = {(end, finger): [] for end in ("lower", "upper") for finger in FINGERS}
     for name in ("published-w", "published-hw"):
-        blocks = json.loads(_flexor.published_model(name))["blocks"]
-        at = {(b["type"], b["to"].split()[0]): b for b in blocks}
-        for finger in FINGERS:
-            edge = at.get(("dead_zone", finger), {"upper": 0})["upper"]
-            for end in ("lower", "upper"):
-                bend = at["saturation", finger][f"{end}_deg"] / at["lti", finger]["gain"] + edge
-                implied.setdefault((end, finger), []).append(bend)
+        blocks = {(b["type"], b["to"].split()[0]): b for b in json.loads(core.published_model(name))["blocks"]}
+        for end, finger in bends:
+            edge_deg = blocks.get(("dead_zone", finger), {"upper": 0})["upper"]
+            limit_deg = blocks["saturation", finger][f"{end}_deg"]
+            bends[end, finger].append(limit_deg / blocks["lti", finger]["gain"] + edge_deg)
     out = []
-    for (end, finger), bends in sorted(implied.items(), key=lambda one: (one[0][0], FINGERS.index(one[0][1]))):
-        bend = float(np.mean(bends))
-        reason = "the published compensators answer rightly there, and differ by as much"
-        out.append(Parameter(f"placement.bend_{end}_deg.{finger}", bend, 16, False, bend - 45, bend + 45, reason))
-    for name, median, factor, low, high, reason in (
-        ("loop.integral_limit", 60, None, 0.2, 120, "full duties; from a cautious anti-windup to none, the article names none"),
-        ("loop.integral_per_deg_s", 0.1, 2.5, 0.002, 0.5, "an integral time of half a second beside the proportional gain, in two of three loops from 0.2 to 1.25 s"),
-        ("cloth.slip_deg", 1, 2, 0.2, 6, "cloth on skin gives by half to two degrees"),
-        ("cloth.creep_share", 0.03, 2, 0.005, 0.15, "fabric and film creep by some percent of a bend"),
-        ("person.rest_s", 15, 3, 0.5, 120, "the first pose is held while somebody starts two cameras: seconds to a minute"),
-        ("person.pose_spread_deg", 0.5, 3, 0.05, 5, "a pose is met again to a degree or two; the best published trial leaves a tenth"),
-    ):  # fmt: skip
-        out.append(Parameter(name, median, math.log(factor) if factor else None, True, low, high, reason))
-    return out
+    for (end, finger), (one, other) in bends.items():
+        bend_deg = (one + other) / 2
+        out.append(Parameter(f"placement.bend_{end}_deg.{finger}", bend_deg, 16, False, bend_deg - 45, bend_deg + 45))
+    return (
+        *out,
+        # From a cautious anti-windup to none: the article names none.
+        Parameter("loop.integral_limit", 60, None, True, 0.2, 120),
+        # An integral time of half a second beside the proportional gain, in two of three loops from 0.2 to 1.25 s.
+        Parameter("loop.integral_per_deg_s", 0.1, math.log(2.5), True, 0.002, 0.5),
+        Parameter("cloth.slip_deg", 1, math.log(2), True, 0.2, 6),  # cloth on skin gives by half to two degrees
+        Parameter("cloth.creep_share", 0.03, math.log(2), True, 0.005, 0.15),  # fabric and film creep by some percent of a bend
+        # The first pose is held while somebody starts two cameras: seconds to a minute.
+        Parameter("person.rest_s", 15, math.log(3), True, 0.5, 120),
+        # A pose is met again to a degree or two; the best published trial leaves a tenth.
+        Parameter("person.pose_spread_deg", 0.5, math.log(3), True, 0.05, 5),
+    )
 
 
-def log_prior(x, parameters):
-    """Sum over the parameters; minus infinity where a strip bends less with the finger at its upper limit."""
-    if any(x[i] >= x[i + len(FINGERS)] for i in range(len(FINGERS))):
+def log_prior(x: Any, parameters: tuple[Parameter, ...]) -> float:
+    """Sum over the parameters; minus infinity where a sensor bends less with the finger at its upper limit."""
+    if any(lower >= upper for lower, upper in zip(x[:5], x[5:10])):
         return -math.inf
     return sum(p.log_prior(v) for p, v in zip(parameters, x))
 
 
-def assignments(values, parameters=None):
-    """`name=value` of each parameter, as `flexor experiment --set` takes them."""
-    return [f"{p.name}={v}" for p, v in zip(parameters or free_parameters(), values)]
+def _changes(values: list[float]) -> list[str]:
+    return [f"{p.name}={v}" for p, v in zip(free_parameters(), values)]
 
 
-def draw(laboratories=200, *, walkers=64, steps=600, trials=8, seed=7, gestures=4, threads=None, log_density=None, progress=None):
-    """Draws laboratories: a dict that `save` writes and `run` takes.
-
-    walkers, steps: of emcee; the first third of the steps warms up. trials: of each cell in an evaluation. gestures: the first so
-    many count. threads: None for as many as the machine has. log_density(x): in place of prior and likelihood, for tests.
-    progress(step, of) may raise to stop. The same seed gives the same laboratories whatever the threads.
-    Raises ValueError for more laboratories than kept draws.
-    """
+def sample(log_density: Callable[[np.ndarray], float], start: np.ndarray, steps: int, *, seed: int = 7, threads: int = 0,
+           progress: Show = None) -> tuple[np.ndarray, np.ndarray, float]:
+    """Draws of a density from walkers that start at the rows of `start`: (steps that are left after a third of warming up x walkers
+    x parameters), each parameter's autocorrelation time in steps, share of moves that were accepted. One seed gives the same
+    draws whatever the threads; 0: as many as the machine has."""
     import emcee
 
-    parameters = free_parameters()
-    warm_up = steps // 3
-    kept = steps - warm_up
-    if not 1 <= laboratories <= kept * walkers:
-        raise ValueError(f"{steps} steps of {walkers} walkers leave {kept * walkers} draws for {laboratories} laboratories")
-
-    def density(x):
-        prior = log_prior(x, parameters)
-        if not math.isfinite(prior):
-            return -math.inf
-        values = [p.value(v) for p, v in zip(parameters, x)]
-        return prior + _flexor.table_log_likelihood(assignments(values, parameters), gestures, trials, seed)
-
-    density = log_density or density
-    random = np.random.default_rng(seed)
-    start = []
-    while len(start) < walkers:
-        x = np.array([p.draw(random) for p in parameters])
-        if math.isfinite(density(x)):
-            start.append(x)
     moves = [(emcee.moves.DEMove(), 0.8), (emcee.moves.DESnookerMove(), 0.2)]
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        sampler = emcee.EnsembleSampler(walkers, len(parameters), density, pool=pool, moves=moves)
-        state = emcee.State(np.array(start), random_state=np.random.RandomState(seed).get_state())
+    state = emcee.State(start, random_state=np.random.RandomState(seed).get_state())
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool, shown(progress) as show:
+        sampler = emcee.EnsembleSampler(*start.shape, log_density, pool=pool, moves=moves)
         for step, _ in enumerate(sampler.sample(state, iterations=steps), 1):
-            if progress:
-                progress(step, steps)
-    chain = sampler.get_chain(discard=warm_up)  # step, walker, parameter
-    tau = sampler.get_autocorr_time(discard=warm_up, tol=0)
+            if show:
+                show(step, steps, "steps")
+    warm_up = steps // 3
+    return sampler.get_chain(discard=warm_up), sampler.get_autocorr_time(discard=warm_up, tol=0), sampler.acceptance_fraction.mean()
+
+
+def draw(laboratories: int = 200, *, walkers: int = 64, steps: int = 600, trials: int = 8, seed: int = 7, threads: int = 0,
+         progress: Show = None) -> dict[str, Any]:
+    """A document of laboratories, which `save` writes and `run` takes. trials: of each cell in an evaluation of the table.
+    Raises InputError: more laboratories than draws."""
+    draws = (steps - steps // 3) * walkers
+    if not 1 <= laboratories <= draws:
+        raise InputError(f"{steps} steps of {walkers} walkers leave {draws} draws for {laboratories} laboratories")
+    parameters = free_parameters()
+
+    def log_density(x: np.ndarray) -> float:
+        prior = log_prior(x, parameters)
+        if math.isinf(prior):
+            return prior
+        return prior + core.table_log_likelihood(_changes([p.value(v) for p, v in zip(parameters, x)]), 4, trials, seed)
+
+    random = np.random.default_rng(seed)
+    start: list[list[float]] = []
+    while len(start) < walkers:
+        x = [p.draw(random) for p in parameters]
+        if math.isfinite(log_prior(x, parameters)):
+            start.append(x)
+    chain, tau, acceptance = sample(log_density, np.array(start), steps, seed=seed, threads=threads, progress=progress)
     flat = chain.swapaxes(0, 1).reshape(-1, len(parameters))
-    at = (2 * np.arange(laboratories) + 1) * len(flat) // (2 * laboratories)
-    rows = [[p.value(v) for p, v in zip(parameters, flat[k])] for k in at]
-    described = []
-    for i, p in enumerate(parameters):
-        low, median, high = (p.value(v) for v in np.quantile(flat[:, i], (LOW, MEDIAN, HIGH)))
-        prior = {"median": p.median, "deviation": p.deviation, "of": "logarithm" if p.is_log else "value", "min": p.min, "max": p.max}
-        described.append({
-            "name": p.name,
-            "prior": prior | {"reason": p.reason},
-            "posterior": {"median": median, "low": low, "high": high},
-            "autocorrelation_steps": float(tau[i]),
-            "effective": float(len(flat) / tau[i]),
-        })  # fmt: skip
-    return {"schema": SCHEMA, "schema_version": 2, "written_by": f"flexor {_flexor.version}", "seed": seed, "walkers": walkers,
-            "warm_up": warm_up, "kept": kept, "trials": trials, "acceptance": float(np.mean(sampler.acceptance_fraction)),
-            "parameters": described, "laboratories": rows}  # fmt: skip
+    rows = flat[(2 * np.arange(laboratories) + 1) * len(flat) // (2 * laboratories)]
+    described = [
+        {"name": p.name, **{name: p.value(np.quantile(flat[:, i], at)) for name, at in QUANTILES.items()},
+         "prior": {"median": p.median, "deviation": p.deviation, "is_log": p.is_log, "min": p.min, "max": p.max},
+         "autocorrelation_steps": float(tau[i]), "effective": float(len(flat) / tau[i])} for i, p in enumerate(parameters)]
+    return {"schema": SCHEMA, "schema_version": 2, "written_by": f"flexor {__version__}", "seed": seed, "walkers": walkers,
+            "kept": len(chain), "trials": trials, "acceptance": float(acceptance), "parameters": described,
+            "laboratories": [[p.value(v) for p, v in zip(parameters, row)] for row in rows]}
 
 
-def doubt(ensemble):
+def doubt(ensemble: dict[str, Any]) -> str:
     """Why the laboratories may not be a sample of those that are plausible, or an empty text."""
     tau = max(p["autocorrelation_steps"] for p in ensemble["parameters"])
     if ensemble["kept"] >= TRUSTED * tau:
         return ""
-    return (f"the longest autocorrelation time is {tau:.0f} steps, and only {ensemble['kept']} were kept: draw with --steps "
-            f"{math.ceil(1.5 * TRUSTED * tau)}")  # fmt: skip
+    return f"the longest autocorrelation time is {tau:.0f} steps, and only {ensemble['kept']} were kept: " \
+           f"draw with --steps {math.ceil(1.5 * TRUSTED * tau)}"
 
 
-def save(ensemble, path):
-    part = Path(f"{path}.part")
-    part.write_text(json.dumps(ensemble, indent=1) + "\n", encoding="utf-8")
-    part.replace(path)
+def save(document: dict[str, Any], path: Any) -> None:
+    with replacing(path) as file:
+        file.write_text(json.dumps(document, indent=1) + "\n", "utf-8")
 
 
-def load(path):
-    """Raises ValueError naming file and cause."""
-    ensemble = json.loads(Path(path).read_text(encoding="utf-8"))
-    if ensemble.get("schema") != SCHEMA or ensemble.get("schema_version") != 2:
-        raise ValueError(f"{path}: no {SCHEMA} of version 2: draw it again")
-    names = [p["name"] for p in ensemble["parameters"]]
-    if names != [p.name for p in free_parameters()]:
-        raise ValueError(f"{path}: its parameters are not the free ones of this version: draw it again")
-    for number, row in enumerate(ensemble["laboratories"]):
-        if len(row) != len(names) or not all(isinstance(v, (int, float)) for v in row):
-            raise ValueError(f"{path}: laboratory {number} is not one number for each parameter")
+def load(path: Any) -> dict[str, Any]:
+    """Raises InputError, one line with file and cause."""
+    try:
+        ensemble = json.loads(Path(path).read_text("utf-8"))
+        of = ensemble["schema"], ensemble["schema_version"], [p["name"] for p in ensemble["parameters"]]
+        rows = np.asarray(ensemble["laboratories"], float)
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: is no document of laboratories: {error!r}") from error
+    if of != (SCHEMA, 2, [p.name for p in free_parameters()]):
+        raise InputError(f"{path}: is of another version: draw the laboratories again")
+    if rows.ndim != 2 or rows.shape[1] != len(of[2]) or not np.isfinite(rows).all():
+        raise InputError(f"{path}: a laboratory is not one number for each parameter")
     return ensemble
 
 
-def play(values, number, *, gestures="1-6", trials=16, seed=1, glove_seed=1001, rate_hz=10.0, scenarios=False):
-    """The experiment in one laboratory: {"cells": [...], "lead_s", "shapes": [...]} (host/study/laboratory.hpp)."""
-    return json.loads(_flexor.play_laboratory(assignments(values), number, gestures, trials, seed, glove_seed, rate_hz, scenarios))
+def play(values: list[float], number: int, *, gestures: str = "1-6", trials: int = 16, seed: int = 1, glove_seed: int = 1001,
+         rate_hz: float = 10, scenarios: bool = False) -> dict[str, Any]:
+    """The experiment in one laboratory, `number` of its random numbers: {"cells", "lead_s", "shapes"} (host/study/laboratory.hpp)."""
+    return core.play_laboratory(_changes(values), number, gestures, trials, seed, glove_seed, rate_hz, scenarios)
 
 
-def run(ensemble, *, out=None, threads=None, client=None, progress=None, **settings):
-    """The experiment in every laboratory: rows (`play`), in their order.
+def run(ensemble: dict[str, Any], *, out: Any = None, threads: int = 0, client: Any = None, progress: Show = None,
+        **settings: Any) -> list[dict[str, Any]]:
+    """`play` with `settings` in every laboratory, in their order.
 
-    With a folder `out` each laboratory is a line of laboratories.jsonl as soon as its turn comes, and a run that was cut off goes on
-    there. `client`, a dask.distributed Client, plays them on its workers; otherwise threads of this process do.
-    Raises ValueError for a folder of another run.
+    out: a folder, in which each laboratory is a line of laboratories.jsonl as soon as its turn comes; a run that was cut off goes on
+    there. client: a distributed.Client of Dask, whose workers play; else threads of this process. Raises InputError: the folder
+    has another run.
     """
     laboratories = ensemble["laboratories"]
-    rows, journal = [], None
-    if out:
-        rows, journal = _resume(Path(out), {"laboratories": laboratories, "settings": settings, "version": _flexor.version})
-    pool = ThreadPoolExecutor(threads or os.cpu_count())
-    try:
-        submit = client.submit if client else pool.submit
-        todo = [submit(play, laboratories[k], k, **settings) for k in range(len(rows), len(laboratories))]
-        for future in todo:
-            rows.append(future.result())
-            if journal:
-                journal.write(json.dumps(rows[-1]) + "\n")
-                journal.flush()
-            if progress:
-                progress(len(rows), len(laboratories))
-    finally:
-        pool.shutdown(cancel_futures=True)
-        if journal:
-            journal.close()
+    identity = {"laboratories": laboratories, "settings": settings, "version": __version__}
+    rows = [] if out is None else _journal(Path(out), identity)
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool, shown(progress) as show:
+        todo = [(client or pool).submit(play, laboratories[k], k, **settings) for k in range(len(rows), len(laboratories))]
+        try:
+            for future in todo:
+                rows.append(future.result())
+                if out is not None:
+                    with open(Path(out) / "laboratories.jsonl", "a", encoding="utf-8") as journal:
+                        journal.write(json.dumps(rows[-1]) + "\n")
+                if show:
+                    show(len(rows), len(laboratories), "laboratories")
+        finally:
+            for future in todo:
+                future.cancel()
     return rows
 
 
-def _resume(folder, identity):
-    """Rows whose line is whole, and the journal open behind them."""
+def _journal(folder: Path, identity: dict[str, Any]) -> list[dict[str, Any]]:
+    """Rows whose line is whole; the others leave the file."""
     folder.mkdir(parents=True, exist_ok=True)
-    mark, path = folder / "run.json", folder / "laboratories.jsonl"
-    text = json.dumps(identity, sort_keys=True)
-    if mark.exists() and mark.read_text(encoding="utf-8") != text:
-        raise ValueError(f"{folder} holds another run: give another folder, or remove it")
-    mark.write_text(text, encoding="utf-8")
-    whole = path.read_text(encoding="utf-8").rpartition("\n")[0] if path.exists() else ""
-    rows = [json.loads(line) for line in whole.splitlines()]
-    with open(path, "w", encoding="utf-8") as again:
-        again.writelines(line + "\n" for line in whole.splitlines())
-    return rows, open(path, "a", encoding="utf-8")
+    mark, journal = folder / "run.json", folder / "laboratories.jsonl"
+    if mark.exists() and json.loads(mark.read_text("utf-8")) != identity:
+        raise InputError(f"{folder} has another run: another folder, or remove it")
+    mark.write_text(json.dumps(identity), "utf-8")
+    whole = journal.read_text("utf-8").rpartition("\n")[0].splitlines() if journal.exists() else []
+    with replacing(journal) as file:
+        file.write_text("".join(line + "\n" for line in whole), "utf-8")
+    return [json.loads(line) for line in whole]
 
 
-def frame(rows):
-    """All cells as a tidy DataFrame: laboratory, scenario ("" is ordinary use), gesture, compensator, error_deg_s."""
+def frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
+    """All cells, a row each: laboratory, scenario ("" is ordinary use), gesture, compensator, error_deg_s."""
     return pd.DataFrame([{"laboratory": k, **cell} for k, row in enumerate(rows) for cell in row["cells"]])
 
 
-def _interval(values):
-    low, median, high = np.quantile(np.asarray(values, float), (LOW, MEDIAN, HIGH))
-    return {"median": float(median), "low": float(low), "high": float(high)}
+def _interval(values: Any) -> dict[str, float]:
+    return {name: float(np.quantile(np.asarray(values, float), at)) for name, at in QUANTILES.items()}
 
 
-def _headlines(cells):
+def _headlines(cells: pd.DataFrame) -> list[dict[str, Any]]:
     """Of each compensator to each other: the geometric mean of their errors' ratio over the gestures, laboratory by laboratory."""
-    mean = np.log(cells.pivot_table(index="laboratory", columns=["compensator", "gesture"], values="error_deg_s", sort=False))
-    mean = mean.T.groupby(level="compensator", sort=False).mean().T
+    logs = cells.assign(log=np.log(cells.error_deg_s)).groupby(["compensator", "laboratory"], sort=False)["log"].mean().unstack(0)
     out = []
-    for one in mean:
-        ratios = {to: np.exp(mean[one] - mean[to]) for to in mean if to != one}
-        out.append({"compensator": one, "mean_ratio_to": {to: _interval(r) for to, r in ratios.items()},
-                    "share_of_laboratories_below": {to: float((r < 1).mean()) for to, r in ratios.items()}})  # fmt: skip
+    for one in logs:
+        ratios = {to: np.exp(logs[one] - logs[to]) for to in logs if to != one}
+        out.append({"compensator": one, "mean_ratio_to": {to: _interval(ratio) for to, ratio in ratios.items()},
+                    "share_of_laboratories_below": {to: float((ratio < 1).mean()) for to, ratio in ratios.items()}})
     return out
 
 
-def _log_rms(cells, published, gestures):
-    known = [c for c in published if c["gesture"] in gestures]
-    of = cells.set_index(["gesture", "compensator", "laboratory"])["error_deg_s"]
-    logs = [np.log(of[c["gesture"], c["compensator"]] / c["error_deg_s"]) for c in known if (c["gesture"], c["compensator"]) in of]
-    return _interval(np.sqrt(np.mean(np.square(logs), axis=0))) if len(logs) == len(known) else None
+def _log_rms(cells: pd.DataFrame, first: int, last: int) -> Optional[dict[str, float]]:
+    """Distance from the published averages; none where a gesture was not played."""
+    published = pd.DataFrame(core.published_table()).query("@first <= gesture <= @last")
+    both = published.merge(cells, on=["gesture", "compensator"], suffixes=("_published", ""))
+    if both.groupby(["gesture", "compensator"]).ngroups < len(published):
+        return None
+    squares = np.log(both.error_deg_s / both.error_deg_s_published) ** 2
+    return _interval(np.sqrt(squares.groupby(both.laboratory).mean()))
 
 
-def summary(rows, ensemble):
+def summary(rows: list[dict[str, Any]], ensemble: dict[str, Any]) -> dict[str, Any]:
     """Every figure a median with `low` and `high`, the 5 and 95 % quantiles over laboratories: cells, headlines, scenarios,
     distance from the published table, shapes, lead, and how the laboratories were drawn."""
     every = frame(rows)
     cells = every[every.scenario == ""]
-    published = json.loads(_flexor.published_table())
-    known = {(c["gesture"], c["compensator"]): c["error_deg_s"] for c in published}
-    hw = cells[cells.compensator == "published-hw"].set_index(["gesture", "laboratory"])["error_deg_s"]
-    table = []
-    for (gesture, compensator), cell in cells.groupby(["gesture", "compensator"], sort=False):
-        errors = cell.set_index(["gesture", "laboratory"])["error_deg_s"]
-        table.append({"gesture": gesture, "compensator": compensator, "total_error_deg_s": _interval(errors),
-                      "published_deg_s": known.get((gesture, compensator)),
-                      "ratio_to_published_hw": _interval(errors / hw.loc[[gesture]])})  # fmt: skip
-    shapes = []
-    for k, shape in enumerate(rows[0]["shapes"]):
-        values = [row["shapes"][k] for row in rows]
-        shape = {key: v for key, v in shape.items() if key not in ("value_deg", "agrees", "where")}
-        shapes.append(shape | {"value_deg": _interval([v["value_deg"] for v in values]),
-                               "share_of_laboratories_that_agree": float(np.mean([v["agrees"] for v in values]))})  # fmt: skip
-    leads = [row["lead_s"] for row in rows if row["lead_s"] is not None]
+    errors = cells.set_index(["compensator", "gesture", "laboratory"])["error_deg_s"]
+    table = [
+        {"gesture": gesture, "compensator": compensator, "total_error_deg_s": _interval(errors[compensator, gesture]),
+         "ratio_to_published_hw": _interval(errors[compensator, gesture] / errors["published-hw", gesture])}
+        for gesture, compensator in cells[["gesture", "compensator"]].drop_duplicates().itertuples(index=False)]
+    shapes = [
+        {"gesture": one[0]["gesture"], "value_deg": _interval([shape["value_deg"] for shape in one]),
+         "share_of_laboratories_that_agree": float(np.mean([shape["agrees"] for shape in one]))}
+        for one in zip(*(row["shapes"] for row in rows))]
+    leads_s = [row["lead_s"] for row in rows if row["lead_s"] is not None]
     changed = every[every.scenario != ""].groupby("scenario", sort=False)
     drawn = ensemble["parameters"]
     return {
-        "laboratories": len(rows),
-        "cells": table,
-        "headlines": _headlines(cells),
+        "laboratories": len(rows), "cells": table, "headlines": _headlines(cells),
         "scenarios": [{"name": name, "headlines": _headlines(one)} for name, one in changed],
-        "log_rms": {"gestures_1_to_4": _log_rms(cells, published, range(1, 5)), "gestures_5_and_6": _log_rms(cells, published, (5, 6))},
-        "lead_s": _interval(leads) if leads else None,
-        "shapes": shapes,
+        "log_rms": {"gestures_1_to_4": _log_rms(cells, 1, 4), "gestures_5_and_6": _log_rms(cells, 5, 6)},
+        "lead_s": _interval(leads_s) if leads_s else None, "shapes": shapes,
         "ensemble": {"seed": ensemble["seed"], "doubt": doubt(ensemble), "acceptance": ensemble["acceptance"],
-                     "longest_autocorrelation_steps": max(p["autocorrelation_steps"] for p in drawn),
+                     "autocorrelation_steps": max(p["autocorrelation_steps"] for p in drawn),
                      "least_effective": min(p["effective"] for p in drawn)},
-        "version": _flexor.version,
-    }  # fmt: skip
+        "version": __version__,
+    }
 
 
-def table(result):
-    """The headlines as text: each compensator to published-hw and to the line with a lead, median (5 to 95 %), share below 1."""
-    lines = [f"{'':<24}{'to published-hw':>32}{'to line-lead':>32}"]
-    for title, headlines in [("", result["headlines"])] + [(s["name"], s["headlines"]) for s in result["scenarios"]]:
+def text(result: dict[str, Any]) -> str:
+    """The headlines: each compensator to published-hw and to the line with a lead, median (5 to 95 %), share below 1."""
+    lines = [f"{'':24}{'to published-hw':>28}{'to line-lead':>28}"]
+    for title, headlines in [("", result["headlines"])] + [(one["name"], one["headlines"]) for one in result["scenarios"]]:
         lines += [title] if title else []
         for one in headlines:
-            cells = []
-            for to in ("published-hw", "line-lead"):
-                r, below = one["mean_ratio_to"].get(to), one["share_of_laboratories_below"].get(to)
-                cells.append(f"{r['median']:.2f} ({r['low']:.2f} to {r['high']:.2f}), {100 * below:.0f} %" if r else "-")
-            lines.append(f"{one['compensator']:<24}{cells[0]:>32}{cells[1]:>32}")
+            shares = one["share_of_laboratories_below"]
+            ratios = {to: f"{r['median']:.2f} ({r['low']:.2f} to {r['high']:.2f}), {100 * shares[to]:.0f} %"
+                      for to, r in one["mean_ratio_to"].items()}
+            lines.append(f"{one['compensator']:24}{ratios.get('published-hw', ''):>28}{ratios.get('line-lead', ''):>28}")
     return "\n".join(lines)
 
 
-def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m flexor.laboratories", description=__doc__.split("\n")[0])
-    tasks = parser.add_subparsers(dest="task", required=True)
+def _draw(o: argparse.Namespace) -> None:
+    ensemble = draw(o.laboratories, steps=o.steps, seed=o.seed, threads=o.threads)
+    save(ensemble, o.out)
+    print(f"{o.out}: {o.laboratories} laboratories")
+    if doubt(ensemble):
+        print(f"warning: {doubt(ensemble)}", file=sys.stderr)
+
+
+def _run(o: argparse.Namespace) -> None:
+    ensemble = load(o.file)
+    rows = run(ensemble, out=o.out, threads=o.threads, gestures=o.gestures, trials=o.trials, scenarios=o.scenarios)
+    result = summary(rows, ensemble)
+    save(result, Path(o.out) / "results.json")
+    print(text(result))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser("flexor.laboratories", description=(__doc__ or "").partition("\n")[0])
+    tasks = parser.add_subparsers(required=True)
     drawing = tasks.add_parser("draw", help="laboratories that the published averages leave plausible")
     drawing.add_argument("--laboratories", type=int, default=200)
     drawing.add_argument("--steps", type=int, default=600, help="of each of 64 walkers; a third of them warms up")
     drawing.add_argument("--seed", type=int, default=7)
-    drawing.add_argument("--out", required=True)
+    drawing.add_argument("--out", required=True, help="the document")
+    drawing.set_defaults(job=_draw)
     playing = tasks.add_parser("run", help="the experiment in each of them; goes on where a run was cut off")
-    playing.add_argument("laboratories")
+    playing.add_argument("file", help="the document")
     playing.add_argument("--gestures", default="1-6")
     playing.add_argument("--trials", type=int, default=16)
     playing.add_argument("--scenarios", action="store_true", help="also with half-open poses, the glove put on again, and so on")
     playing.add_argument("--out", required=True, help="folder: laboratories.jsonl, results.json")
+    playing.set_defaults(job=_run)
     for one in (drawing, playing):
-        one.add_argument("--threads", type=int, help="default: as many as the machine has")
-    o = parser.parse_args(arguments)
-    from .progress import bar
-
-    try:
-        if o.task == "draw":
-            ensemble = draw(o.laboratories, steps=o.steps, seed=o.seed, threads=o.threads, progress=bar("steps"))
-            save(ensemble, o.out)
-            print(doubt(ensemble), file=sys.stderr)
-            return 0
-        ensemble = load(o.laboratories)
-        rows = run(ensemble, out=o.out, threads=o.threads, progress=bar("laboratories"),
-                   gestures=o.gestures, trials=o.trials, scenarios=o.scenarios)  # fmt: skip
-    except (ValueError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    result = summary(rows, ensemble)
-    save(result, Path(o.out) / "results.json")
-    print(table(result))
-    return 0
+        one.add_argument("--threads", type=int, default=0, help="0: as many as the machine has")
+    run_command(parser, lambda o: o.job(o))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

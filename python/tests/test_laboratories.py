@@ -1,0 +1,110 @@
+"""Laboratories: the prior, known densities, and that a laboratory, a run and a summary are what they say."""
+
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip("emcee")
+pytest.importorskip("pandas")
+
+import flexor
+from flexor import laboratories
+
+SHIPPED = [1.0, 25.0, 25.0, 25.0, 25.0, 40.0, 80.0, 80.0, 80.0, 80.0, 60.0, 0.1, 1.0, 0.03, 15.0, 0.5]
+QUICK = {"gestures": "1", "trials": 1}
+
+
+def ensemble(*rows):
+    parameters = [{"name": p.name, "autocorrelation_steps": 20.0, "effective": 300.0} for p in laboratories.free_parameters()]
+    return {"schema": "flexor-ensemble", "schema_version": 2, "seed": 7, "kept": 400, "acceptance": 0.2, "parameters": parameters,
+            "laboratories": [list(row) for row in rows]}
+
+
+def test_the_prior():
+    parameters = laboratories.free_parameters()
+    random = np.random.default_rng(1)
+    for p in parameters:
+        x = np.array([p.draw(random) for _ in range(2000)])
+        assert p.x(p.min) <= x.min() and x.max() <= p.x(p.max)
+        assert p.log_prior(p.x(p.max) + 1e-9) == -np.inf
+        if p.deviation:
+            assert abs(np.median(x) - p.x(p.median)) < 0.15 * p.deviation
+            assert p.log_prior(p.x(p.median) + p.deviation) == pytest.approx(-0.5)
+        flexor.twin_parameters([f"{p.name}={p.median}"])  # the twin has it
+    x = [p.x(p.median) for p in parameters]
+    assert np.isfinite(laboratories.log_prior(x, parameters))
+    x[1], x[6] = x[6], x[1]
+    assert laboratories.log_prior(x, parameters) == -np.inf, "a sensor that bends less with the finger bent more"
+
+
+def test_a_known_density_is_recovered():
+    mean, deviation = np.array([2.0, -1.0]), np.array([0.5, 3.0])
+    start = np.random.default_rng(1).normal(size=(16, 2))
+    chains = [laboratories.sample(lambda x: -(((x - mean) / deviation) ** 2).sum() / 2, start, 3000, threads=n, progress=False)
+              for n in (1, 3)]
+    draws, tau, acceptance = chains[0]
+    assert draws.shape == (2000, 16, 2) and 0.1 < acceptance < 0.9
+    error = deviation * np.sqrt(tau / (2000 * 16))
+    assert (abs(draws.mean((0, 1)) - mean) < 4 * error).all()
+    assert draws.std((0, 1)) == pytest.approx(deviation, rel=0.05)
+    assert np.array_equal(draws, chains[1][0]), "whatever the threads"
+
+
+def test_the_shipped_parameters_are_plausible():
+    likely = flexor._core.core.table_log_likelihood([], 4, 16, 7)
+    assert -6 < likely < 0
+    assert flexor._core.core.table_log_likelihood(["person.pose_spread_deg=5"], 4, 16, 7) < likely
+
+
+def test_a_drawn_document_is_read_again(tmp_path):
+    drawn = laboratories.draw(3, walkers=34, steps=3, trials=1, progress=False)
+    laboratories.save(drawn, tmp_path / "l.json")
+    assert laboratories.load(tmp_path / "l.json") == drawn and len(drawn["laboratories"]) == 3
+    assert "--steps" in laboratories.doubt(drawn)
+    with pytest.raises(flexor.InputError, match="leave 68 draws"):
+        laboratories.draw(69, walkers=34, steps=3)
+
+
+def test_a_laboratory_is_what_it_is_alone(tmp_path):
+    two = ensemble(SHIPPED, SHIPPED)
+    rows = laboratories.run(two, threads=2, progress=False, out=tmp_path, **QUICK)
+    assert rows[1] == laboratories.play(SHIPPED, 1, **QUICK) != rows[0]
+    journal = tmp_path / "laboratories.jsonl"
+    text = journal.read_text()
+    journal.write_text(text[:-20])  # cut off in the second's line
+    assert laboratories.run(two, progress=False, out=tmp_path, **QUICK) == rows and journal.read_text() == text
+    with pytest.raises(flexor.InputError, match="another run"):
+        laboratories.run(two, out=tmp_path, gestures="2")
+
+
+def test_a_scenario_changes_what_is_played():
+    cells = laboratories.frame([laboratories.play(SHIPPED, 0, scenarios=True, **QUICK)])
+    assert cells.scenario.nunique() == 9
+    plain = laboratories.play(SHIPPED, 0, **QUICK)["cells"]
+    assert cells[cells.scenario == ""].error_deg_s.tolist() == [cell["error_deg_s"] for cell in plain]
+    fitted = cells[cells.compensator == "identified"].error_deg_s
+    assert (fitted.iloc[1:] != fitted.iloc[0]).all()
+
+
+def test_a_summary_has_the_quantiles():
+    def row(hw, own):
+        cells = [{"scenario": "", "gesture": 1, "compensator": name, "error_deg_s": value}
+                 for name, value in (("published-hw", hw), ("identified", own))]
+        return {"cells": cells, "lead_s": None, "shapes": [{"gesture": 2, "value_deg": own, "agrees": own < 3}]}
+
+    result = laboratories.summary([row(10, k) for k in range(1, 22)], ensemble(*[SHIPPED] * 21))
+    assert result["cells"][1]["total_error_deg_s"] == {"median": 11, "low": 2, "high": 20}
+    assert result["headlines"][1]["mean_ratio_to"]["published-hw"] == pytest.approx({"median": 1.1, "low": 0.2, "high": 2})
+    assert result["headlines"][1]["share_of_laboratories_below"]["published-hw"] == pytest.approx(9 / 21)
+    assert result["shapes"][0]["share_of_laboratories_that_agree"] == pytest.approx(2 / 21)
+    assert result["log_rms"]["gestures_1_to_4"] is None and result["ensemble"]["least_effective"] == 300
+    assert "1.10 (0.20 to 2.00), 43 %" in laboratories.text(result)
+
+
+@pytest.mark.parametrize("broken", ["", "[]", "{}", json.dumps(ensemble([1.0])), json.dumps(ensemble(["a"] * 16)),
+                                    json.dumps(ensemble(SHIPPED) | {"schema_version": 1})])
+def test_nonsense_is_refused_in_a_line(tmp_path, broken):
+    (tmp_path / "l.json").write_text(broken)
+    with pytest.raises(flexor.InputError, match="l.json: [^\n]*$"):
+        laboratories.load(tmp_path / "l.json")

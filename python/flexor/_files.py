@@ -1,6 +1,7 @@
-"""What the modules of this folder share: reading tables of `flexor`, files written whole, errors in one line."""
+"""Tables of `flexor`, files written whole, errors in one line."""
 import argparse
 import importlib.metadata
+import json
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -39,6 +40,11 @@ def replacing(path) -> Iterator[Path]:
         beside.replace(path)
     finally:
         beside.unlink(missing_ok=True)
+
+
+def write_json(path, document, **style) -> None:
+    with replacing(path) as file:
+        file.write_text(json.dumps(document, **(style or {"indent": 2})) + "\n", "utf-8")
 
 
 def run(parser: argparse.ArgumentParser, job: Callable[[argparse.Namespace], None]) -> None:

@@ -11,36 +11,31 @@ or not at all. Raises ValueError, one line.
 """
 import argparse
 import json
-import os
 import re
 import shutil
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from flexor._files import read_table, replacing, run, version
+from flexor._files import read_table, replacing, run, version, write_json
 
 LOST = 3  # a camera's quality
-LONGEST_PAUSE_S = 3600
 UNEVEN = 0.15  # of the mean step: clocks are written in whole milliseconds
 README = """# Joint angles of a hand
 
 Angles of finger joints, in degrees, as a flex-sensor glove measured them and Flexor exported them. Each sample is a row
 of a motion.tsv, each joint a column; channels.tsv beside it names the columns, motion.json has the rate. The last
-column, latency, has the seconds from the first sample on.
-
-An angle that is not known, as in a pause of the log, is n/a.
+column, latency, has the seconds from the first sample on. An angle that is not known is n/a.
 """
 
 
-def joints_of(frame: pd.DataFrame, names: Mapping[str, str] | None = None, model=None) -> pd.DataFrame:
+def joints_of(frame: pd.DataFrame, model=None) -> pd.DataFrame:
     """Joints by name in degrees on strictly rising seconds; a row with the time of one before is left out.
 
-    names: what joints are to be called instead. model: the document that the angles are of; they become flexion, 0 at the open
-    hand and growing towards the fist.
+    model: the document that the angles are of; they become flexion, 0 at the open hand and growing towards the fist.
     """
     out = {}
     for column in frame:
@@ -53,12 +48,7 @@ def joints_of(frame: pd.DataFrame, names: Mapping[str, str] | None = None, model
         out[joint] = angle.mask(frame[f"{joint}_quality"] >= LOST) if f"{joint}_quality" in frame else angle
     if not out:
         raise ValueError(f"no column is called NAME_deg or NAME_rad; there are {', '.join(map(str, frame))}")
-    angles = _flexion(pd.DataFrame(out), model) if model is not None else pd.DataFrame(out)
-    if unknown := set(names or {}) - set(angles):
-        raise ValueError(f"no joint {min(unknown)}; there are {', '.join(angles)}")
-    angles = angles.rename(columns=names or {})
-    if not angles.columns.is_unique:
-        raise ValueError(f"two joints are called {angles.columns[angles.columns.duplicated()][0]}")
+    angles = pd.DataFrame(out) if model is None else _flexion(pd.DataFrame(out), model)
     if np.isinf(angles.to_numpy()).any():
         raise ValueError("an angle is infinite")
     angles.index = _seconds(frame.index)
@@ -88,153 +78,111 @@ def _flexion(angles: pd.DataFrame, model) -> pd.DataFrame:
     return angles
 
 
-def resampled(angles: pd.DataFrame, rate_hz: float) -> pd.DataFrame:
-    """On an even grid, causally: each sample is the mean of the readings since the one before, and without any stays as it was.
-
-    A joint that is not known for 0.3 s, or five samples where that is longer, is NaN from there on.
-    """
-    t_s, period_s = angles.index.to_numpy(), 1 / rate_hz
-    pause = np.diff(t_s, prepend=t_s[0])
-    if pause.max() > LONGEST_PAUSE_S:
-        raise ValueError(f"nothing for {pause.max():.0f} s before {t_s[pause.argmax()]:.1f} s: export the parts one by one")
-    point = np.ceil((t_s - t_s[0]) * rate_hz - 1e-6).astype(int)
-    grid = range(point[-1] + 1)
-    known_s = angles.notna().mul(t_s, axis=0).where(angles.notna())
-    last_s = known_s.groupby(point).max().reindex(grid).ffill()
-    out = angles.groupby(point).mean().reindex(grid).ffill()
-    out.index = t_s[0] + np.array(grid) * period_s
-    return out.where(out.index.to_numpy()[:, None] - last_s.to_numpy() <= max(0.3, 5 * period_s))
-
-
 def _rate_hz(t_s: np.ndarray) -> float:
     """Even where no step differs from the mean by more than UNEVEN, and no sample lies a mean step from its place."""
     if len(t_s) < 2:
-        raise ValueError("one row has no sampling rate: give a rate")
+        raise ValueError("one row has no sampling rate")
     mean_s = (t_s[-1] - t_s[0]) / (len(t_s) - 1)
     step_s = np.diff(t_s)
     astray_s = np.abs(t_s - t_s[0] - mean_s * np.arange(len(t_s))).max()
     if np.abs(step_s / mean_s - 1).max() > UNEVEN or astray_s > mean_s:
         raise ValueError(f"unevenly sampled, steps of {step_s.min():.4g} to {step_s.max():.4g} s, a sample {astray_s:.3g} s from its "
-                         f"place at an even rate: BIDS needs a rate, such as {1 / mean_s:.3g}")
+                         "place at an even rate: BIDS needs a rate (angles of flexor apply have one; else pandas' resample)")
     return 1 / mean_s
 
 
-def bids(folder, frames, *, subject: str = "01", task: str = "motion", first_run: int | None = None, rate_hz: float | None = None,
-         names: Mapping[str, str] | None = None, model=None) -> list[Path]:
-    """Adds recordings to a BIDS dataset with motion, a new one or one that is there; returns the files.
+def bids(folder, frame: pd.DataFrame, *, subject: str = "01", task: str = "motion", number: int | None = None, model=None) -> list[Path]:
+    """Adds a recording to a BIDS dataset with motion, a new one or one that is there; returns the files.
 
-    frames: one, or a list, a run each, numbered from first_run (1 where there are several). rate_hz: puts rows onto an even
-    grid (`resampled`); unevenly sampled frames are refused without it. A new dataset is there whole or not at all; in one that
-    is there nothing changes but for a line in participants.tsv. One export at a time.
-
-    The last column, latency, has the seconds from the first sample on, to the microsecond: the rate alone would lose them.
+    number: of the run. In a dataset that is there nothing changes but for a line in participants.tsv. The last column, latency,
+    has the seconds from the first sample on, to the microsecond: the rate alone would lose them.
     Source: BIDS 1.10.0, Motion. MotionChannelCount counts joints (JNTANG) and latency (LATENCY), as its example motion_dualtask does.
     """
     for what, label in (("subject", subject), ("task", task)):
         if not re.fullmatch("[A-Za-z0-9]+", label):
             raise ValueError(f"{what} {label}: BIDS takes letters and digits alone")
-    folder, frames = Path(folder), [frames] if isinstance(frames, pd.DataFrame) else list(frames)
-    stem = f"sub-{subject}_task-{task}_tracksys-glove"
-    count_runs = first_run is not None or len(frames) > 1
-    stems = [stem + (f"_run-{(first_run or 1) + i}" if count_runs else "") for i in range(len(frames))]
+    folder = Path(folder)
+    is_new = not folder.exists() or not any(folder.iterdir())
+    if not is_new and not (folder / "dataset_description.json").exists():
+        raise ValueError(f"{folder}: is no BIDS dataset, which has a dataset_description.json: choose another folder")
+    run_part = "" if number is None else f"_run-{number}"
     motion = folder / f"sub-{subject}" / "motion"
-    files = [motion / (name + end) for name in stems for end in ("_motion.tsv", "_motion.json", "_channels.tsv")]
-    adds = _is_dataset(folder)
+    stem = f"{motion}/sub-{subject}_task-{task}_tracksys-glove{run_part}"
+    files = [Path(stem + end) for end in ("_motion.tsv", "_motion.json", "_channels.tsv")]
     if there := [file for file in files if file.exists()]:
         raise ValueError(f"{there[0]}: is there already: choose another subject, task or run")
-    staging = folder.absolute().parent / f".flexor-export-{os.getpid()}"
-    staging.mkdir()
+    angles = joints_of(frame, model)
+    if "latency" in angles:
+        raise ValueError("a joint is called latency, as the column of times is: call it otherwise")
+    rate_hz = _rate_hz(angles.index.to_numpy())
     try:
-        made_in = staging / motion.relative_to(folder)
-        made_in.mkdir(parents=True)
-        made = [_write_run(frame, made_in / name, task, rate_hz, names, model) for frame, name in zip(frames, stems, strict=True)]
-        if any(joints != made[0] for joints in made):
-            raise ValueError("the recordings have different joints: export each with a task of its own")
-        _add_participant(folder / "participants.tsv", staging / "participants.tsv", f"sub-{subject}")
-        if adds:
-            motion.mkdir(parents=True, exist_ok=True)
-            for file in files:
-                (made_in / file.name).rename(file)
-            (staging / "participants.tsv").rename(folder / "participants.tsv")
-        else:
-            _write_description(staging)
-            staging.rename(folder)
-    finally:
-        shutil.rmtree(staging, ignore_errors=True)
+        motion.mkdir(parents=True, exist_ok=True)
+        _write_run(angles, files, task, rate_hz)
+        if is_new:
+            (folder / "README.md").write_text(README, "utf-8")
+            write_json(folder / "dataset_description.json", {
+                "Name": "Joint angles of a hand", "BIDSVersion": "1.10.0", "DatasetType": "raw",
+                "GeneratedBy": [{"Name": "Flexor", "Version": version()}]})
+        _add_participant(folder / "participants.tsv", f"sub-{subject}")
+    except BaseException:
+        for file in files:
+            file.unlink(missing_ok=True)
+        if is_new:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
     return files
 
 
-def _is_dataset(folder: Path) -> bool:
-    if not folder.exists() or not any(folder.iterdir()):
-        return False
-    if (folder / "dataset_description.json").exists():
-        return True
-    raise ValueError(f"{folder}: is there already and is no BIDS dataset (dataset_description.json is missing): choose another folder")
-
-
-def _write_run(frame: pd.DataFrame, stem: Path, task: str, rate_hz: float | None, names, model) -> list[str]:
-    angles = joints_of(frame, names, model)
-    if "latency" in angles:
-        raise ValueError("a joint is called latency, as the column of times is: call it otherwise")
-    angles.columns = [re.sub(r"[\x00-\x1f\x7f]", "_", joint) for joint in angles]
-    angles = resampled(angles, rate_hz) if rate_hz else angles
-    rate = rate_hz or _rate_hz(angles.index.to_numpy())
+def _write_run(angles: pd.DataFrame, files: list[Path], task: str, rate_hz: float) -> None:
+    angles.columns = _without(r"[\x00-\x1f\x7f]", angles)
     latency = [f"{t_s:.6f}" for t_s in angles.index - angles.index[0]]
-    angles.assign(latency=latency).to_csv(f"{stem}_motion.tsv", sep="\t", na_rep="n/a", header=False, index=False)
-    channels = "".join(f"{joint}\tn/a\tJNTANG\t{joint}\tdeg\n" for joint in angles)
-    header, latency = "name\tcomponent\ttype\ttracked_point\tunits\n", "latency\tn/a\tLATENCY\tn/a\ts\n"
-    Path(f"{stem}_channels.tsv").write_text(header + channels + latency, "utf-8")
+    angles.assign(latency=latency).to_csv(files[0], sep="\t", na_rep="n/a", header=False, index=False)
     count = len(angles.columns)
-    sidecar = {"TaskName": task, "TaskDescription": "Motion of the fingers of one hand", "SamplingFrequency": rate,
-               "TrackingSystemName": "glove", "TrackedPointsCount": count, "MotionChannelCount": count + 1,
-               "JNTANGChannelCount": count, "LATENCYChannelCount": 1, "RecordingDuration": len(angles) / rate,
-               "MissingValues": "n/a", "SoftwareVersions": f"Flexor {version()}"}
-    if rate_hz:
-        sidecar["SamplingNote"] = ("Uneven readings were put onto an even grid: each sample is the mean of the readings since the one "
-                                   "before, and without any it stays as it was.")
-    Path(f"{stem}_motion.json").write_text(json.dumps(sidecar, indent=2) + "\n", "utf-8")
-    return list(angles)
+    write_json(files[1], {
+        "TaskName": task, "TaskDescription": "Motion of the fingers of one hand", "SamplingFrequency": rate_hz,
+        "TrackingSystemName": "glove", "TrackedPointsCount": count, "MotionChannelCount": count + 1,
+        "JNTANGChannelCount": count, "LATENCYChannelCount": 1, "RecordingDuration": len(angles) / rate_hz,
+        "MissingValues": "n/a", "SoftwareVersions": f"Flexor {version()}"})
+    rows = [f"{joint}\tn/a\tJNTANG\t{joint}\tdeg" for joint in angles]
+    rows = ["name\tcomponent\ttype\ttracked_point\tunits", *rows, "latency\tn/a\tLATENCY\tn/a\ts"]
+    files[2].write_text("\n".join(rows) + "\n", "utf-8")
 
 
-def _write_description(folder: Path) -> None:
-    description = {"Name": "Joint angles of a hand", "BIDSVersion": "1.10.0", "DatasetType": "raw",
-                   "GeneratedBy": [{"Name": "Flexor", "Version": version()}]}
-    (folder / "README.md").write_text(README, "utf-8")
-    (folder / "dataset_description.json").write_text(json.dumps(description, indent=2) + "\n", "utf-8")
+def _without(control: str, angles: pd.DataFrame) -> list[str]:
+    return [re.sub(control, "_", joint) for joint in angles]
 
 
-def _add_participant(path: Path, out: Path, subject: str) -> None:
+def _add_participant(path: Path, subject: str) -> None:
     """A line for the subject, where it has none."""
-    text = path.read_text("utf-8") if path.exists() else "participant_id\n"
-    lines = text.splitlines()
+    lines = path.read_text("utf-8").splitlines() if path.exists() else ["participant_id"]
     if subject not in [line.split("\t")[0] for line in lines]:
         lines.append(subject + "\tn/a" * lines[0].count("\t"))
-    out.write_text("\n".join(lines) + "\n", "utf-8")
+    with replacing(path) as file:
+        file.write_text("\n".join(lines) + "\n", "utf-8")
 
 
-def mot(path, frame: pd.DataFrame, *, names: Mapping[str, str] | None = None, model=None) -> int:
+def mot(path, frame: pd.DataFrame, *, model=None) -> int:
     """An OpenSim motion in degrees; returns its rows. A joint's name is a coordinate's: blanks in it become underscores.
 
     A row with an angle that is not known is left out: OpenSim's Storage reads no further than such a row.
     """
-    angles = joints_of(frame, names, model).dropna()
+    angles = joints_of(frame, model).dropna()
     if angles.empty:
         raise ValueError("no row with all its angles")
-    angles.columns = [re.sub(r"[\x00-\x20\x7f]", "_", joint) for joint in angles]
+    angles.columns = _without(r"[\x00-\x20\x7f]", angles)
     if "time" in angles or not angles.columns.is_unique:
         raise ValueError(f"a .mot file cannot have the columns time, {', '.join(angles)}: call a joint otherwise")
-    name = re.sub(r"[\x00-\x20\x7f]", "_", Path(path).stem)
     with replacing(path) as file, open(file, "w", encoding="utf-8") as out:
-        out.write(f"{name}\nversion=1\nnRows={len(angles)}\nnColumns={1 + len(angles.columns)}\ninDegrees=yes\nendheader\n")
+        out.write(f"Flexor\nversion=1\nnRows={len(angles)}\nnColumns={1 + len(angles.columns)}\ninDegrees=yes\nendheader\n")
         angles.to_csv(out, sep="\t", index_label="time")
     return len(angles)
 
 
-def mat(path, frame: pd.DataFrame, *, names: Mapping[str, str] | None = None, model=None) -> int:
+def mat(path, frame: pd.DataFrame, *, model=None) -> int:
     """A .mat file (level 5) with t_s (rows x 1), angle_deg (rows x joints) and joints, a cell array of names; returns its rows."""
     from scipy.io import savemat
 
-    angles = joints_of(frame, names, model)
+    angles = joints_of(frame, model)
     with replacing(path) as file, open(file, "wb") as out:
         savemat(out, {"t_s": angles.index.to_numpy()[:, None], "angle_deg": angles.to_numpy(),
                       "joints": np.array(list(angles), dtype=object)[None, :]}, do_compression=True)
@@ -289,34 +237,25 @@ def live_samples(messages) -> Iterator[tuple[list[str], list[float]]]:
 
 def _job(o: argparse.Namespace) -> None:
     if o.to == "lsl":
-        return print(f"{lsl(o.files[0] if o.files[0].startswith('ws://') else read_table(o.files[0]))} samples")
+        return print(f"{lsl(o.file if o.file.startswith('ws://') else read_table(o.file))} samples")
     if not o.out:
         raise ValueError("--out is needed")
-    if o.to != "bids" and len(o.files) > 1:
-        raise ValueError(f"--to {o.to} takes one recording: export them one by one")
-    frames = [read_table(file) for file in o.files]
-    if o.columns:
-        frames = [frame[[c for c in frame if c in o.columns or c.endswith("_quality")]] for frame in frames]
-    names = dict(pair.split("=", 1) for pair in o.names)
+    frame = read_table(o.file)
     if o.to == "bids":
-        print(*bids(o.out, frames, subject=o.subject, task=o.task, first_run=o.run, rate_hz=o.rate, names=names, model=o.model), sep="\n")
+        print(*bids(o.out, frame, subject=o.subject, task=o.task, number=o.run, model=o.model), sep="\n")
     else:
-        rows = {"mot": mot, "mat": mat}[o.to](o.out, frames[0], names=names, model=o.model)
-        print(f"{o.out}: {rows} of {len(frames[0])} rows")
+        print(f"{o.out}: {(mot if o.to == 'mot' else mat)(o.out, frame, model=o.model)} of {len(frame)} rows")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser("flexor.export", description="Angles for BIDS, OpenSim, MATLAB and the Lab Streaming Layer.")
-    parser.add_argument("files", nargs="+", help="CSV of flexor apply, track or posture complete; for lsl also flexor live's address")
+    parser.add_argument("file", help="CSV of flexor apply, track or posture complete; for lsl also flexor live's address")
     parser.add_argument("--to", required=True, choices=("bids", "mot", "mat", "lsl"))
     parser.add_argument("--out", help="file, or folder of the dataset")
-    parser.add_argument("--columns", type=lambda text: text.split(","), help="which columns (default: all NAME_deg and NAME_rad)")
-    parser.add_argument("--names", type=lambda text: text.split(","), default=[], help="OLD=NEW,...: call joints otherwise")
     parser.add_argument("--model", help="the model that the angles are of: written as flexion, 0 at the open hand")
-    parser.add_argument("--rate", type=float, help="bids: put the rows onto an even grid of so many a second")
     parser.add_argument("--subject", default="01", help="bids: letters and digits")
     parser.add_argument("--task", default="motion", help="bids: letters and digits")
-    parser.add_argument("--run", type=int, help="bids: number of the first recording")
+    parser.add_argument("--run", type=int, help="bids: number of the recording, where there are several")
     run(parser, _job)
 
 

@@ -24,9 +24,8 @@ import math
 import os
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Callable, Optional
+from typing import Any, Callable, NamedTuple, Optional
 
 import numpy as np
 import pandas as pd
@@ -41,44 +40,38 @@ QUANTILES = {"median": 0.5, "low": 0.05, "high": 0.95}
 TRUSTED = 50  # autocorrelation times that chains must have for their length to be known (emcee's own rule)
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """A free parameter v of the twin. Its prior is normal in x, cut off at [min, max]; without a deviation flat in x.
+class Prior(NamedTuple):
+    """Of each free parameter v of the twin, normal in x = v, or ln v where `is_log`: ln p = -((x - median) / deviation)^2 / 2
+    within [min, max], all of x; an infinite deviation is flat."""
 
-    x = v, or ln v where `is_log`; ln p(v) = -((x - m) / s)^2 / 2 with m the median's x and s the deviation.
-    """
+    names: list[str]
+    is_log: np.ndarray
+    median: np.ndarray
+    deviation: np.ndarray
+    min: np.ndarray
+    max: np.ndarray
 
-    name: str
-    median: float
-    deviation: Optional[float]
-    is_log: bool
-    min: float
-    max: float
-
-    def x(self, value: float) -> float:
-        return math.log(value) if self.is_log else value
-
-    def value(self, x: float) -> float:
+    def values(self, x: np.ndarray) -> list[float]:
         """Four digits, as the file has them: what is evaluated is what is written."""
-        return float(f"{math.exp(x) if self.is_log else x:.4g}")
+        return [float(f"{v:.4g}") for v in np.where(self.is_log, np.exp(x), x)]
 
-    def log_prior(self, x: float) -> float:
-        if not self.x(self.min) <= x <= self.x(self.max):
+    def log_density(self, x: np.ndarray) -> float:
+        """Minus infinity also where a sensor bends less with the finger at its upper limit."""
+        if ((x < self.min) | (x > self.max)).any() or (x[:5] >= x[5:10]).any():
             return -math.inf
-        return 0.0 if self.deviation is None else -(((x - self.x(self.median)) / self.deviation) ** 2) / 2
+        return float(-(((x - self.median) / self.deviation) ** 2).sum() / 2)
 
-    def draw(self, random: np.random.Generator) -> float:
-        """Of the prior; what lies beyond the bounds is drawn again."""
-        low, high = self.x(self.min), self.x(self.max)
-        if self.deviation is None:
-            return random.uniform(low, high)
-        while not low <= (x := random.normal(self.x(self.median), self.deviation)) <= high:
-            pass
-        return x
+    def draw(self, random: np.random.Generator) -> np.ndarray:
+        flat = np.isinf(self.deviation)
+        while True:
+            x = random.normal(self.median, np.where(flat, 0, self.deviation))
+            x = np.where(flat, random.uniform(self.min, self.max), x)
+            if math.isfinite(self.log_density(x)):
+                return x
 
 
 @functools.cache
-def free_parameters() -> tuple[Parameter, ...]:
+def prior() -> Prior:
     """The sixteen: bends of the sensor at the fingers' lower limits, at their upper ones, then the others.
 
     A bend's median is the mean of those at which the published compensators answer rightly (saturation limit / gain + edge
@@ -91,34 +84,23 @@ def free_parameters() -> tuple[Parameter, ...]:
             edge_deg = blocks.get(("dead_zone", finger), {"upper": 0})["upper"]
             limit_deg = blocks["saturation", finger][f"{end}_deg"]
             bends[end, finger].append(limit_deg / blocks["lti", finger]["gain"] + edge_deg)
-    out = []
-    for (end, finger), (one, other) in bends.items():
-        bend_deg = (one + other) / 2
-        out.append(Parameter(f"placement.bend_{end}_deg.{finger}", bend_deg, 16, False, bend_deg - 45, bend_deg + 45))
-    return (
-        *out,
-        # From a cautious anti-windup to none: the article names none.
-        Parameter("loop.integral_limit", 60, None, True, 0.2, 120),
+    bend_deg = np.mean(list(bends.values()), axis=1)
+    others = {  # median, factor of one deviation, bounds
+        "loop.integral_limit": (60, math.inf, 0.2, 120),  # from a cautious anti-windup to none: the article names none
         # An integral time of half a second beside the proportional gain, in two of three loops from 0.2 to 1.25 s.
-        Parameter("loop.integral_per_deg_s", 0.1, math.log(2.5), True, 0.002, 0.5),
-        Parameter("cloth.slip_deg", 1, math.log(2), True, 0.2, 6),  # cloth on skin gives by half to two degrees
-        Parameter("cloth.creep_share", 0.03, math.log(2), True, 0.005, 0.15),  # fabric and film creep by some percent of a bend
-        # The first pose is held while somebody starts two cameras: seconds to a minute.
-        Parameter("person.rest_s", 15, math.log(3), True, 0.5, 120),
-        # A pose is met again to a degree or two; the best published trial leaves a tenth.
-        Parameter("person.pose_spread_deg", 0.5, math.log(3), True, 0.05, 5),
-    )
-
-
-def log_prior(x: Any, parameters: tuple[Parameter, ...]) -> float:
-    """Sum over the parameters; minus infinity where a sensor bends less with the finger at its upper limit."""
-    if any(lower >= upper for lower, upper in zip(x[:5], x[5:10])):
-        return -math.inf
-    return sum(p.log_prior(v) for p, v in zip(parameters, x))
+        "loop.integral_per_deg_s": (0.1, 2.5, 0.002, 0.5),
+        "cloth.slip_deg": (1, 2, 0.2, 6),  # cloth on skin gives by half to two degrees
+        "cloth.creep_share": (0.03, 2, 0.005, 0.15),  # fabric and film creep by some percent of a bend
+        "person.rest_s": (15, 3, 0.5, 120),  # the first pose is held while somebody starts two cameras: seconds to a minute
+        "person.pose_spread_deg": (0.5, 3, 0.05, 5),  # a pose is met again to a degree or two; the best published trial leaves a tenth
+    }
+    median, factor, low, high = np.log(list(others.values())).T
+    return Prior([f"placement.bend_{end}_deg.{finger}" for end, finger in bends] + list(others), np.arange(16) >= 10,
+                 np.r_[bend_deg, median], np.r_[np.full(10, 16.0), factor], np.r_[bend_deg - 45, low], np.r_[bend_deg + 45, high])
 
 
 def _changes(values: list[float]) -> list[str]:
-    return [f"{p.name}={v}" for p, v in zip(free_parameters(), values)]
+    return [f"{name}={value}" for name, value in zip(prior().names, values)]
 
 
 def sample(log_density: Callable[[np.ndarray], float], start: np.ndarray, steps: int, *, seed: int = 7, threads: int = 0,
@@ -146,30 +128,25 @@ def draw(laboratories: int = 200, *, walkers: int = 64, steps: int = 600, trials
     draws = (steps - steps // 3) * walkers
     if not 1 <= laboratories <= draws:
         raise InputError(f"{steps} steps of {walkers} walkers leave {draws} draws for {laboratories} laboratories")
-    parameters = free_parameters()
+    of = prior()
 
     def log_density(x: np.ndarray) -> float:
-        prior = log_prior(x, parameters)
-        if math.isinf(prior):
-            return prior
-        return prior + core.table_log_likelihood(_changes([p.value(v) for p, v in zip(parameters, x)]), 4, trials, seed)
+        before = of.log_density(x)
+        if math.isinf(before):
+            return before
+        return before + core.table_log_likelihood(_changes(of.values(x)), 4, trials, seed)
 
     random = np.random.default_rng(seed)
-    start: list[list[float]] = []
-    while len(start) < walkers:
-        x = [p.draw(random) for p in parameters]
-        if math.isfinite(log_prior(x, parameters)):
-            start.append(x)
-    chain, tau, acceptance = sample(log_density, np.array(start), steps, seed=seed, threads=threads, progress=progress)
-    flat = chain.swapaxes(0, 1).reshape(-1, len(parameters))
+    start = np.array([of.draw(random) for _ in range(walkers)])
+    chain, tau, acceptance = sample(log_density, start, steps, seed=seed, threads=threads, progress=progress)
+    flat = chain.swapaxes(0, 1).reshape(-1, len(of.names))
     rows = flat[(2 * np.arange(laboratories) + 1) * len(flat) // (2 * laboratories)]
-    described = [
-        {"name": p.name, **{name: p.value(np.quantile(flat[:, i], at)) for name, at in QUANTILES.items()},
-         "prior": {"median": p.median, "deviation": p.deviation, "is_log": p.is_log, "min": p.min, "max": p.max},
-         "autocorrelation_steps": float(tau[i]), "effective": float(len(flat) / tau[i])} for i, p in enumerate(parameters)]
+    quantiles = {name: of.values(np.quantile(flat, share, axis=0)) for name, share in QUANTILES.items()}
+    parameters = [{"name": name, **{key: values[i] for key, values in quantiles.items()}, "autocorrelation_steps": float(tau[i]),
+                   "effective": float(len(flat) / tau[i])} for i, name in enumerate(of.names)]
     return {"schema": SCHEMA, "schema_version": 2, "written_by": f"flexor {__version__}", "seed": seed, "walkers": walkers,
-            "kept": len(chain), "trials": trials, "acceptance": float(acceptance), "parameters": described,
-            "laboratories": [[p.value(v) for p, v in zip(parameters, row)] for row in rows]}
+            "kept": len(chain), "trials": trials, "acceptance": float(acceptance), "parameters": parameters,
+            "laboratories": [of.values(row) for row in rows]}
 
 
 def doubt(ensemble: dict[str, Any]) -> str:
@@ -194,7 +171,7 @@ def load(path: Any) -> dict[str, Any]:
         rows = np.asarray(ensemble["laboratories"], float)
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path}: is no document of laboratories: {error!r}") from error
-    if of != (SCHEMA, 2, [p.name for p in free_parameters()]):
+    if of != (SCHEMA, 2, prior().names):
         raise InputError(f"{path}: is of another version: draw the laboratories again")
     if rows.ndim != 2 or rows.shape[1] != len(of[2]) or not np.isfinite(rows).all():
         raise InputError(f"{path}: a laboratory is not one number for each parameter")

@@ -16,26 +16,20 @@ QUICK = {"gestures": "1", "trials": 1}
 
 
 def ensemble(*rows):
-    parameters = [{"name": p.name, "autocorrelation_steps": 20.0, "effective": 300.0} for p in laboratories.free_parameters()]
+    parameters = [{"name": name, "autocorrelation_steps": 20.0, "effective": 300.0} for name in laboratories.prior().names]
     return {"schema": "flexor-ensemble", "schema_version": 2, "seed": 7, "kept": 400, "acceptance": 0.2, "parameters": parameters,
             "laboratories": [list(row) for row in rows]}
 
 
 def test_the_prior():
-    parameters = laboratories.free_parameters()
-    random = np.random.default_rng(1)
-    for p in parameters:
-        x = np.array([p.draw(random) for _ in range(2000)])
-        assert p.x(p.min) <= x.min() and x.max() <= p.x(p.max)
-        assert p.log_prior(p.x(p.max) + 1e-9) == -np.inf
-        if p.deviation:
-            assert abs(np.median(x) - p.x(p.median)) < 0.15 * p.deviation
-            assert p.log_prior(p.x(p.median) + p.deviation) == pytest.approx(-0.5)
-        flexor.twin_parameters([f"{p.name}={p.median}"])  # the twin has it
-    x = [p.x(p.median) for p in parameters]
-    assert np.isfinite(laboratories.log_prior(x, parameters))
-    x[1], x[6] = x[6], x[1]
-    assert laboratories.log_prior(x, parameters) == -np.inf, "a sensor that bends less with the finger bent more"
+    prior, random = laboratories.prior(), np.random.default_rng(1)
+    x = np.array([prior.draw(random) for _ in range(2000)])
+    assert (prior.min <= x).all() and (x <= prior.max).all() and (x[:, :5] < x[:, 5:10]).all()
+    normal = np.isfinite(prior.deviation)
+    assert (abs(np.median(x, axis=0) - prior.median) / prior.deviation < 0.15)[normal].all()
+    assert prior.log_density(prior.median + np.eye(16)[3] * prior.deviation[3]) == pytest.approx(-0.5)
+    assert prior.log_density(prior.median + np.eye(16)[3] * 46) == -np.inf
+    flexor.twin_parameters(laboratories._changes(prior.values(prior.median)))  # the twin has them
 
 
 def test_a_known_density_is_recovered():

@@ -1,13 +1,12 @@
 """What changed between sessions of one glove: of each sensor in each session, against the mean of all of them.
 
-    python -m flexor.donning monday.csv tuesday.csv wednesday.csv --out prior.json --figure changes.svg
+    python -m flexor.donning monday.csv tuesday.csv wednesday.csv --out prior.json
 
 A session is a log of much motion; sessions are compared by five quantiles of their readings (SHARES), and only the order of rows
 counts. Lengths are shares of a sensor's span, which is that of the sessions' mean quantiles. `prior.json` is how the donnings
 of this glove differ, for `flexor recalibrate --prior` (host/identify/donning_prior.hpp).
 """
 import argparse
-import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from flexor._files import read_table, replacing, run
+from flexor._files import read_table, run, write_json
 
 SHARES = np.array([0.02, 0.1, 0.5, 0.9, 0.98])
 FINGERS = ("thumb", "index", "middle", "ring", "pinky")
@@ -39,10 +38,7 @@ def compare(sessions: Mapping[str, pd.DataFrame], sensors: list[str] | None = No
     Raises ValueError: fewer than three sessions, fewer than 100 rows, a sensor that stands still, or spans ten times as much as
     in most sessions, or a tenth.
     """
-    if len(sessions) < LEAST_SESSIONS:
-        raise ValueError(f"{len(sessions)} session(s): at least {LEAST_SESSIONS} are needed to say how they differ")
-    first = next(iter(sessions.values()))
-    sensors = sensors or [column for column in map(str, first) if column.split("_")[0] in FINGERS]
+    sensors = sensors or [column for column in next(iter(sessions.values())) if str(column).split("_")[0] in FINGERS]
     if not sensors:
         raise ValueError("no column is called like a finger: name the sensors")
     for name, frame in sessions.items():
@@ -56,15 +52,19 @@ def compare(sessions: Mapping[str, pd.DataFrame], sensors: list[str] | None = No
         readings = {name: pd.to_numeric(frame[sensor]).dropna().to_numpy() for name, frame in sessions.items()
                     if 2 * frame[sensor].count() >= len(frame)}  # else it was not plugged in
         if len(readings) < LEAST_SESSIONS:
-            raise ValueError(f"{sensor}: it was read in {len(readings)} session(s), at least {LEAST_SESSIONS} are needed: leave it out")
+            raise ValueError(f"{sensor}: it was read in {len(readings)} session(s), at least {LEAST_SESSIONS} are needed to compare")
         quantiles = {name: np.quantile(u, SHARES) for name, u in readings.items()}
-        _refuse_spans(sensor, {name: _span(q) for name, q in quantiles.items()})
+        usual = np.median([_span(q) for q in quantiles.values()])
+        for name, q in quantiles.items():
+            if _span(q) <= 0:
+                raise ValueError(f"{name}: {sensor} stands still: leave it out")
+            if not usual / OTHER_UNIT < _span(q) < usual * OTHER_UNIT:
+                raise ValueError(f"{name}: {sensor} spans {_span(q):.3g}, in most sessions {usual:.3g}: another unit, or hardly moved?")
         mean = np.mean(list(quantiles.values()), axis=0)
         for name, u in readings.items():
             rows[name, sensor] = _change(u, quantiles[name], mean, random)
-    changes = pd.DataFrame.from_dict(rows, orient="index")
-    changes.index = pd.MultiIndex.from_tuples(changes.index, names=["session", "sensor"])
-    return changes.sort_index(level="session", sort_remaining=False).loc[[name for name in sessions if name in changes.index]]
+    changes = pd.DataFrame.from_dict(rows, orient="index").rename_axis(["session", "sensor"])
+    return changes.loc[[key for name in sessions for sensor in sensors if (key := (name, sensor)) in rows]]
 
 
 def _span(quantiles: np.ndarray) -> np.ndarray:
@@ -75,39 +75,20 @@ def _middle(quantiles: np.ndarray) -> np.ndarray:
     return (quantiles[-1] + quantiles[0]) / 2
 
 
-def _refuse_spans(sensor: str, spans: dict[str, float]) -> None:
-    usual = np.median(list(spans.values()))
-    for name, span in spans.items():
-        if span <= 0:
-            raise ValueError(f"{name}: {sensor} stands still: leave it out")
-        if not usual / OTHER_UNIT < span < usual * OTHER_UNIT:
-            raise ValueError(f"{name}: {sensor} spans {span:.3g}, in most sessions {usual:.3g}: is it in another unit, or hardly moved? "
-                             "Leave the session out")
-
-
 def _change(readings: np.ndarray, quantiles: np.ndarray, mean: np.ndarray, random: np.random.Generator) -> dict[str, float]:
     parts = np.array_split(readings, PARTS)
     drawn = [np.concatenate([parts[p] for p in random.integers(PARTS, size=PARTS)]) for _ in range(RESAMPLES)]
     again = np.array([np.quantile(u, SHARES) for u in drawn]).T
-    again = again[:, _span(again) > 0]
+    again = np.column_stack([quantiles, again[:, _span(again) > 0]])  # the session itself first
     out = {}
-    for what, value, values in (("shift", _shift(quantiles, mean), _shift(again, mean)),
-                                ("log_gain", _log_gain(quantiles, mean), _log_gain(again, mean))):
-        low, high = np.quantile(values, [0.025, 0.975])
-        out |= {what: value, f"{what}_low": low, f"{what}_high": high}
+    for what, values in (("shift", (_middle(again) - _middle(mean)) / _span(mean)), ("log_gain", np.log(_span(again) / _span(mean)))):
+        low, high = np.quantile(values[1:], [0.025, 0.975])
+        out |= {what: values[0], f"{what}_low": low, f"{what}_high": high}
     left = (quantiles - _middle(quantiles)) / _span(quantiles) - (mean - _middle(mean)) / _span(mean)
     # What a reading is off the line through its neighbours; of white noise sqrt(3/2) times its deviation, 1/1.4826 of that the median.
     off = np.abs(readings[1:-1] - (readings[:-2] + readings[2:]) / 2)
     noise = 1.4826 * np.median(off) / np.sqrt(1.5) / _span(mean)
     return out | {"shape": np.sqrt((left**2).mean()), "noise": noise}
-
-
-def _shift(quantiles: np.ndarray, mean: np.ndarray) -> np.ndarray:
-    return (_middle(quantiles) - _middle(mean)) / _span(mean)
-
-
-def _log_gain(quantiles: np.ndarray, mean: np.ndarray) -> np.ndarray:
-    return np.log(_span(quantiles) / _span(mean))
 
 
 def prior(changes: pd.DataFrame) -> dict:
@@ -128,26 +109,6 @@ def prior(changes: pd.DataFrame) -> dict:
             "shift_sd": float(deviation["shift"]), "log_gain_sd": float(deviation["log_gain"]), "alike": float(alike)}
 
 
-def plot(changes: pd.DataFrame):
-    """A matplotlib figure: shift and gain of each sensor over the sessions, with intervals."""
-    from matplotlib.figure import Figure
-
-    names = changes.index.unique("session")
-    figure = Figure(figsize=(8, 6), layout="constrained")
-    sensors = changes.index.unique("sensor")
-    panels = figure.subplots(2, sharex=True)
-    for axes, what in zip(panels, ("shift", "log_gain"), strict=True):
-        for i, sensor in enumerate(sensors):
-            one = 100 * changes.xs(sensor, level="sensor")
-            place = names.get_indexer(one.index) + (i - (len(sensors) - 1) / 2) / (2 * len(sensors))  # each beside the others
-            errors = np.abs(one[[f"{what}_low", f"{what}_high"]].to_numpy().T - one[what].to_numpy())
-            axes.errorbar(place, one[what], errors, fmt="o-", markersize=4, linewidth=1, label=sensor)
-        axes.set_ylabel(f"{what.removeprefix('log_')}, % of the span")
-    panels[1].set_xticks(range(len(names)), names, rotation=30, ha="right")
-    panels[0].legend(ncols=len(sensors))
-    return figure
-
-
 def _job(o: argparse.Namespace) -> None:
     shared = Path(os.path.commonpath([Path(file).absolute().parent for file in o.files]))
     sessions = {str(Path(file).absolute().relative_to(shared).with_suffix("")): read_table(file) for file in o.files}
@@ -159,10 +120,7 @@ def _job(o: argparse.Namespace) -> None:
     print(f"\npercent of a sensor's span; from session to session: shift {100 * found['shift_sd']:.1f} %, gain "
           f"{100 * found['log_gain_sd']:.1f} % (standard deviations); shifts of two sensors correlate by {found['alike']:.2f}")
     if o.out:
-        with replacing(o.out) as file:
-            file.write_text(json.dumps(found, indent=2) + "\n", "utf-8")
-    if o.figure:
-        plot(changes).savefig(o.figure)
+        write_json(o.out, found)
 
 
 def main() -> None:
@@ -170,7 +128,6 @@ def main() -> None:
     parser.add_argument("files", nargs="+", help="logs with t_s, one for each time that the glove was put on")
     parser.add_argument("--sensors", type=lambda text: text.split(","), help="columns (default: those that are called like fingers)")
     parser.add_argument("--out", help="write how the donnings differ, for flexor recalibrate --prior")
-    parser.add_argument("--figure", help="draw shift and gain of each session: .svg, .png or .pdf")
     run(parser, _job)
 
 

@@ -31,7 +31,7 @@ import numpy as np
 import pandas as pd
 
 from flexor._core import InputError, Show, __version__, core, shown
-from flexor._files import replacing
+from flexor._files import replacing, write_json
 from flexor._files import run as run_command
 
 SCHEMA = "flexor-ensemble"
@@ -117,13 +117,15 @@ def sample(log_density: Callable[[np.ndarray], float], start: np.ndarray, steps:
         for step, _ in enumerate(sampler.sample(state, iterations=steps), 1):
             if show:
                 show(step, steps, "steps")
-    warm_up = steps // 3
-    return sampler.get_chain(discard=warm_up), sampler.get_autocorr_time(discard=warm_up, tol=0), sampler.acceptance_fraction.mean()
+    chain = sampler.get_chain(discard=steps // 3)
+    with np.errstate(invalid="ignore"):  # nobody moved: as long as all that is there
+        tau = np.nan_to_num(emcee.autocorr.integrated_time(chain, tol=0), nan=len(chain))
+    return chain, tau, sampler.acceptance_fraction.mean()
 
 
 def draw(laboratories: int = 200, *, walkers: int = 64, steps: int = 600, trials: int = 8, seed: int = 7, threads: int = 0,
          progress: Show = None) -> dict[str, Any]:
-    """A document of laboratories, which `save` writes and `run` takes. trials: of each cell in an evaluation of the table.
+    """A document of laboratories, which `run` takes. trials: of each cell in an evaluation of the table.
     Raises InputError: more laboratories than draws."""
     draws = (steps - steps // 3) * walkers
     if not 1 <= laboratories <= draws:
@@ -156,11 +158,6 @@ def doubt(ensemble: dict[str, Any]) -> str:
         return ""
     return f"the longest autocorrelation time is {tau:.0f} steps, and only {ensemble['kept']} were kept: " \
            f"draw with --steps {math.ceil(1.5 * TRUSTED * tau)}"
-
-
-def save(document: dict[str, Any], path: Any) -> None:
-    with replacing(path) as file:
-        file.write_text(json.dumps(document, indent=1) + "\n", "utf-8")
 
 
 def load(path: Any) -> dict[str, Any]:
@@ -298,7 +295,7 @@ def text(result: dict[str, Any]) -> str:
 
 def _draw(o: argparse.Namespace) -> None:
     ensemble = draw(o.laboratories, steps=o.steps, seed=o.seed, threads=o.threads)
-    save(ensemble, o.out)
+    write_json(o.out, ensemble, indent=1)
     print(f"{o.out}: {o.laboratories} laboratories")
     if doubt(ensemble):
         print(f"warning: {doubt(ensemble)}", file=sys.stderr)
@@ -308,7 +305,7 @@ def _run(o: argparse.Namespace) -> None:
     ensemble = load(o.file)
     rows = run(ensemble, out=o.out, threads=o.threads, gestures=o.gestures, trials=o.trials, scenarios=o.scenarios)
     result = summary(rows, ensemble)
-    save(result, Path(o.out) / "results.json")
+    write_json(Path(o.out) / "results.json", result)
     print(text(result))
 
 

@@ -10,14 +10,13 @@ Angles are degrees, flexion of the fingers is negative.
 """
 import argparse
 import hashlib
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from flexor._files import read_table, replacing, run, version
+from flexor._files import read_table, run, version, write_json
 
 JOINTS = [f"thumb_{joint}" for joint in ("rot", "mcp", "ip", "abd")]
 JOINTS += [f"{finger}_{joint}" for finger in ("index", "middle", "ring", "pinky") for joint in ("mcp", "pip", "dip", "abd")]
@@ -158,14 +157,9 @@ def _rounded(values) -> list[float]:
     return (np.round(values, 2) + 0.0).tolist()
 
 
-def write(path, document: dict) -> None:
-    with replacing(path) as file:
-        file.write_text(json.dumps(document, separators=(",", ":")) + "\n", "utf-8")
-
-
 def _job(o: argparse.Namespace) -> None:
     document = learn([read_recorded(file) for file in o.files], o.seed)
-    write(o.out, document)
+    write_json(o.out, document, separators=(",", ":"))
     print(f"{'person':20}{'rows':>7}{'seconds':>9}{'cells':>7}")
     for person in document["people"]:
         print(f"{person['source']:20}{person['rows']:7}{sum(cell[0] for cell in person['cells']):9.1f}{len(person['cells']):7}")

@@ -59,7 +59,12 @@ class Recording:
         for name in units if isinstance(units, Mapping) else ():
             if name not in self.columns:
                 raise InputError(f'{source}: a unit of "{name}", which is no column of numbers')
-        self._check()
+        for name, values in self.columns.items():
+            if values.shape != self.t_s.shape:
+                raise InputError(f'{source}: column "{name}" has {values.size} values, the times are {self.t_s.size}')
+        bad = np.flatnonzero(~np.isfinite(self.t_s))
+        if bad.size:
+            raise InputError(f"{source}: row {bad[0] + 1} has no time")
         self._digest = ""
 
     @classmethod
@@ -68,22 +73,13 @@ class Recording:
         out.source, out.t_s, out.columns, out.units, out.warnings, out._digest = parts
         return out
 
-    def _check(self) -> None:
-        for name, values in self.columns.items():
-            if values.shape != self.t_s.shape:
-                raise InputError(f'{self.source}: column "{name}" has {values.size} values, the times are {self.t_s.size}')
-        bad = np.flatnonzero(~np.isfinite(self.t_s))
-        if bad.size:
-            raise InputError(f"{self.source}: row {bad[0] + 1} has no time")
-
     @property
     def digest(self) -> str:
         """Names the data that a model was trained on."""
         if not self._digest:
             digest = hashlib.sha256(self.t_s.tobytes())
             for name, values in self.columns.items():
-                digest.update(name.encode())
-                digest.update(values.tobytes())
+                digest.update(name.encode() + values.tobytes())
             self._digest = "sha256:" + digest.hexdigest()[:16]
         return self._digest
 
@@ -145,22 +141,21 @@ def _columns_of(data: Any, source: str) -> dict[str, Any]:
 
 def _index_seconds(data: Any, columns: list[str], time_unit: Optional[str], source: str) -> np.ndarray:
     index = getattr(data, "index", None)
-    if not _is_frame(data) or type(index).__name__ in ("RangeIndex", "MultiIndex"):
-        what = "the frame has no time index" if _is_frame(data) else "nothing says the time"
-        hint = next((c for c in columns if c.lower().startswith(("t_", "time", "timestamp", "millis"))), columns[0] if columns else "t_s")
-        raise InputError(f'{source}: {what}: Recording(..., time="{hint}") names a column of times, rate_hz=50 says that rows are evenly spaced')
-    return _seconds(index, str(index.name or ""), time_unit, source)
+    if _is_frame(data) and type(index).__name__ not in ("RangeIndex", "MultiIndex"):
+        return _seconds(index, str(index.name or ""), time_unit, source)
+    what = "the frame has no time index" if _is_frame(data) else "nothing says the time"
+    hint = next((c for c in columns if c.lower().startswith(("t_", "time", "timestamp", "millis"))), "t_s")
+    raise InputError(f'{source}: {what}: Recording(..., time="{hint}") names a column of times, rate_hz=50 says that rows are evenly spaced')
 
 
 def _seconds(times: Any, name: str, time_unit: Optional[str], source: str) -> np.ndarray:
     """Dates are seconds since 1970, as in a file."""
-    values = np.asarray(times.array if hasattr(times, "array") and getattr(times.dtype, "tz", None) is None else times)
     if getattr(getattr(times, "dtype", None), "tz", None) is not None:
-        values = np.asarray(times.tz_convert(None) if hasattr(times, "tz_convert") else times.dt.tz_convert(None))
+        times = getattr(times, "dt", times).tz_convert(None)
+    values = np.asarray(times)
     if values.dtype.kind in "mM":
-        if np.isnat(values).any():
-            raise InputError(f"{source}: row {int(np.flatnonzero(np.isnat(values))[0]) + 1} has no time")
-        return values.astype(values.dtype.str[:2] + "8[ns]").astype(np.int64) * 1e-9
+        seconds = values.astype(values.dtype.str[:2] + "8[ns]").astype(np.int64) * 1e-9
+        return np.where(np.isnat(values), np.nan, seconds)
     if values.dtype.kind not in "iuf":
         raise InputError(f"{source}: the times are {values.dtype}: numbers, dates or durations are needed (pandas.to_datetime)")
     stated = core.seconds_in(name) if time_unit is None else core.seconds_in_unit(time_unit)
@@ -175,42 +170,30 @@ def _seconds(times: Any, name: str, time_unit: Optional[str], source: str) -> np
 def _numbers(values: Any, name: str, source: str) -> Optional[np.ndarray]:
     """None: text."""
     kind = getattr(values.dtype, "kind", "O")
-    if kind in "biuf":
-        if hasattr(values, "to_numpy"):
-            values = values.to_numpy(dtype=np.float64, na_value=np.nan) if values.dtype.name[0].isupper() or \
-                values.dtype.name == "boolean" else values.to_numpy()
-        if np.ndim(values) != 1:
-            raise InputError(f'{source}: column "{name}" has {np.ndim(values)} dimensions, not one')
-        return np.ascontiguousarray(values, dtype=np.float64)
-    if kind != "O":
+    if kind not in "biufO":
         return None
-    numbers = np.full(len(values), np.nan)
-    texts = []
-    for i, value in enumerate(values):
-        if str(value) in ("None", "nan", "<NA>", "NaT"):
-            continue
-        if isinstance(value, (int, float, np.number)):
-            numbers[i] = value
-        else:
-            texts.append((i, value))
-    if len(texts) == len(numbers):
+    if np.ndim(values) != 1:
+        raise InputError(f'{source}: column "{name}" has {np.ndim(values)} dimensions, not one')
+    if kind != "O":
+        is_nullable = values.dtype.name[0].isupper() or values.dtype.name == "boolean"  # pandas' own, with missing values
+        return np.ascontiguousarray(values.to_numpy(np.float64, na_value=np.nan) if is_nullable else values, dtype=np.float64)
+    texts = [(row, value) for row, value in enumerate(values, 1) if isinstance(value, str)]
+    if len(texts) == len(values):
         return None
     if texts:
-        raise InputError(f'{source}: column "{name}" mixes numbers with text: row {texts[0][0] + 1} is {texts[0][1]!r}; '
+        raise InputError(f'{source}: column "{name}" mixes numbers with text: row {texts[0][0]} is {texts[0][1]!r}; '
                          "pandas.to_numeric makes it numbers")
-    return numbers
+    return pandas().to_numeric(pandas().Series(values), errors="coerce").to_numpy(np.float64, na_value=np.nan)
 
 
 def _unit(name: str, units: Union[None, str, Mapping[str, str]], source: str) -> str:
     own: str = core.unit_of(name)
-    stated = units if isinstance(units, str) or units is None else units.get(name)
+    stated = units.get(name) if isinstance(units, Mapping) else units
     if not stated:
         return own
     known = core.known_unit(stated)
     if known is None:
         raise InputError(f'unknown unit "{stated}"; known: count, V, mV, ohm, kohm, deg, rad, mm')
-    if own and own != known:
-        if isinstance(units, str):
-            return own
+    if own and own != known and isinstance(units, Mapping):
         raise InputError(f'{source}: column "{name}" is in {own} by its name, in {known} by units: which?')
-    return known
+    return own or known

@@ -190,8 +190,7 @@ def run(ensemble: dict[str, Any], *, out: Any = None, threads: int = 0, client: 
     has another run.
     """
     laboratories = ensemble["laboratories"]
-    identity = {"laboratories": laboratories, "settings": settings, "version": __version__}
-    rows = [] if out is None else _journal(Path(out), identity)
+    rows = [] if out is None else _rows_of(Path(out), {"laboratories": laboratories, "settings": settings, "version": __version__})
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool, shown(progress) as show:
         todo = [(client or pool).submit(play, laboratories[k], k, **settings) for k in range(len(rows), len(laboratories))]
         try:
@@ -208,7 +207,7 @@ def run(ensemble: dict[str, Any], *, out: Any = None, threads: int = 0, client: 
     return rows
 
 
-def _journal(folder: Path, identity: dict[str, Any]) -> list[dict[str, Any]]:
+def _rows_of(folder: Path, identity: dict[str, Any]) -> list[dict[str, Any]]:
     """Rows whose line is whole; the others leave the file."""
     folder.mkdir(parents=True, exist_ok=True)
     mark, journal = folder / "run.json", folder / "laboratories.jsonl"
@@ -254,28 +253,23 @@ def _log_rms(cells: pd.DataFrame, first: int, last: int) -> Optional[dict[str, f
 def summary(rows: list[dict[str, Any]], ensemble: dict[str, Any]) -> dict[str, Any]:
     """Every figure a median with `low` and `high`, the 5 and 95 % quantiles over laboratories: cells, headlines, scenarios,
     distance from the published table, shapes, lead, and how the laboratories were drawn."""
-    every = frame(rows)
-    cells = every[every.scenario == ""]
-    errors = cells.set_index(["compensator", "gesture", "laboratory"])["error_deg_s"]
-    table = [
-        {"gesture": gesture, "compensator": compensator, "total_error_deg_s": _interval(errors[compensator, gesture]),
-         "ratio_to_published_hw": _interval(errors[compensator, gesture] / errors["published-hw", gesture])}
-        for gesture, compensator in cells[["gesture", "compensator"]].drop_duplicates().itertuples(index=False)]
-    shapes = [
-        {"gesture": one[0]["gesture"], "value_deg": _interval([shape["value_deg"] for shape in one]),
-         "share_of_laboratories_that_agree": float(np.mean([shape["agrees"] for shape in one]))}
-        for one in zip(*(row["shapes"] for row in rows))]
+    by_scenario = dict(list(frame(rows).groupby("scenario", sort=False)))
+    cells = by_scenario.pop("")
+    errors = {key: one.error_deg_s.to_numpy() for key, one in cells.groupby(["gesture", "compensator"], sort=False)}
+    table = [{"gesture": gesture, "compensator": name, "total_error_deg_s": _interval(values),
+              "ratio_to_published_hw": _interval(values / errors[gesture, "published-hw"])} for (gesture, name), values in errors.items()]
+    shapes = [{"gesture": of[0]["gesture"], "value_deg": _interval([one["value_deg"] for one in of]),
+               "share_of_laboratories_that_agree": float(np.mean([one["agrees"] for one in of]))}
+              for of in zip(*(row["shapes"] for row in rows))]
     leads_s = [row["lead_s"] for row in rows if row["lead_s"] is not None]
-    changed = every[every.scenario != ""].groupby("scenario", sort=False)
-    drawn = ensemble["parameters"]
+    drawn = pd.DataFrame(ensemble["parameters"])
     return {
         "laboratories": len(rows), "cells": table, "headlines": _headlines(cells),
-        "scenarios": [{"name": name, "headlines": _headlines(one)} for name, one in changed],
+        "scenarios": [{"name": name, "headlines": _headlines(one)} for name, one in by_scenario.items()],
         "log_rms": {"gestures_1_to_4": _log_rms(cells, 1, 4), "gestures_5_and_6": _log_rms(cells, 5, 6)},
         "lead_s": _interval(leads_s) if leads_s else None, "shapes": shapes,
         "ensemble": {"seed": ensemble["seed"], "doubt": doubt(ensemble), "acceptance": ensemble["acceptance"],
-                     "autocorrelation_steps": max(p["autocorrelation_steps"] for p in drawn),
-                     "least_effective": min(p["effective"] for p in drawn)},
+                     "autocorrelation_steps": float(drawn.autocorrelation_steps.max()), "least_effective": float(drawn.effective.min())},
         "version": __version__,
     }
 
@@ -283,25 +277,23 @@ def summary(rows: list[dict[str, Any]], ensemble: dict[str, Any]) -> dict[str, A
 def text(result: dict[str, Any]) -> str:
     """The headlines: each compensator to published-hw and to the line with a lead, median (5 to 95 %), share below 1."""
     lines = [f"{'':24}{'to published-hw':>28}{'to line-lead':>28}"]
-    for title, headlines in [("", result["headlines"])] + [(one["name"], one["headlines"]) for one in result["scenarios"]]:
-        lines += [title] if title else []
-        for one in headlines:
-            shares = one["share_of_laboratories_below"]
-            ratios = {to: f"{r['median']:.2f} ({r['low']:.2f} to {r['high']:.2f}), {100 * shares[to]:.0f} %"
-                      for to, r in one["mean_ratio_to"].items()}
-            lines.append(f"{one['compensator']:24}{ratios.get('published-hw', ''):>28}{ratios.get('line-lead', ''):>28}")
+    for one in [{"headlines": result["headlines"]}, *result["scenarios"]]:
+        lines += [one["name"]] if "name" in one else []
+        for of in one["headlines"]:
+            ratios = {to: f"{r['median']:.2f} ({r['low']:.2f} to {r['high']:.2f}), {100 * of['share_of_laboratories_below'][to]:.0f} %"
+                      for to, r in of["mean_ratio_to"].items()}
+            lines.append(f"{of['compensator']:24}{ratios.get('published-hw', ''):>28}{ratios.get('line-lead', ''):>28}")
     return "\n".join(lines)
 
 
-def _draw(o: argparse.Namespace) -> None:
-    ensemble = draw(o.laboratories, steps=o.steps, seed=o.seed, threads=o.threads)
-    write_json(o.out, ensemble, indent=1)
-    print(f"{o.out}: {o.laboratories} laboratories")
-    if doubt(ensemble):
-        print(f"warning: {doubt(ensemble)}", file=sys.stderr)
-
-
-def _run(o: argparse.Namespace) -> None:
+def _job(o: argparse.Namespace) -> None:
+    if o.task == "draw":
+        ensemble = draw(o.laboratories, steps=o.steps, seed=o.seed, threads=o.threads)
+        write_json(o.out, ensemble, indent=1)
+        print(f"{o.out}: {o.laboratories} laboratories")
+        if doubt(ensemble):
+            print(f"warning: {doubt(ensemble)}", file=sys.stderr)
+        return
     ensemble = load(o.file)
     rows = run(ensemble, out=o.out, threads=o.threads, gestures=o.gestures, trials=o.trials, scenarios=o.scenarios)
     result = summary(rows, ensemble)
@@ -311,23 +303,20 @@ def _run(o: argparse.Namespace) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser("flexor.laboratories", description=(__doc__ or "").partition("\n")[0])
-    tasks = parser.add_subparsers(required=True)
+    tasks = parser.add_subparsers(dest="task", required=True)
     drawing = tasks.add_parser("draw", help="laboratories that the published averages leave plausible")
     drawing.add_argument("--laboratories", type=int, default=200)
     drawing.add_argument("--steps", type=int, default=600, help="of each of 64 walkers; a third of them warms up")
     drawing.add_argument("--seed", type=int, default=7)
-    drawing.add_argument("--out", required=True, help="the document")
-    drawing.set_defaults(job=_draw)
     playing = tasks.add_parser("run", help="the experiment in each of them; goes on where a run was cut off")
-    playing.add_argument("file", help="the document")
+    playing.add_argument("file", help="the document that draw wrote")
     playing.add_argument("--gestures", default="1-6")
     playing.add_argument("--trials", type=int, default=16)
     playing.add_argument("--scenarios", action="store_true", help="also with half-open poses, the glove put on again, and so on")
-    playing.add_argument("--out", required=True, help="folder: laboratories.jsonl, results.json")
-    playing.set_defaults(job=_run)
     for one in (drawing, playing):
+        one.add_argument("--out", required=True, help="the document; of run a folder: laboratories.jsonl, results.json")
         one.add_argument("--threads", type=int, default=0, help="0: as many as the machine has")
-    run_command(parser, lambda o: o.job(o))
+    run_command(parser, _job)
 
 
 if __name__ == "__main__":

@@ -5,12 +5,10 @@
 #include <nanobind/nanobind.h>
 
 #include <chrono>
-#include <condition_variable>
-#include <exception>
+#include <future>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "host/io/io.hpp"
@@ -35,11 +33,9 @@ struct Progress {
   };
 
   std::mutex mutex;  // of all below
-  std::condition_variable ended;
   Step newest;
   bool is_new = false;
   bool stop = false;
-  bool has_ended = false;
 };
 
 // work(Progress&) -> result, without the interpreter's lock. `show`: None, or called with (done, of, what).
@@ -47,26 +43,14 @@ template <class Work>
 auto run(const nb::object& show, Work work) {
   constexpr std::chrono::milliseconds kLook(50);  // between two looks for Ctrl-C
   Progress progress;
-  std::optional<decltype(work(progress))> result;
-  std::exception_ptr failure;
-  std::thread thread([&] {
-    try {
-      result.emplace(work(progress));
-    } catch (...) {
-      failure = std::current_exception();
-    }
-    const std::lock_guard lock(progress.mutex);
-    progress.has_ended = true;
-    progress.ended.notify_all();
-  });
+  auto result = std::async(std::launch::async, [&] { return work(progress); });
   std::optional<nb::python_error> raised;
   for (bool is_done = false; !is_done;) {
     std::optional<Progress::Step> news;
     {
       const nb::gil_scoped_release released;
-      std::unique_lock lock(progress.mutex);
-      progress.ended.wait_for(lock, kLook, [&] { return progress.has_ended; });
-      is_done = progress.has_ended;
+      is_done = result.wait_for(kLook) == std::future_status::ready;
+      const std::lock_guard lock(progress.mutex);
       if (std::exchange(progress.is_new, false)) news = progress.newest;
     }
     if (raised) continue;  // it was told to stop
@@ -79,10 +63,8 @@ auto run(const nb::object& show, Work work) {
       progress.stop = true;
     }
   }
-  thread.join();
   if (raised) throw std::move(*raised);
-  if (failure) std::rethrow_exception(failure);
-  return std::move(*result);
+  return result.get();
 }
 
 }  // namespace flexor::python

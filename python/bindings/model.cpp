@@ -63,19 +63,6 @@ nb::tuple Compensator::step(const Matrix& readings) {
 
 namespace {
 
-void start_tracking(Estimator& estimator) {
-  const bool any = std::visit(
-      [](auto& one) {
-        one.track({});
-        return one.trackers()->any();
-      },
-      estimator);
-  if (!any)
-    throw io::InputError(
-        "no input says what its strip reads at the open hand and at the fist, against which it is tracked: "
-        "identify the model anew from a recording with both");
-}
-
 // As flexor apply: the log's clock is repaired, its readings come to the model's grid. JOINT_deg, JOINT_status and, with intervals,
 // JOINT_se_deg of each joint.
 recording::Recording follow(const model::Model& model, Estimator& estimator, bool intervals,
@@ -109,8 +96,8 @@ recording::Recording follow(const model::Model& model, Estimator& estimator, boo
 }
 
 nb::tuple predict(const Compensator& compensator, const nb::handle& log,
-                  const std::vector<std::string>& inputs, const std::string& arithmetic, bool intervals,
-                  bool track, const nb::object& show) {
+                  const std::vector<std::string>& inputs, bool intervals, bool track,
+                  const nb::object& show) {
   const model::Model& model = compensator.model();
   const auto reader = recording::open_log(to_log(log), {model::columns_of(model, inputs), {}});
   std::vector<std::string> notes;
@@ -124,8 +111,15 @@ nb::tuple predict(const Compensator& compensator, const nb::handle& log,
       throw io::InputError(
           fmt::format("{} does not say how accurate it is: identify it from measured angles", joint.name));
   }
-  const std::shared_ptr<Estimator> estimator = estimator_of(model, arithmetic);
-  if (track) start_tracking(*estimator);
+  const std::shared_ptr<Estimator> estimator = estimator_of(model, compensator.arithmetic());
+  const auto tracks_any = [](auto& one) {
+    one.track({});
+    return one.trackers()->any();
+  };
+  if (track && !std::visit(tracks_any, *estimator))
+    throw io::InputError(
+        "no input says what its strip reads at the open hand and at the fist, against which it is tracked: "
+        "identify the model anew from a recording with both");
   recording::Recording out =
       run(show, [&](Progress& progress) { return follow(model, *estimator, intervals, *reader, progress); });
   out.warnings.insert(out.warnings.begin(), notes.begin(), notes.end());
@@ -146,8 +140,8 @@ void add_model(nb::module_& m) {
       .def("to_json", [](const Compensator& self) { return model::to_json(self.model()); })
       .def("step", &Compensator::step, nb::arg("readings"))
       .def("reset", &Compensator::reset)
-      .def("predict", &predict, nb::arg("recording"), nb::arg("inputs"), nb::arg("arithmetic"),
-           nb::arg("intervals"), nb::arg("track"), nb::arg("progress").none());
+      .def("predict", &predict, nb::arg("recording"), nb::arg("inputs"), nb::arg("intervals"),
+           nb::arg("track"), nb::arg("progress").none());
 }
 
 }  // namespace flexor::python

@@ -22,6 +22,7 @@ class Compensator {
   explicit Compensator(model::Model model, std::string arithmetic = "double");
 
   const model::Model& model() const { return model_; }
+  const std::string& arithmetic() const { return arithmetic_; }
 
   // (angles, status), a row for each of `readings`, which are a sample period apart; what was stepped before is remembered.
   nb::tuple step(const Matrix& readings);

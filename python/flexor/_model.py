@@ -21,7 +21,7 @@ class Compensator:
     """
 
     def __init__(self, text: str, *, source: str = "model", arithmetic: str = "double") -> None:
-        """``text``: the document. ``arithmetic`` of ``step``: double, float, or fixed, as in the glove. Raises ``InputError``."""
+        """``text``: the document. ``arithmetic``: double, float, or fixed, as in the glove. Raises ``InputError``."""
         self._arithmetic = arithmetic
         self._core = core.Compensator(text, source, arithmetic)
         self.text: str = self._core.to_json()
@@ -73,7 +73,7 @@ class Compensator:
                 for pair in zip(joint["accuracy"]["angle_deg"], joint["accuracy"]["standard_error_deg"])]
         return pandas().DataFrame(rows, columns=["joint", "angle_deg", "standard_error_deg"])
 
-    def predict(self, recording: Any, *, inputs: Sequence[str] = (), arithmetic: str = "double", intervals: bool = False,
+    def predict(self, recording: Any, *, inputs: Sequence[str] = (), intervals: bool = False,
                 track: bool = False, progress: Show = None) -> Recording:
         """The angles of a log, as ``flexor apply`` gives them: JOINT_deg and JOINT_status on the model's grid.
 
@@ -83,7 +83,7 @@ class Compensator:
         glove is worn. Raises ``InputError``: no such column, another unit, no reading.
         """
         with shown(progress) as show:
-            return Recording._of(self._core.predict(as_recording(recording), list(inputs), arithmetic, intervals, track, show))
+            return Recording._of(self._core.predict(as_recording(recording), list(inputs), intervals, track, show))
 
     def step(self, rows: Any) -> tuple[np.ndarray, np.ndarray]:
         """Readings as they come: ``rows`` of one reading of each input (n x inputs), a sample period apart. Angles in degrees and

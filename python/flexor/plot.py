@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, Optional
 
 from flexor._identify import Identification
-from flexor._recording import Recording
 from flexor._twin import Experiment
 
 #: Okabe and Ito's, which stay apart for colour-blind readers; each compensator the same everywhere.
@@ -31,16 +30,6 @@ def held_out(found: Identification, joint: Optional[str] = None, ax: Any = None)
         ax.plot(curve["t_s"], [float("nan") if y is None else y for y in curve[key]], color=COLOURS[name], label=name, linewidth=1)
     rmse_deg = found.results["joints"][joint]["holdout"]["rmse_deg"]
     ax.set(xlabel="time (s)", ylabel=f"{joint} (deg)", title=f"{joint}: {rmse_deg:.2f} deg on data it never saw")
-    ax.legend(frameon=False)
-    return ax
-
-
-def recording(log: Recording, *columns: str, ax: Any = None) -> Any:
-    """Columns of a recording over its time; all, unless some are named."""
-    ax = _axes(ax)
-    for name in columns or log.columns:
-        ax.plot(log.t_s, log[name], label=name, linewidth=1)
-    ax.set(xlabel="time (s)")
     ax.legend(frameon=False)
     return ax
 

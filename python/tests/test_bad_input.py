@@ -1,5 +1,6 @@
 """What people hand over, and what they read then: one line that names the place and the mend."""
 
+import functools
 import multiprocessing
 import os
 import pickle
@@ -8,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -30,13 +32,6 @@ def frame(**columns):
     return pandas.DataFrame(columns, index=pandas.Index([0.0, 0.1, 0.2], name="t_s"))
 
 
-def test_a_frame_without_a_time_index():
-    text = refusal(lambda: flexor.Recording(frame().reset_index()))
-    assert "no time index" in text and 'time="t_s"' in text
-    assert "nothing says the time" in refusal(lambda: flexor.Recording({"a": [1, 2]}))
-    assert len(flexor.Recording(frame().reset_index(), time="t_s")) == 3
-
-
 @pytest.mark.parametrize("index, seconds", [
     (pandas.date_range("2026-05-01 12:00", periods=3, freq="100ms"), 0.1),
     (pandas.date_range("2026-05-01 12:00", periods=3, freq="100ms", tz="Asia/Tokyo"), 0.1),
@@ -45,23 +40,39 @@ def test_a_frame_without_a_time_index():
     (pandas.Index([0.0, 0.1, 0.2]), 0.1),
 ])
 def test_times_in_any_spelling(index, seconds):
-    log = flexor.Recording(frame().set_axis(index))
-    assert np.allclose(np.diff(log.t_s), seconds)
+    assert np.allclose(np.diff(flexor.Recording(frame().set_axis(index)).t_s), seconds)
 
 
-def test_times_that_are_none():
-    assert "time_unit" in refusal(lambda: flexor.Recording(frame().set_axis([0, 100, 200])))
-    assert "row 2 has no time" in refusal(lambda: flexor.Recording(frame().set_axis([0.0, np.nan, 0.2])))
-    assert "row 3 has no time" in refusal(lambda: flexor.Recording(frame().set_axis(pandas.to_datetime(["2026-05-01", "2026-05-02", None]))))
-    assert "numbers, dates or durations" in refusal(lambda: flexor.Recording(frame().set_axis(["a", "b", "c"])))
+ANGLES = {"index_deg": [1.0, 2.0, 3.0]}
 
 
-def test_units():
+@pytest.mark.parametrize("work, text", [
+    (lambda: flexor.Recording(frame().reset_index()), 'no time index: Recording(..., time="t_s")'),
+    (lambda: flexor.Recording({"a": [1, 2]}), "nothing says the time"),
+    (lambda: flexor.Recording(frame().set_axis([0, 100, 200])), "time_unit"),
+    (lambda: flexor.Recording(frame().set_axis([0.0, np.nan, 0.2])), "row 2 has no time"),
+    (lambda: flexor.Recording(frame().set_axis(pandas.to_datetime(["2026-05-01", "2026-05-02", None]))), "row 3 has no time"),
+    (lambda: flexor.Recording(frame().set_axis(["a", "b", "c"])), "numbers, dates or durations"),
+    (lambda: flexor.Recording(frame(), units="furlong"), "unknown unit"),
+    (lambda: flexor.Recording(frame(**ANGLES), units={"index_deg": "rad"}), "which?"),
+    (lambda: flexor.Recording(frame(), units={"indx": "V"}), "no column"),
+    (lambda: flexor.Recording(frame(flex=[1, "lost", 3])), "mixes numbers with text: row 2 is 'lost'"),
+    (lambda: flexor.Recording(pandas.concat([frame(), frame()], axis=1)), "occurs twice"),
+    (lambda: flexor.Recording(frame(note=["a", "b", "c"])), "no column of numbers"),
+    (lambda: flexor.Recording({"a": [1.0, 2.0]}, time=[0.0, 0.1, 0.2]), "has 2 values"),
+    (lambda: flexor.Compensator("{}"), "model"),
+])
+def test_a_recording_that_is_none(work, text):
+    assert text in refusal(work)
+
+
+def test_columns_of_all_kinds():
     assert flexor.Recording(frame(), units="count").units == {"index_adc": "count"}
-    assert flexor.Recording(frame(index_deg=[1.0, 2.0, 3.0])).units == {"index_deg": "deg"}
-    assert "unknown unit" in refusal(lambda: flexor.Recording(frame(), units="furlong"))
-    assert "which?" in refusal(lambda: flexor.Recording(frame(index_deg=[1.0, 2.0, 3.0]), units={"index_deg": "rad"}))
-    assert "no column" in refusal(lambda: flexor.Recording(frame(), units={"indx": "V"}))
+    assert flexor.Recording(frame(**ANGLES)).units == {"index_deg": "deg"}
+    log = flexor.Recording(frame(flex=[1, 2, 3], note=["a", "b", "c"], on=[True, False, True]))
+    assert list(log.columns) == ["flex", "on"] and "note" in log.warnings[0]
+    nullable = flexor.Recording(frame(flex=pandas.array([1, None, 3], dtype="Int64"), old=pandas.Series([1, None, 3], dtype=object).tolist()))
+    assert np.isnan(nullable["flex"][1]) and np.isnan(nullable["old"][1])
 
 
 def test_readings_in_another_unit(found, donning):
@@ -69,17 +80,6 @@ def test_readings_in_another_unit(found, donning):
     log = flexor.Recording({name.replace("deg", "V"): values for name, values in volts.items()}, time=donning.glove.t_s)
     text = refusal(lambda: found.compensator.predict(log, inputs=list(log.columns)))
     assert "is in V" in text and "takes deg" in text
-
-
-def test_mixed_columns():
-    log = flexor.Recording(frame(flex=[1, 2, 3], note=["a", "b", "c"], on=[True, False, True]))
-    assert list(log.columns) == ["flex", "on"] and "note" in log.warnings[0]
-    assert "mixes numbers with text: row 2 is 'lost'" in refusal(lambda: flexor.Recording(frame(flex=[1, "lost", 3])))
-    nullable = flexor.Recording(frame(flex=pandas.array([1, None, 3], dtype="Int64")))
-    assert np.isnan(nullable["flex"][1])
-    twice = pandas.concat([frame(), frame()], axis=1)
-    assert "occurs twice" in refusal(lambda: flexor.Recording(twice))
-    assert "no column of numbers" in refusal(lambda: flexor.Recording(frame(note=["a", "b", "c"])))
 
 
 def test_missing_readings_are_left_out_and_said(donning, found):
@@ -103,50 +103,33 @@ def test_arrays_are_not_copied():
     assert not np.shares_memory(flexor.Recording({"a": np.arange(10.0)[::2]}, rate_hz=1)["a"], values)
 
 
-def test_shapes_and_names(found, donning):
-    assert "has 2 values" in refusal(lambda: flexor.Recording({"a": [1.0, 2.0]}, time=[0.0, 0.1, 0.2]))
+def test_what_does_not_fit_the_model(found, donning):
     assert "no column" in refusal(lambda: found.compensator.predict(flexor.Recording({"a": [1.0, 2.0]}, rate_hz=10)))
     assert "rows of 2 readings" in refusal(lambda: found.compensator.step(np.ones((3, 2))))
     assert "two" in refusal(lambda: flexor.identify([(flexor.Recording({"index_adc": [1.0]}, rate_hz=1), donning.camera)],
                                                     {"index": ("index_adc", "index_deg")}))
     assert "arithmetic" in refusal(lambda: flexor.Compensator(found.compensator.text, arithmetic="decimal"))
-    assert "model" in refusal(lambda: flexor.Compensator("{}"))
 
 
-def test_what_cannot_be_told_is_a_job_error(donning):
+def test_what_cannot_be_told_is_a_job_error(donning, found):
     noise = np.random.default_rng(1).normal(size=len(donning.glove))
     log = flexor.Recording({"index_adc": noise}, time=donning.glove.t_s)
     refusal(lambda: flexor.identify([(log, donning.camera)], {"index": ("index_adc", "index_deg")}), flexor.JobError)
-
-
-def test_a_clock_that_runs_backwards(donning, found):
-    log = flexor.Recording(donning.glove.columns, time=donning.glove.t_s[::-1])
-    refusal(lambda: found.compensator.predict(log))
+    backwards = flexor.Recording(donning.glove.columns, time=donning.glove.t_s[::-1])
+    refusal(lambda: found.compensator.predict(backwards))
 
 
 def predicted(found, glove):
     return found.compensator.predict(glove, progress=False)["index_deg"]
 
 
-def test_a_process_that_was_forked(found, donning):
+def test_processes_that_were_forked_and_threads(found, donning):
     expected = predicted(found, donning.glove)
-    with multiprocessing.get_context("fork").Pool(2) as pool:
-        for angles in pool.starmap(predicted, [(found, donning.glove)] * 4):
-            assert np.array_equal(angles, expected)
-
-
-def test_a_compensator_is_pickled(found):
+    with multiprocessing.get_context("fork").Pool(2) as processes, ThreadPoolExecutor(4) as threads:
+        for pool in (processes, threads):
+            for angles in pool.map(functools.partial(predicted, found), [donning.glove] * 4):
+                assert np.array_equal(angles, expected)
     assert pickle.loads(pickle.dumps(found.compensator)) == found.compensator
-
-
-def test_threads_give_the_same_bytes(found, donning):
-    results = []
-    threads = [threading.Thread(target=lambda: results.append(predicted(found, donning.glove))) for _ in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert len(results) == 4 and all(np.array_equal(one, results[0]) for one in results)
 
 
 def test_a_subinterpreter_is_refused():

@@ -47,12 +47,12 @@ def test_the_twin_changes_with_its_parameters():
         flexor.twin(set=["radio.los=0.05"])
 
 
-def test_figures(found, donning, tmp_path):
+def test_figures(found, tmp_path):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     from flexor import plot
 
-    for axes in (plot.held_out(found, "index"), plot.recording(donning.glove), plot.experiment(flexor.experiment("1", trials=2))):
+    for axes in (plot.held_out(found, "index"), plot.experiment(flexor.experiment("1", trials=2))):
         axes.figure.savefig(tmp_path / "figure.png")
 
 

@@ -35,7 +35,7 @@ def test_angles_are_the_commands(program, files, found, tmp_path):
     found.compensator.save(tmp_path / "m.json")
     for arithmetic in ("double", "fixed"):
         command = json.loads(program("apply", tmp_path / "m.json", files / "glove-1.csv", "--json", "--arithmetic", arithmetic))
-        angles = found.compensator.predict(files / "glove-1.csv", arithmetic=arithmetic, progress=False)
+        angles = flexor.Compensator.load(tmp_path / "m.json", arithmetic=arithmetic).predict(files / "glove-1.csv", progress=False)
         assert angles.t_s.tolist() == command["t_s"]
         for joint in found.compensator.joints:
             assert angles[f"{joint}_deg"].tolist() == command["channels"][joint]["angle_deg"]

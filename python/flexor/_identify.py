@@ -52,10 +52,6 @@ class Identification:
         names, values = self._covariances[joint]
         return pandas().DataFrame(values, index=names, columns=names)
 
-    def curve(self, joint: str) -> Any:
-        """The held-out part, thinned: a frame of t_s, measured_deg, estimated_deg and straight_line_deg."""
-        return pandas().DataFrame(self.results["joints"][joint]["held_out_curve"])
-
     def __repr__(self) -> str:
         lines = [f"{name}: {joint['holdout']['rmse_deg']:.2f} deg held out, {joint['verdict']['word']}"
                  for name, joint in self.results["joints"].items()]
@@ -97,14 +93,6 @@ def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[
             ends_deg={joint: tuple(ends) for joint, ends in ends_deg.items()}, initial=initial and initial._core,
             refit=refit and refit._core, time_limit_s=time_limit_s, threads=threads, progress=show)
     return Identification(of_core(model), of_core(proven), results, covariances)
-
-
-def fit(recording: Any, map: Mapping[str, tuple[Sensors, str]], *, rate_hz: float = 20, structure: str = "auto",
-        progress: Show = False) -> Compensator:
-    """The fit alone, to all of a recording that holds readings and angles: nothing is held out, nothing proven."""
-    rows = [(joint, [one] if isinstance(one, str) else list(one), angle) for joint, (one, angle) in map.items()]
-    with shown(progress) as show:
-        return of_core(core.fit(as_recording(recording), rows, rate_hz, structure, show))
 
 
 def align(sensor: Any, reference: Any, *, input: str = "", output: str = "", rate_hz: float = 20,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import pathlib
@@ -101,14 +102,10 @@ class Compensator:
         return hash(self.text)
 
     def __reduce__(self) -> tuple:
-        return _restore, (self.text, self._arithmetic)
+        return functools.partial(Compensator, arithmetic=self._arithmetic), (self.text,)
 
     def __repr__(self) -> str:
         return f"Compensator({', '.join(self.inputs)} -> {', '.join(self.joints)}, every {self.sample_period_s:g} s)"
-
-
-def _restore(text: str, arithmetic: str) -> Compensator:
-    return Compensator(text, arithmetic=arithmetic)
 
 
 def of_core(made: Any) -> Compensator:

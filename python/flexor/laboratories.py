@@ -118,8 +118,11 @@ def sample(log_density: Callable[[np.ndarray], float], start: np.ndarray, steps:
             if show:
                 show(step, steps, "steps")
     chain = sampler.get_chain(discard=steps // 3)
-    with np.errstate(invalid="ignore"):  # nobody moved: as long as all that is there
-        tau = np.nan_to_num(emcee.autocorr.integrated_time(chain, tol=0), nan=len(chain))
+    moves_at_all = (chain != chain[0]).any(axis=(0, 2))
+    tau = np.full(start.shape[1], float(len(chain)))  # of a walker that never moved, as long as all that is there
+    if moves_at_all.any():
+        share = moves_at_all.mean()
+        tau = share * emcee.autocorr.integrated_time(chain[:, moves_at_all], tol=0) + (1 - share) * tau
     return chain, tau, sampler.acceptance_fraction.mean()
 
 

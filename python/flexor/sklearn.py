@@ -8,9 +8,8 @@ import numpy as np
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
-from flexor._core import JobError
-from flexor._identify import fit
-from flexor._model import Compensator
+from flexor._core import JobError, core
+from flexor._model import Compensator, of_core
 from flexor._recording import Recording
 
 
@@ -47,10 +46,9 @@ class FlexorRegressor(RegressorMixin, BaseEstimator):
         sensors = {f"x{i}": X[:, i] for i in range(X.shape[1])}
         columns = {f"y{j}_deg": angles[:, j] for j in range(angles.shape[1])}
         try:
-            self.compensator_ = fit(
-                Recording({**sensors, **columns}, rate_hz=self.rate_hz),
-                {f"y{j}": (list(sensors), name) for j, name in enumerate(columns)},
-                rate_hz=self.rate_hz, structure=self.structure)
+            log = Recording({**sensors, **columns}, rate_hz=self.rate_hz)
+            joints = [(f"y{j}", list(sensors), name) for j, name in enumerate(columns)]
+            self.compensator_ = of_core(core.fit(log, joints, self.rate_hz, self.structure, None))
         except (JobError, ValueError) as error:
             self.refusal_ = str(error)
             self.line_ = np.linalg.lstsq(np.column_stack([X, np.ones(len(X))]), angles, rcond=None)[0]

@@ -17,7 +17,7 @@ foreach(edge IN LISTS edges)
 endforeach()
 
 file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/apps/* ${ROOT}/benchmarks/* ${ROOT}/cosim/* ${ROOT}/examples/* ${ROOT}/firmware/*
-  ${ROOT}/host/* ${ROOT}/runtime/*)
+  ${ROOT}/host/* ${ROOT}/python/* ${ROOT}/runtime/*)
 list(FILTER sources INCLUDE REGEX "[.](h|hh|hpp|c|cc|cpp|cxx|inl|ipp)([.]in)?$")
 foreach(source IN LISTS sources)
   flexor_room_of(${source} room)

@@ -248,6 +248,7 @@ std::size_t distance(std::string_view a, std::string_view b) {
 
 // Commands that Python has taken over.
 constexpr std::pair<const char*, const char*> kMoved[] = {
+    {"calibrate-twin", "python -m flexor.laboratories draw --out laboratories.json"},
     {"donning", "python -m flexor.donning FILE... --out prior.json"},
     {"posture learn", "python -m flexor.posture_learning FILE... --out posture.json"},
 };

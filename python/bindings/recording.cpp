@@ -26,15 +26,13 @@ nb::object to_array(std::vector<double> values, std::vector<std::size_t> shape) 
   return nb::cast(nb::ndarray<nb::numpy, double>(data, shape.size(), shape.data(), owner));
 }
 
-std::span<const double> to_span(const Vector& values) { return {values.data(), values.size()}; }
-
 recording::Recording to_recording(const nb::handle& from) {
   recording::Recording out;
   out.source = nb::cast<std::string>(from.attr("source"));
   out.digest = nb::cast<std::string>(from.attr("digest"));
   const auto values = [](const nb::handle& array) {
-    const std::span<const double> all = to_span(nb::cast<Vector>(array));
-    return std::vector<double>(all.begin(), all.end());
+    const auto all = nb::cast<Vector>(array);
+    return std::vector<double>(all.data(), all.data() + all.size());
   };
   out.t_s = values(from.attr("t_s"));
   const nb::dict units = from.attr("units");

@@ -8,7 +8,6 @@
 #include <nanobind/ndarray.h>
 
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -23,9 +22,6 @@ using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::
 
 // The array owns the values: `shape` has as many.
 nb::object to_array(std::vector<double> values, std::vector<std::size_t> shape = {});
-
-// One column of a recording as the score's rooms take it, without a copy.
-std::span<const double> to_span(const Vector& values);
 
 // `recording`: has source, t_s, columns {name: array}, units {name: unit} and digest. Throws io::InputError: columns of other
 // lengths than the times.

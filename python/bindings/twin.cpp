@@ -6,8 +6,6 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <atomic>
-
 #include "host/deploy/hardware.hpp"
 #include "host/study/glove_recording.hpp"
 #include "host/study/laboratory.hpp"

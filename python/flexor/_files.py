@@ -47,7 +47,7 @@ def write_json(path, document, **style) -> None:
         file.write_text(json.dumps(document, **(style or {"indent": 2})) + "\n", "utf-8")
 
 
-def run(parser: argparse.ArgumentParser, job: Callable[[argparse.Namespace], None]) -> None:
+def run_command(parser: argparse.ArgumentParser, job: Callable[[argparse.Namespace], None]) -> None:
     """Ends with 2 and one line for what the user can mend."""
     options = parser.parse_args()
     try:

@@ -7,14 +7,12 @@ counts. Lengths are shares of a sensor's span, which is that of the sessions' me
 of this glove differ, for `flexor recalibrate --prior` (host/identify/donning_prior.hpp).
 """
 import argparse
-import os
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from flexor._files import read_table, run, write_json
+from flexor._files import read_table, run_command, write_json
 
 SHARES = np.array([0.02, 0.1, 0.5, 0.9, 0.98])
 FINGERS = ("thumb", "index", "middle", "ring", "pinky")
@@ -110,8 +108,7 @@ def prior(changes: pd.DataFrame) -> dict:
 
 
 def _job(o: argparse.Namespace) -> None:
-    shared = Path(os.path.commonpath([Path(file).absolute().parent for file in o.files]))
-    sessions = {str(Path(file).absolute().relative_to(shared).with_suffix("")): read_table(file) for file in o.files}
+    sessions = {file: read_table(file) for file in o.files}
     if len(sessions) < len(o.files):
         raise ValueError("a session is there twice: give each once")
     changes = compare(sessions, o.sensors)
@@ -128,7 +125,7 @@ def main() -> None:
     parser.add_argument("files", nargs="+", help="logs with t_s, one for each time that the glove was put on")
     parser.add_argument("--sensors", type=lambda text: text.split(","), help="columns (default: those that are called like fingers)")
     parser.add_argument("--out", help="write how the donnings differ, for flexor recalibrate --prior")
-    run(parser, _job)
+    run_command(parser, _job)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from flexor._files import read_table, replacing, run, version, write_json
+from flexor._files import read_table, replacing, run_command, version, write_json
 
 LOST = 3  # a camera's quality
 UNEVEN = 0.15  # of the mean step: clocks are written in whole milliseconds
@@ -256,7 +256,7 @@ def main() -> None:
     parser.add_argument("--subject", default="01", help="bids: letters and digits")
     parser.add_argument("--task", default="motion", help="bids: letters and digits")
     parser.add_argument("--run", type=int, help="bids: number of the recording, where there are several")
-    run(parser, _job)
+    run_command(parser, _job)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexor._files import read_table, run, version, write_json
+from flexor._files import read_table, run_command, version, write_json
 
 JOINTS = [f"thumb_{joint}" for joint in ("rot", "mcp", "ip", "abd")]
 JOINTS += [f"{finger}_{joint}" for finger in ("index", "middle", "ring", "pinky") for joint in ("mcp", "pip", "dip", "abd")]
@@ -173,7 +173,7 @@ def main() -> None:
     parser.add_argument("files", nargs="+", help="CSV: t_s and NAME_deg of all 23 joints; three people or more, a file each")
     parser.add_argument("--out", required=True, help="the posture document")
     parser.add_argument("--seed", type=int, default=1, help="of the order of typical hands")
-    run(parser, _job)
+    run_command(parser, _job)
 
 
 if __name__ == "__main__":

@@ -57,7 +57,7 @@ def test_the_shipped_parameters_are_plausible():
 
 
 def test_a_drawn_document_is_read_again(tmp_path):
-    drawn = laboratories.draw(3, walkers=34, steps=3, trials=1, progress=False)
+    drawn = laboratories.draw(3, walkers=34, steps=3, starts=34, trials=1, progress=False)
     (tmp_path / "l.json").write_text(json.dumps(drawn))
     assert laboratories.load(tmp_path / "l.json") == drawn and len(drawn["laboratories"]) == 3
     assert "--steps" in laboratories.doubt(drawn)

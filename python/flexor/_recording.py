@@ -145,7 +145,7 @@ def _index_seconds(data: Any, columns: list[str], time_unit: Optional[str], sour
         return _seconds(index, str(index.name or ""), time_unit, source)
     what = "the frame has no time index" if _is_frame(data) else "nothing says the time"
     hint = next((c for c in columns if c.lower().startswith(("t_", "time", "timestamp", "millis"))), "t_s")
-    raise InputError(f'{source}: {what}: Recording(..., time="{hint}") names a column of times, rate_hz=50 says that rows are evenly spaced')
+    raise InputError(f'{source}: {what}: Recording(..., time="{hint}") names a column of times, rate_hz=50 says that rows are even')
 
 
 def _seconds(times: Any, name: str, time_unit: Optional[str], source: str) -> np.ndarray:

@@ -1,17 +1,12 @@
 """A glove of the twin's, recorded once, as objects and as files; and the command beside the module."""
 
-import json
 import os
 import pathlib
 import subprocess
 
-import numpy as np
 import pytest
 
 import flexor
-
-STRUCTURE = "line"  # fitted at once
-
 
 @pytest.fixture(scope="session")
 def donning():
@@ -20,7 +15,7 @@ def donning():
 
 @pytest.fixture(scope="session")
 def found(donning):
-    return flexor.identify([(donning.glove, donning.camera)], rate_hz=10, structure=STRUCTURE, progress=False)
+    return flexor.identify([(donning.glove, donning.camera)], rate_hz=10, structure="line", progress=False)
 
 
 @pytest.fixture(scope="session")

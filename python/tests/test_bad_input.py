@@ -70,8 +70,9 @@ def test_columns_of_all_kinds():
     assert flexor.Recording(frame(), units="count").units == {"index_adc": "count"}
     assert flexor.Recording(frame(**ANGLES)).units == {"index_deg": "deg"}
     log = flexor.Recording(frame(flex=[1, 2, 3], note=["a", "b", "c"], on=[True, False, True]))
+    numpy_objects = np.array([1, None, 3], dtype=object)
     assert list(log.columns) == ["flex", "on"] and "note" in log.warnings[0]
-    nullable = flexor.Recording(frame(flex=pandas.array([1, None, 3], dtype="Int64"), old=pandas.Series([1, None, 3], dtype=object).tolist()))
+    nullable = flexor.Recording(frame(flex=pandas.array([1, None, 3], dtype="Int64"), old=numpy_objects))
     assert np.isnan(nullable["flex"][1]) and np.isnan(nullable["old"][1])
 
 

@@ -1,6 +1,5 @@
 """Results as frames, the regressor, figures, the command of the package."""
 
-import pathlib
 import subprocess
 import sys
 

@@ -52,6 +52,6 @@ def run_command(parser: argparse.ArgumentParser, job: Callable[[argparse.Namespa
     options = parser.parse_args()
     try:
         job(options)
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, RuntimeError) as error:  # RuntimeError: flexor.JobError
         print(f"{parser.prog}: {error}", file=sys.stderr)
         raise SystemExit(2) from error

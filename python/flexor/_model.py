@@ -55,17 +55,9 @@ class Compensator:
         return self.document["sample_period_s"]
 
     @property
-    def parameters(self) -> Any:
-        """Every number of its blocks: a frame over (block, name)."""
-        pd = pandas()
-        rows = {}
-        for at, block in enumerate(self.document["blocks"]):
-            for name, value in block.items():
-                for i, number in enumerate(value if isinstance(value, list) else [value]):
-                    if isinstance(number, (int, float)):
-                        rows[at, f"{name}[{i}]" if isinstance(value, list) else name] = (block["type"], number)
-        index = pd.MultiIndex.from_tuples(list(rows), names=["block", "name"])
-        return pd.DataFrame(list(rows.values()), index=index, columns=["type", "value"])
+    def blocks(self) -> Any:
+        """What it is made of: a frame with a row for each block and its parameters as columns."""
+        return pandas().json_normalize(self.document["blocks"])
 
     @property
     def accuracy(self) -> Any:

@@ -39,13 +39,8 @@ def twin(donnings: int = 1, *, rate_hz: float = 10, seed: int = 1001, set: Seque
     """
     with shown(progress) as show:
         found = core.twin_record(_document(parameters), list(set), donnings, rate_hz, seed, show)
-    out = []
-    for parts in found:
-        logs = Donning(*(Recording._of(one) for one in parts))
-        for name, log in zip(Donning._fields, logs):
-            log.source = name
-        out.append(logs)
-    return out
+    # Each is called what it is, in place of a file's name.
+    return [Donning(*(Recording._of((name, *parts[1:])) for name, parts in zip(Donning._fields, one))) for one in found]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -41,7 +41,6 @@ def test_dip_follows_pip():
 
 def test_rest_is_the_start_of_each_trial():
     at_rest = PEOPLE[0].t_s <= learning.REST_S
-    np.testing.assert_allclose(learning.rest_deg(PEOPLE[0]), PEOPLE[0].hands_deg[at_rest].mean(axis=0))
     np.testing.assert_allclose(learning.learn(PEOPLE)["people"][0]["rest_deg"], PEOPLE[0].hands_deg[at_rest].mean(axis=0), atol=0.006)
 
 

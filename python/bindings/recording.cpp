@@ -91,9 +91,6 @@ void add_recording(nb::module_& m) {
       "seconds_in",
       [](const std::string& name) { return recording::seconds_in(recording::cut_name(name).unit); },
       nb::arg("column"), "Seconds in the unit that a time's name states; None: it states none.");
-  m.def(
-      "seconds_in_unit", [](const std::string& unit) { return recording::seconds_in(unit); },
-      nb::arg("unit"));
 }
 
 }  // namespace flexor::python

@@ -158,7 +158,7 @@ def _seconds(times: Any, name: str, time_unit: Optional[str], source: str) -> np
         return np.where(np.isnat(values), np.nan, seconds)
     if values.dtype.kind not in "iuf":
         raise InputError(f"{source}: the times are {values.dtype}: numbers, dates or durations are needed (pandas.to_datetime)")
-    stated = core.seconds_in(name) if time_unit is None else core.seconds_in_unit(time_unit)
+    stated = core.seconds_in(name if time_unit is None else f"t_{time_unit}")
     if time_unit is not None and stated is None:
         raise InputError(f'{source}: time_unit "{time_unit}": s, ms, us or ns')
     if stated is None and values.dtype.kind in "iu":

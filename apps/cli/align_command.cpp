@@ -35,7 +35,7 @@ nlohmann::ordered_json optional(const std::optional<double>& value) {
 
 void run(const Options& o) {
   check_output(o);
-  const recording::Pair pair = identify::load_pair(o.files);
+  const recording::Pair pair = identify::load_pair(o.files, o.clock_offset_s.has_value());
   const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s, 0);
   const recording::Alignment a = aligned.alignment.value_or(recording::Alignment());
   if (!o.out.empty()) io::write_file(o.out, recording::to_csv(recording::to_recording(aligned, pair)));

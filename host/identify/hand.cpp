@@ -64,10 +64,13 @@ std::vector<std::string> sensors_of(const std::vector<JointMap>& map) {
 
 // Of each trial in the files.
 std::vector<Files> read_files(const PairFiles& files, const HandRequest& request) {
+  const recording::TimeOptions time =
+      request.clock_offset_s ? request.time
+                             : recording::times_of_pair(files.sensor, files.reference, request.time);
   std::vector<Files> out;
   const std::vector<std::string> sensors = sensors_of(request.map);
-  recording::CsvReader reader(files.sensor, {sensors, request.time});
-  for (recording::Recording& trial : recording::read_segments(reader, request.time)) {
+  recording::CsvReader reader(files.sensor, {sensors, time});
+  for (recording::Recording& trial : recording::read_segments(reader, time)) {
     Files& one = out.emplace_back();
     one.sensor = std::move(trial);
     for (const std::string& sensor : sensors) {
@@ -77,7 +80,7 @@ std::vector<Files> read_files(const PairFiles& files, const HandRequest& request
   }
   for (const JointMap& joint : request.map) {
     std::vector<recording::Recording> trials =
-        recording::angle_segments(files.reference, joint.reference, request.time);
+        recording::angle_segments(files.reference, joint.reference, time);
     if (trials.size() != out.size())
       throw InputError(fmt::format("{} trials in {}, {} in {}: they must be as many", out.size(),
                                    files.sensor.string(), trials.size(), files.reference.string()));
@@ -1048,7 +1051,7 @@ Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, Ha
     witnesses.push_back({static_cast<std::size_t>(sensor), files.sensor.series(map[j].sensors.front()),
                          &files.reference[j], map[j].reference, map[j].joint});
   }
-  const bool known = on_one_clock(files);
+  const bool known = share_a_clock(files.sensor, files.reference.front());
   if (!given && known) given = 0;
   std::vector<std::string> said;
   Clock clock = recording::find_clock(witnesses, given, said);

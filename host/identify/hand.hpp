@@ -33,11 +33,6 @@ struct HandRecordings {
   std::vector<recording::Recording> reference;
 };
 
-// Both in one file, whose clock they share.
-inline bool on_one_clock(const HandRecordings& one) {
-  return !one.sensor.digest.empty() && one.sensor.digest == one.reference.front().digest;
-}
-
 // What is left out, one after the other, of a fit to all the rest with every choice made anew: pairs of recordings; persons,
 // whose logs lie in folders of their own; eighths of every pair's time (of which readings, not angles, still tell what may be read).
 enum class LeaveOut { none, take, person, block };

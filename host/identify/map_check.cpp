@@ -42,7 +42,9 @@ recording::Recording every_column(const PairFiles& files, const HandRequest& req
   // A pipe is read once.
   if (!std::filesystem::is_regular_file(files.sensor) || !request.time.segments.empty()) return read.sensor;
   try {
-    return recording::read_csv(files.sensor, {}, request.time);
+    recording::TimeOptions time = request.time;
+    if (read.sensor.time_column == recording::kHostClock) time.columns = {recording::kHostClock};
+    return recording::read_csv(files.sensor, {}, time);
   } catch (const InputError&) {
     return read.sensor;
   }
@@ -164,7 +166,7 @@ std::set<std::string> check_map(const HandRequest& request, const PairFiles& fil
                                 std::vector<std::string>& warnings) {
   std::set<std::string> stuck;
   warn_of_equal_columns(request.map, read.sensor, warnings);
-  const bool clock_is_known = request.clock_offset_s || on_one_clock(read);
+  const bool clock_is_known = request.clock_offset_s || share_a_clock(read.sensor, read.reference.front());
   const recording::Recording all = every_column(files, request, read);
   for (std::size_t j = 0; j < request.map.size(); ++j) {
     const JointMap& map = request.map[j];

@@ -133,7 +133,10 @@ std::vector<Recording> segments_of(CsvReader& reader, Resets resets) {
     for (std::size_t i = 0; i < row.value.size(); ++i) out.back().columns[i].value.push_back(row.value[i]);
   }
   out.front().warnings = stream.notes();
-  for (Recording& one : out) one.digest = reader.digest();
+  for (Recording& one : out) {
+    one.digest = reader.digest();
+    one.time_column = reader.time_column();
+  }
   return out;
 }
 
@@ -171,6 +174,16 @@ Recording read_csv(const std::filesystem::path& path, const std::vector<std::str
                    const TimeOptions& time) {
   CsvReader reader(path, {columns, time});
   return read(reader);
+}
+
+TimeOptions times_of_pair(const std::filesystem::path& sensor, const std::filesystem::path& reference,
+                          TimeOptions time) {
+  const auto has_host_clock = [&](const std::filesystem::path& log) {
+    return std::filesystem::is_regular_file(log) && CsvReader(log, {{}, time}).has(kHostClock);
+  };
+  if (time.columns.empty() && has_host_clock(sensor) && has_host_clock(reference))
+    time.columns = {kHostClock};
+  return time;
 }
 
 std::string quoted(const std::string& name) {

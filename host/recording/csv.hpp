@@ -29,6 +29,7 @@ class CsvReader : public Source {
   // Other columns than before, while no row was read; none: as of TableOptions.
   void choose(const std::vector<std::string>& columns);
   bool has(const std::string& column) const { return table_.has(column); }
+  std::string time_column() const { return table_.time_column(); }
 
   const std::string& name() const override { return source_; }
   const std::vector<std::string>& columns() const override { return table_.columns(); }
@@ -65,6 +66,9 @@ class CsvReader : public Source {
 Recording read(CsvReader& reader, Resets resets = Resets::refuse);
 Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
                    const TimeOptions& time = {});
+// How the two logs of a pair are read: by kHostClock where both have it and nothing else is asked for.
+TimeOptions times_of_pair(const std::filesystem::path& sensor, const std::filesystem::path& reference,
+                          TimeOptions time);
 // Of each trial in it, which TimeOptions tell apart.
 std::vector<Recording> read_segments(CsvReader& reader, const TimeOptions& time);
 Recording parse_csv(const std::string& text, const std::string& source,

@@ -42,9 +42,7 @@ Series until(const Series& series, double end_s) {
 Range valid_range(const Series& fitted, const std::string& unit) {
   const auto [low, high] = without_spikes(fitted.value);
   if (unit == "count" && low >= 0) {
-    double top = kAdcTop;
-    while (top < high) top = 2 * top + 1;  // 10 bits, or as many as it takes
-    return {1, top - 1};
+    return {1, adc_top(high) - 1};
   }
   const double margin = kRangeMargin * (high - low);
   return {low - margin, high + margin};
@@ -121,6 +119,12 @@ std::optional<Alignment> find_alignment(Pair& pair, bool given, std::vector<std:
 }
 
 }  // namespace
+
+double adc_top(double greatest) {
+  double out = kAdcTop;
+  while (out < greatest) out = 4 * out + 3;
+  return out;
+}
 
 void leave_out_lost(Recording& r, const std::string& name) {
   constexpr double kLost = 3;
@@ -238,11 +242,10 @@ Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset
   Aligned a;
   a.warnings = pair.sensor.warnings;
   a.warnings.insert(a.warnings.end(), pair.reference.warnings.begin(), pair.reference.warnings.end());
-  const bool one_file = !pair.sensor.digest.empty() && pair.sensor.digest == pair.reference.digest;
-  if (one_file && !clock_offset_s) {
+  if (share_a_clock(pair.sensor, pair.reference) && !clock_offset_s) {
     clock_offset_s = 0;
     a.warnings.emplace_back(
-        "readings and angles come from one file: one clock, and no offset is searched for");
+        "readings and angles have one clock, of one file or host_s of both: no offset is searched for");
   } else {
     a.alignment = find_alignment(pair, clock_offset_s.has_value(), a.warnings);
   }

@@ -25,6 +25,9 @@ struct Pair {
   std::string output;  // column, degrees
 };
 
+// The greatest count of a converter that reads as much: of 10 bits, 12, 14 ...
+double adc_top(double greatest);
+
 // Takes out the rows whose angle a tracker lost: NAME_deg has NAME_quality beside it, 3 where it is lost, and
 // that column goes too. Says how many rows. Throws io::JobError when fewer than two are left.
 void leave_out_lost(Recording& recording, const std::string& column);

@@ -7,6 +7,7 @@
 
 #include "host/io/io.hpp"
 #include "host/recording/line_format.hpp"
+#include "host/recording/time.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::recording {
@@ -17,6 +18,11 @@ const Column& Recording::column(std::string_view name) const {
   std::vector<std::string> names;
   for (const Column& c : columns) names.push_back(c.name);
   throw io::InputError(fmt::format("{}: no column \"{}\"; there are: {}", source, name, listed(names)));
+}
+
+bool share_a_clock(const Recording& one, const Recording& other) {
+  return (!one.digest.empty() && one.digest == other.digest) ||
+         (one.time_column == kHostClock && other.time_column == kHostClock);
 }
 
 bool is_video(const std::filesystem::path& file) {

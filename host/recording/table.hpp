@@ -68,6 +68,7 @@ class TableState {
   void refuse(Problem::Kind kind, const std::string& detail, std::size_t row = 0);
   void note(const std::string& text) { notes_.push_back(text); }
   void split_line(const std::string& text);
+  std::string time_column() const { return time_place_ ? header_[*time_place_] : std::string(); }
   bool has(const std::string& column) const { return std::ranges::count(header_, column) > 0; }
   bool has_time() const { return time_place_ || arrow_; }
 
@@ -130,6 +131,7 @@ class TableReader : TableState {
   // Of a live log, of which nothing is taken any more: the columns of the other glove; empty: none speaks.
   const std::string& refusal() const { return refusal_; }
   using TableState::has;
+  using TableState::time_column;
   const std::vector<std::string>& columns() const { return columns_; }
   const std::vector<std::string>& units() const { return units_; }  // from the name, or from the row of units
   std::size_t width() const { return header_.size(); }

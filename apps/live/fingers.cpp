@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "host/io/io.hpp"
+#include "host/model/standard_error.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::live {
@@ -176,7 +177,11 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
   if (!model_ && stands && out.remark.empty()) out.remark = "has not moved yet";
   if (!finger.joint) return out;
   const model::Joint& joint = model_->joints[*finger.joint];
-  if (joint.accuracy && std::isfinite(out.angle_deg)) out.sd_deg = joint.accuracy->at(out.angle_deg);
+  if (joint.accuracy && std::isfinite(out.angle_deg)) {
+    std::vector<double> reading(model_->inputs.size(), std::numeric_limits<double>::quiet_NaN());
+    reading[*finger.input] = out.raw;
+    out.sd_deg = model::StandardErrors(*model_).of(*finger.joint, out.angle_deg, reading);
+  }
   if (out.sd_deg > kUncertain_deg && out.remark.empty())
     out.quality = out.sd_deg > kVeryUncertain_deg ? "poor" : "fair";
   const auto& spread = model_->inputs[*finger.input].readings;

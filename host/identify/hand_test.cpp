@@ -35,6 +35,21 @@ TEST_F(Hand, AllJointsOfOneRecordingAreFittedToOneModelThatCanBeWorn) {
   EXPECT_GT(r.clocks[0].confidence, 0.3);
 }
 
+TEST_F(Hand, ReadingsOfTwelveBitsGiveTheSameFigures) {
+  const PairFiles ten = write("ten", {60, 3});
+  recording::Recording log = recording::read_csv(ten.sensor, {}, "");
+  for (double& reading : log.columns[0].value) reading *= 4;
+  io::write_file(folder_ / "twelve.csv", recording::to_csv(log));
+  HandRequest request = Hand::request({ten});
+  request.structure = "curve(12) + motion(0.2)";
+  const JointResult of_ten = identify_hand(request, {}).joints[0];
+  request.pairs = {{folder_ / "twelve.csv", ten.reference}};
+  const JointResult of_twelve = identify_hand(request, {}).joints[0];
+  EXPECT_NEAR(of_twelve.hold_drift_deg, of_ten.hold_drift_deg, 0.02);
+  for (const auto& [name, score] : of_ten.baselines)
+    EXPECT_NEAR(of_twelve.baselines.at(name).rmse_deg, score.rmse_deg, 0.05) << name;
+}
+
 TEST_F(Hand, ASecondSensorTellsWhatOneAloneCannot) {
   const PairFiles files = write("two", {90, 2});
   const JointResult both = found({files}, "thumb=b_adc+a_adc:thumb_deg").joints[0];

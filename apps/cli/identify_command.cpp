@@ -114,8 +114,8 @@ void show_structures(const identify::JointFit& joint) {
   }
   print(
       "fitted, cross: RMSE of the fitted part in degrees, as fitted and cross-validated\n"
-      "*: the smallest that can be worn of those whose loss over the folds is within a\n"
-      "   standard error of the least\n");
+      "*: the smallest that can be worn of sums whose loss over the folds is within 3 %\n"
+      "   of the least, or a smaller chain within a standard error of that one\n");
 }
 
 // RMSE in degrees, the compensator's and each baseline's under its own name.

@@ -603,13 +603,14 @@ std::string describe(const Branches& b) {
   return out;
 }
 
-// The smallest of those within a standard error of the best, then the others; the loss decides among equals.
+// The smallest of those that are as good as the best, then the others; the loss decides among equals. Not of those within a standard
+// error: on a short recording one fold has most of the loss, and all are.
 void rank(std::vector<Additive>::iterator begin, std::vector<Additive>::iterator end) {
   const auto loss = [](const Additive& one) { return mean(one.fold_loss); };
   const Additive best = *std::ranges::min_element(begin, end, {}, loss);
   std::sort(begin, end, [&](const Additive& a, const Additive& b) {
     const auto key = [&](const Additive& one) {
-      const bool as_good = gain_in_errors(one.fold_loss, best.fold_loss) >= -1 &&
+      const bool as_good = loss(one) <= (1 + kAsGood) * (1 + kAsGood) * loss(best) &&
                            one.cross_validated_deg <= (1 + kAsGood) * best.cross_validated_deg;
       // Of equals the open one, which does not stop where nothing was seen.
       return std::pair(as_good ? static_cast<double>(one.value.size()) - (one.branches.open ? 0.5 : 0) : 1e9,

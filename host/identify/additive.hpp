@@ -73,9 +73,7 @@ inline constexpr double kCreep_s =
     1;  // a longer motion is there to undo a sensor's creep: its angle goes on in a hold
 bool creeps(const Branches& branches);
 
-// A smaller candidate is as good as the best where its losses over the folds lie within a standard error of the best's. Where one fold
-// has most of all loss everything does: then its cross-validated error may not be larger by more than this.
-inline constexpr double kAsGood = 0.1;
+inline constexpr double kAsGood = 0.03;  // a smaller candidate so close to the best is as good
 
 // By how much the losses over the same folds of `one` are less than the other's, in standard errors of the difference; equal ones: 0.
 double gain_in_errors(const std::vector<double>& one, const std::vector<double>& other);

@@ -27,6 +27,7 @@ constexpr double kUnseenDrift = 2;   // of the still one's error, which 19 of 20
 constexpr double kMostUnseenDrift_deg = 10;
 constexpr double kMemories =
     10;  // of the slowest motion: a part as long shows it without a hold, where the error halves
+constexpr double kMuchLarger = 0.1;
 constexpr double kSure =
     1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
 constexpr int kAttacks = 15;  // of the search for fixed point's error
@@ -246,9 +247,9 @@ std::string chain_refusal(const JointFit& chain, const JointFit& best) {
     return fmt::format("it fits the part by {:.2f} degrees; the best errs by {:.2f} on what it did not see",
                        chain.fitted_rmse_deg, best.cross_validated_deg);
   }
-  // Within a standard error the smaller wins.
+  // Within a standard error the smaller wins, unless its squares over the folds are larger by far.
   const bool smaller = chain.effective < best.effective + best.limits;
-  const double most_deg = (smaller ? 1 + kAsGood : 1) * best.cross_validated_deg;
+  const double most_deg = (smaller ? 1 + kMuchLarger : 1) * best.cross_validated_deg;
   if (!(gain_in_errors(chain.fold_loss, best.fold_loss) > (smaller ? -1 : 1) &&
         chain.cross_validated_deg <= most_deg))
     return smaller ? "errs more than the best" : "no better than the best by more than a standard error";
@@ -295,8 +296,7 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
 
 // One sensor where it is as good as several, with the rows of both.
 JointFit better(JointFit several, JointFit one) {
-  const bool fewer = gain_in_errors(one.fold_loss, several.fold_loss) >= -1 &&
-                     one.cross_validated_deg <= (1 + kAsGood) * several.cross_validated_deg;
+  const bool fewer = sum_of(one.fold_loss) <= (1 + kAsGood) * (1 + kAsGood) * sum_of(several.fold_loss);
   for (CandidateRow& row : one.rows) row.structure = one.sensors.front() + " alone: " + row.structure;
   JointFit& other = fewer ? several : one;
   for (CandidateRow& row : other.rows) row.chosen = false;

@@ -91,8 +91,10 @@ Hand unprotected_hand(const model::Hardware& p, const model::Model& model, const
 
 Hand safe_hand(const model::Hardware& p, const model::Model& model, const Key& key) {
   Hand hand = unprotected_hand(p, model, key);
-  hand.lower_deg = p.hand_lower_deg;
-  hand.upper_deg = p.hand_upper_deg;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    hand.lower_deg[i] = std::max(hand.lower_deg[i], p.hand_lower_deg[i]);
+    hand.upper_deg[i] = std::min(hand.upper_deg[i], p.hand_upper_deg[i]);
+  }
   hand.motor = motor_of(p);
   hand.feed_forward_s_per_deg =
       p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.motor_V * std::numbers::pi / 180;

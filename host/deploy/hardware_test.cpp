@@ -38,6 +38,16 @@ TEST(SafeHand, StaysOffItsEndsAndBelowTheSafeSpeed) {
   EXPECT_EQ(unprotected_hand(hardware, published_model(), {}).speed_deg_s, 800);
 }
 
+TEST(SafeHand, StaysWithinTheLoopsLimits) {
+  model::Hardware hardware;
+  hardware.loop_upper_deg = 100;
+  const Hand hand = safe_hand(hardware, published_model(), {});
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    EXPECT_EQ(hand.lower_deg[i], hardware.hand_lower_deg[i] + 2);
+    EXPECT_EQ(hand.upper_deg[i], 98);
+  }
+}
+
 TEST(SafeHand, RefusesMotorsThatCannotMoveWithinItsLimits) {
   model::Hardware hardware;
   hardware.source = "my.json";

@@ -188,7 +188,7 @@ void run_film(const FilmOptions& o) {
   const model::Model raw = study::compensator("raw", o.rate_hz).model;
   Json inputs = Json::array();
   for (const twin::Motion& motion : motions)
-    inputs.push_back(twin::exact_json(twin::TrialInput{parameters, motion, raw, o.seed, true}));
+    inputs.push_back(twin::TrialInput{parameters, motion, raw, o.seed, true});
   io::Worker camera(io::program_beside(kCameraWorker));
   Json result;
   {

@@ -287,6 +287,8 @@ void run_poses(const Options& o) {
   recording::Recording poses = recording::read_csv(o.poses, {}, o.request.time);
   for (const recording::Column& c : std::vector(poses.columns))
     recording::state_unit(poses, c.name, c.unit.empty() ? o.request.input_unit : "");
+  if (!o.json)
+    for (const std::string& warning : poses.warnings) log_warning(warning);
   const identify::FromPoses r = identify::model_from_poses(poses, options);
   model::save(r.model, o.model);
   if (o.json) {
@@ -296,10 +298,12 @@ void run_poses(const Options& o) {
                                         {"fist", r.model.inputs[j].poses->fist},
                                         {"expected_error_deg", identify::kPosesError_deg}};
     }
+    std::vector<std::string> warnings = poses.warnings;
+    warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
     return print(io::dump({{"joints", std::move(joints)},
                            {"open_holds", r.open_holds},
                            {"fist_holds", r.fist_holds},
-                           {"warnings", r.warnings},
+                           {"warnings", warnings},
                            {"version", FLEXOR_VERSION}}));
   }
   for (const std::string& warning : r.warnings) log_warning(warning);

@@ -259,7 +259,7 @@ void say(const deploy::Deployment& d, const PairKey& pair) {
 
 void run(const Options& o) {
   study::Boards boards(io::program_beside(kBoardsWorker));
-  io::require_folder(o.out);
+  io::require_folder(o.out, "deployment");
   twin::Parameters p;
   static_cast<model::Hardware&>(p) = model::hardware(o.hardware);
   if (o.baud != 0) p.baud = o.baud;

@@ -39,7 +39,7 @@ void show(const identify::Sessions& all) {
 
 void run(const Options& o) {
   if (!o.out.empty()) io::require_writable(o.out);
-  if (!o.report.empty()) io::require_folder(o.report);
+  if (!o.report.empty()) io::require_folder(o.report, "donning");
   const identify::Sessions all = identify::compare_files(o.files, o.sensors, o.time);
   if (!o.out.empty()) io::write_file(o.out, to_json(all.prior));
   if (!o.report.empty()) {

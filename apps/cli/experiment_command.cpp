@@ -179,7 +179,10 @@ void play(Options& o) {
   const study::Plan& plan = o.plan;
   study::check(plan);
   std::optional<study::FolderLock> lock;  // until the report is written
-  if (!o.folder.empty()) o.plan.lock = &lock.emplace(plan.folder);
+  if (!o.folder.empty()) {
+    io::require_folder(o.folder, "experiment");
+    o.plan.lock = &lock.emplace(plan.folder);
+  }
   study::Result result;
   std::vector<study::ScenarioResult> scenarios;
   {
@@ -212,7 +215,10 @@ void play_ensemble(const Options& o) {
   if (const std::string doubt = plan.ensemble.doubt(); !doubt.empty()) log_warning(doubt);
   if (o.scenarios) plan.scenarios = study::changed_scenarios();
   std::optional<study::FolderLock> lock;
-  if (!o.folder.empty()) plan.plan.lock = &lock.emplace(o.folder);
+  if (!o.folder.empty()) {
+    io::require_folder(o.folder, "ensemble");
+    plan.plan.lock = &lock.emplace(o.folder);
+  }
   study::EnsembleResult result;
   {
     ProgressLine line;

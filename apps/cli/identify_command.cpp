@@ -332,7 +332,7 @@ void run(Options& o) {
   o.files.time = o.request.time;
   if (!o.poses.empty()) return run_poses(o);
   if (!o.model.empty()) io::require_writable(o.model);
-  if (!o.report.empty()) io::require_folder(o.report);
+  if (!o.report.empty()) io::require_folder(o.report, "hand");
   std::optional<io::TemporaryFolder> temporary;
   track_reference(o, temporary);
   add_takes(o);

@@ -119,11 +119,11 @@ TEST_F(Cli, AStandardErrorThatCannotBeWrittenCostsNothingButItsLines) {
 TEST_F(Cli, OnlyTheFilesOfAReportNeedGnuplot) {
   EXPECT_EQ(run(identify_arguments(glove(), camera()), "/dev/null", "PATH='" + path("none") + "'").exit, 0);
   EXPECT_NE(content(path("report/joint-1.html")).find("class=\"chart\""), std::string::npos);
-  const std::string files = "report '" + path("report") + "' --pdf";
+  const std::string files = "report '" + path("report/") + "' --pdf";
   EXPECT_NE(run(files, "/dev/null", "PATH='" + path("none") + "'").err.find("gnuplot is missing"),
             std::string::npos);
   EXPECT_FALSE(fs::exists(path("report/holdout_1.svg")));
-  EXPECT_EQ(run(files).exit, 0);
+  EXPECT_EQ(run(files).out, "report   " + path("report/report.html") + "\n");
   EXPECT_TRUE(fs::exists(path("report/holdout_1.svg")));
   EXPECT_TRUE(fs::exists(path("report/holdout_1.pdf")));
 }

@@ -65,7 +65,7 @@ void add_donning(CLI::App& app) {
       ->delimiter(',');
   add_time_options(*command, o->time);
   command->add_option("--out", o->out, "write how they differ here, for recalibrate --prior");
-  command->add_option("--report", o->report, "write report.html into this folder");
+  command->add_option("--report", o->report, "write report.html into this folder")->transform(kFolder);
 }
 
 }  // namespace flexor::cli

@@ -473,8 +473,10 @@ void add_identify(CLI::App& app) {
           "starts again; each trial is a take; once more for a second file")
       ->type_name("COLUMN|clock");
   command->add_option("--model", o->model, "write the model document here");
-  command->add_option("--report", o->report,
-                      "write report.html, a page for each joint, figures and samples into this folder");
+  command
+      ->add_option("--report", o->report,
+                   "write report.html, a page for each joint, figures and samples into this folder")
+      ->transform(kFolder);
 }
 
 }  // namespace flexor::cli

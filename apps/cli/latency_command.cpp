@@ -66,7 +66,8 @@ void add_latency(CLI::App& app) {
       ->check(seed_fault)
       ->capture_default_str();
   add_twin_options(*command, o->twin);
-  command->add_option("--out", o->folder, "write report.html and latency.csv into this folder");
+  command->add_option("--out", o->folder, "write report.html and latency.csv into this folder")
+      ->transform(kFolder);
 }
 
 }  // namespace flexor::cli

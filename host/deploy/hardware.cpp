@@ -128,9 +128,9 @@ model::Model on_hand(model::Model model, const model::Hardware& p, std::vector<s
     joint.rest_deg = map(joint.rest_deg);
     joint.accuracy.reset();
     joint.ends = hand;
-    notes.push_back(
-        fmt::format("{}: the model's {:.0f} deg (open) to {:.0f} (fist) become the hand's {:.0f} to {:.0f}",
-                    joint.name, own.open_deg, own.fist_deg, hand.open_deg, hand.fist_deg));
+    notes.push_back(fmt::format("{}: the model's {} deg (open) to {} (fist) become the hand's {} to {}",
+                                joint.name, std::lround(own.open_deg), std::lround(own.fist_deg),
+                                std::lround(hand.open_deg), std::lround(hand.fist_deg)));
   }
   model::check(model);
   return model;

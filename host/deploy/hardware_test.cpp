@@ -18,6 +18,10 @@ TEST(OnHand, OpenComesUponOpenAndFistUponFist) {
   turned.joints[1].ends = model::Ends{113, 28};  // closes towards smaller angles
   turned = on_hand(turned, {}, notes);
   EXPECT_EQ(notes.size(), 1U);
+  model::Model open_at_zero = model;
+  open_at_zero.joints[1].ends = model::Ends{-0.2, 90};
+  (void)on_hand(open_at_zero, {}, notes);
+  EXPECT_EQ(notes.back().find("-0"), std::string::npos) << notes.back();
   model::Compensator<model::DoubleArithmetic> before(model);
   model::Compensator<model::DoubleArithmetic> after(turned);
   for (int k = 0; k < 50; ++k) {

@@ -171,8 +171,11 @@ TEST_F(Flash, AnInterruptSaysWhatTheBoardHoldsAndASecondRunMends) {
   const fs::path dump = folder_ / "flash";
   UsbBoard board({.bootloader = boot(), .flash = dump});
   const std::string err = (folder_ / "err").string();
-  const std::string command = fmt::format("exec timeout -s INT 1.7 '{}' flash '{}' --port {} 2> '{}'",
-                                          fs::absolute(FLEXOR_PROGRAM).string(), image(), board.port(), err);
+  const std::string command = fmt::format(
+      "'{0}' flash '{1}' --port {2} 2> '{3}' & until grep -q writing '{3}' || ! kill -0 $!; do sleep 0.1; "
+      "done; "
+      "kill -TERM $!; wait $!",
+      fs::absolute(FLEXOR_PROGRAM).string(), image(), board.port(), err);
   (void)std::system(command.c_str());
   EXPECT_NE(io::read_file(err).find("run the same command again"), std::string::npos) << io::read_file(err);
   EXPECT_EQ(flexor({"flash", image(), "--port", board.port()}).exit, 0);
@@ -308,6 +311,14 @@ TEST_F(Pair, WhatChangedInADeploymentIsSentAndTheBoardSaysWhatItHolds) {
   EXPECT_GT(glove.finish(), 3);
   expect_key(key_of("glove"), *changed.key);
   EXPECT_EQ(deploy::glove_settings_in(flash("glove"))->head.output, deploy::Output::text);
+}
+
+TEST_F(Pair, AHandsImageIsNotWrittenIntoAGlove) {
+  UsbBoard glove(board("glove"));
+  expect_says(flexor({"flash", folder_ / "pair", "--board", "hand", "--port", glove.port()}), 2,
+              "is for a hand, and the board is a glove");
+  glove.finish();
+  expect_else_unchanged("glove");
 }
 
 TEST_F(Pair, AnOldImageIsNamedWithTheCommandThatReplacesIt) {

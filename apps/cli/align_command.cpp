@@ -36,7 +36,7 @@ nlohmann::ordered_json optional(const std::optional<double>& value) {
 void run(const Options& o) {
   check_output(o);
   const recording::Pair pair = identify::load_pair(o.files, o.clock_offset_s.has_value());
-  const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s, 0);
+  const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s);
   const recording::Alignment a = aligned.alignment.value_or(recording::Alignment());
   if (!o.out.empty()) io::write_file(o.out, recording::to_csv(recording::to_recording(aligned, pair)));
   const double overlap_s = aligned.t_s.back() - aligned.t_s[aligned.overlap_begin];

@@ -79,6 +79,19 @@ TEST_F(Cli, AReadingInAnotherUnitThanTheModelsIsRefusedEverywhere) {
       "is in V");
 }
 
+TEST_F(Cli, HeldPosesNameWhatTheReaderLeavesOut) {
+  std::string log = "t_s,thumb_count,index_count,middle_count\n0,1,2\n";
+  for (int k = 1; k < 600; ++k)
+    log += fmt::format("{:.2f},{},{},nan\n", 0.02 * k, 300 + 200 * (k / 150 % 2), 400 + 100 * (k / 150 % 2));
+  io::write_file(path("poses.csv"), log);
+  const std::string arguments =
+      "identify --poses '" + path("poses.csv") + "' --model '" + path("m.json") + "'";
+  const std::string err = run(arguments).err;
+  EXPECT_NE(err.find("1 row(s) are malformed"), std::string::npos) << err;
+  EXPECT_NE(err.find("left out: middle_count; a sensor among them is dead"), std::string::npos) << err;
+  EXPECT_EQ(nlohmann::json::parse(run(arguments + " --json").out).at("warnings").size(), 2U);
+}
+
 TEST_F(Cli, EmptyAndAbsurdValuesAreRefusedBeforeTheWork) {
   const std::string both = "--sensor '" + glove() + "' --reference '" + camera() + "' ";
   expect_refused("identify --structure linear --model '' " + both, 2, "--model");
@@ -106,11 +119,11 @@ TEST_F(Cli, AStandardErrorThatCannotBeWrittenCostsNothingButItsLines) {
 TEST_F(Cli, OnlyTheFilesOfAReportNeedGnuplot) {
   EXPECT_EQ(run(identify_arguments(glove(), camera()), "/dev/null", "PATH='" + path("none") + "'").exit, 0);
   EXPECT_NE(content(path("report/joint-1.html")).find("class=\"chart\""), std::string::npos);
-  const std::string files = "report '" + path("report") + "' --pdf";
+  const std::string files = "report '" + path("report/") + "' --pdf";
   EXPECT_NE(run(files, "/dev/null", "PATH='" + path("none") + "'").err.find("gnuplot is missing"),
             std::string::npos);
   EXPECT_FALSE(fs::exists(path("report/holdout_1.svg")));
-  EXPECT_EQ(run(files).exit, 0);
+  EXPECT_EQ(run(files).out, "report   " + path("report/report.html") + "\n");
   EXPECT_TRUE(fs::exists(path("report/holdout_1.svg")));
   EXPECT_TRUE(fs::exists(path("report/holdout_1.pdf")));
 }

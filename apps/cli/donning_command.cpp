@@ -39,7 +39,7 @@ void show(const identify::Sessions& all) {
 
 void run(const Options& o) {
   if (!o.out.empty()) io::require_writable(o.out);
-  if (!o.report.empty()) io::require_folder(o.report);
+  if (!o.report.empty()) io::require_folder(o.report, "donning");
   const identify::Sessions all = identify::compare_files(o.files, o.sensors, o.time);
   if (!o.out.empty()) io::write_file(o.out, to_json(all.prior));
   if (!o.report.empty()) {
@@ -65,7 +65,7 @@ void add_donning(CLI::App& app) {
       ->delimiter(',');
   add_time_options(*command, o->time);
   command->add_option("--out", o->out, "write how they differ here, for recalibrate --prior");
-  command->add_option("--report", o->report, "write report.html into this folder");
+  command->add_option("--report", o->report, "write report.html into this folder")->transform(kFolder);
 }
 
 }  // namespace flexor::cli

@@ -37,6 +37,7 @@ void add_report(CLI::App& app) {
           "FOLDER", o->folder,
           "that identify --report, donning --report, experiment --out, track --report, deploy --out or "
           "latency --out has written")
+      ->transform(kFolder)
       ->required();
   command->add_flag(
       "--pdf", o->files,

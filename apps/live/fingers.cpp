@@ -33,6 +33,10 @@ std::string shown_name(const std::string& column) {
 // Of a converter of ten bits or twelve.
 bool is_at_an_end(double counts) { return counts <= 1 || counts == 1023 || counts == 4095; }
 
+void at_best_fair(FingerView& view) {
+  if (view.quality != std::string_view("poor")) view.quality = "fair";
+}
+
 }  // namespace
 
 Fingers::Fingers(std::vector<std::string> columns) : names_(std::move(columns)) {
@@ -190,7 +194,7 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
     out.covered = std::clamp((column.most - column.least) / span, 0.0, 1.0);
     const double beyond = std::max(spread->reading.front() - out.raw, out.raw - spread->reading.back());
     if (beyond > kBeyond * span && out.remark.empty()) {
-      out.quality = "fair";
+      at_best_fair(out);
       out.remark = "reads beyond what it was calibrated for: put on anew?";
     }
   }
@@ -212,7 +216,7 @@ void Fingers::add_tracking(const model::Followed& followed, FingerView& view) co
   if (!followed.alarmed) return;
   view.tracked += "; it drifted more quickly than it is tracked";
   if (!view.remark.empty()) return;
-  view.quality = "fair";
+  at_best_fair(view);
   view.remark = "drifted more quickly than it is tracked: put on anew?";
 }
 

@@ -86,7 +86,7 @@ struct Candidates {
   bool operator==(const Candidates&) const = default;
 };
 
-// What a name stands for: auto; line (gain and offset), line-lead (and motion of one time constant), curve,
+// What a name stands for: auto; limited-line (gain and offset), line-lead (and motion of one time constant), curve,
 // hysteresis.
 Candidates candidates(const std::string& name, std::size_t sensors);
 

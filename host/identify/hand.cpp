@@ -353,8 +353,6 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
                      const JointResult& joint, std::vector<std::string>& warnings) {
   if (const auto text = score::in_words_left_out(joint.holdout))
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
-  if (request.structure == "auto" && joint.verdict.word != score::Verdict::Word::better)
-    warnings.push_back(fmt::format("{}: {}", joint.name, score::in_words(joint.verdict)));
   if (joint.holdout.rmse_deg > kMuchWorse * joint.fitted_rmse_deg && !request.refit) {
     warnings.push_back(
         fmt::format("{}: the error on unseen data is {:.1f} times the error on the fitted part: the glove "

@@ -52,10 +52,10 @@ TEST_F(Hand, TwoLogsOfOneMachineHaveOneClock) {
   io::write_file(folder_ / "glove.csv", glove);
   io::write_file(folder_ / "camera.csv", camera);
   const SourceFiles files{folder_ / "glove.csv", folder_ / "camera.csv", "bend_count", "index_deg"};
-  const recording::Aligned one_clock = recording::align_pair(load_pair(files), 20, {}, 0);
+  const recording::Aligned one_clock = recording::align_pair(load_pair(files), 20, {});
   EXPECT_EQ(one_clock.clock_offset_s, 0);
   EXPECT_GE(one_clock.t_s.front(), 1000);
-  EXPECT_EQ(recording::align_pair(load_pair(files, true), 20, 14, 0).t_s.front(), 3);
+  EXPECT_EQ(recording::align_pair(load_pair(files, true), 20, 14).t_s.front(), 3);
   HandRequest request = Hand::request({{files.sensor, files.reference}}, "index=bend_count:index_deg");
   request.structure = "line";
   EXPECT_EQ(identify_hand(request, {}).clocks.front().offset_s, 0);

@@ -40,7 +40,6 @@ class CsvReader : public Source {
   double time_unit_s() const override { return table_.time_unit_s(); }
   bool guesses_time() const override { return table_.guesses_time(); }
   bool is_unit_known() const override { return table_.is_unit_known(); }
-  const std::string& left_out() const { return table_.left_out(); }
   bool splits_by_clock() const { return table_.splits_by_clock(); }
   // Once a row was read: its times are dates, in seconds since 1970.
   bool is_dated() const { return table_.is_dated(); }

@@ -234,9 +234,8 @@ void check_clock(double rate_hz, std::optional<double> clock_offset_s, double le
     throw InputError("the clock offset must be a number of seconds");
 }
 
-Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
-                   double split) {
-  check_clock(rate_hz, clock_offset_s, lead_s);
+Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset_s) {
+  check_clock(rate_hz, clock_offset_s, 0);
   require_change(pair.sensor, pair.input, "is the sensor plugged in?");
   require_change(pair.reference, pair.output, "does the camera see the marks?");
   Aligned a;
@@ -255,8 +254,7 @@ Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset
       if (auto warning = disagreement(*clock_offset_s, *a.alignment)) a.warnings.push_back(*warning);
     }
   }
-  sample_pair(pair, rate_hz, clock_offset_s ? *clock_offset_s : a.alignment->clock_offset_s, lead_s, split,
-              a);
+  sample_pair(pair, rate_hz, clock_offset_s ? *clock_offset_s : a.alignment->clock_offset_s, 0, 1, a);
   return a;
 }
 

@@ -562,7 +562,7 @@ class Finder : public TableState {
     for (std::size_t i = 0; i < header_.size(); ++i) {
       if (of[i] == Of::numbers || (of[i] == Of::missing && options_.holes)) {
         out.push_back(i);
-      } else if (time_place_ != i && (of[i] == Of::missing || header_units_[i] == "deg")) {
+      } else if (time_place_ != i && (of[i] == Of::missing || !header_units_[i].empty())) {
         left.push_back(header_[i]);
       }
     }
@@ -883,7 +883,8 @@ std::vector<std::string> TableReader::notes() const {
   if (!has_header_ && time_place_) say(fmt::format("{} is the time", header_[*time_place_]));
   if (!has_time()) say(fmt::format("{} rows are a second", options_.time.log_rate_hz));
   if (!title_unit_.empty()) say(fmt::format("what states no unit is in {} by the titles", title_unit_));
-  if (!left_out_.empty()) say(fmt::format("without numbers, and left out: {}", left_out_));
+  if (!left_out_.empty())
+    say(fmt::format("without numbers, and left out: {}; a sensor among them is dead", left_out_));
   if (decimal_ == ',') say("commas in numbers are decimal commas");
   if (headers_ > 0) say(fmt::format("{} row(s) repeat the header", headers_));
   if (malformed_ > 0)

@@ -143,7 +143,6 @@ class TableReader : TableState {
   bool is_unit_known() const {
     return is_unit_known_ || (time_format_ && *time_format_ != TimeFormat::number);
   }
-  const std::string& left_out() const { return left_out_; }  // columns without numbers
   double wrap_s() const { return wrap_s_; }
   bool is_dated() const { return time_format_ && is_date(*time_format_); }
   std::vector<std::string> notes() const;

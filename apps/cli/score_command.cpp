@@ -55,8 +55,11 @@ std::vector<std::pair<std::string, std::string>> columns_of(const Options& o,
 
 recording::Recording read(const std::string& path, const std::string& column,
                           const recording::TimeOptions& time) {
-  recording::Recording out =
-      column.empty() ? recording::read_csv(path, {}, time) : recording::read_angle(path, column, time);
+  const auto all = [&] {
+    recording::CsvReader reader(path, {{}, time, recording::Holes::some});
+    return recording::read(reader);
+  };
+  recording::Recording out = column.empty() ? all() : recording::read_angle(path, column, time);
   for (const std::string& warning : out.warnings) log_note(warning);
   out.warnings.clear();
   return out;
@@ -64,6 +67,7 @@ recording::Recording read(const std::string& path, const std::string& column,
 
 recording::Recording angle_of(recording::Recording all, const std::string& column) {
   recording::leave_out_lost(all, column);
+  all = recording::without_holes(all, column);
   recording::to_degrees(all, column, "");
   for (const std::string& warning : all.warnings) log_note(warning);
   return all;

@@ -53,7 +53,8 @@ void refuse_other_unit(const std::string& source, const recording::Column& colum
 // A column for each input; a missing reading is NaN. The log continues where a reset of the board begins its clock anew.
 recording::Recording read_log(const std::filesystem::path& path, const RecalibrationFiles& request,
                               const model::Model& model, std::vector<std::string>& notes) {
-  recording::CsvReader reader(path, {model::columns_of(model, request.inputs), request.time, true});
+  recording::CsvReader reader(
+      path, {model::columns_of(model, request.inputs), request.time, recording::Holes::all});
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     if (reader.units()[i].empty()) continue;
     if (auto note = unit_note(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]))

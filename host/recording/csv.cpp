@@ -109,8 +109,10 @@ namespace {
 
 void check_times(const Recording& recording) {
   if (recording.t_s.size() < 2) {
-    throw InputError(fmt::format("{}: {} row(s) of data; a recording needs at least two", recording.source,
-                                 recording.t_s.size()));
+    const auto& notes = recording.warnings;
+    throw InputError(fmt::format("{}: {} row(s) of data; a recording needs at least two{}", recording.source,
+                                 recording.t_s.size(),
+                                 notes.empty() ? "" : notes.back().substr(recording.source.size())));
   }
   if (recording.t_s.front() == recording.t_s.back()) {
     throw InputError(fmt::format("{}: row 3: time does not increase: it is {:g} s in every row",

@@ -50,6 +50,16 @@ Range valid_range(const Series& fitted, const std::string& unit) {
   return {low - margin, high + margin};
 }
 
+// Holes of the log are what was read before, or else first, and gaps.
+void hold_over_holes(Aligned& a) {
+  const auto first = std::ranges::find_if(a.input, [](double value) { return !std::isnan(value); });
+  double last = first == a.input.end() ? 0 : *first;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    a.gap[k] |= std::isnan(a.input[k]);
+    last = a.input[k] = std::isnan(a.input[k]) ? last : a.input[k];
+  }
+}
+
 // The reference at the sensor's instants; a gap where its neighbours are far apart or missing.
 void sample_reference(const Series& reference, double shift_s, double max_gap_s, Aligned& a) {
   const auto t = reference.t_s;
@@ -134,6 +144,14 @@ void leave_out_lost(Recording& r, const std::string& name) {
     r.warnings.push_back(fmt::format("{}: {} of {} rows of {} are lost and left out", r.source,
                                      q.size() - r.t_s.size(), q.size(), name));
   }
+}
+
+Recording without_holes(const Recording& r, const std::string& name) {
+  const Column& read = r.column(name);
+  Recording out{r.source, r.t_s, {read}, r.warnings, r.digest};
+  keep_rows(out, [&](std::size_t k) { return !std::isnan(read.value[k]); });
+  if (out.t_s.size() < 2) throw JobError(fmt::format("{}: {} has hardly any reading", r.source, name));
+  return out;
 }
 
 void leave_out_spikes(Recording& r, const std::string& name) {
@@ -292,6 +310,7 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   sample_reference(reference, shift_s, default_max_gap_s(until(reference, end_s + shift_s).t_s), a);
   a.gap = a.unseen;
   for (std::size_t k = 0; k < size; ++k) a.gap[k] |= samples.pause[k];
+  hold_over_holes(a);
 }
 
 Recording to_recording(const Aligned& a, const Pair& pair) {

@@ -31,10 +31,16 @@ enum class From {
   port   // a pipe that may begin anywhere and that nothing ends; it needs no times
 };
 
+enum class Holes {  // missing readings
+  none,             // a row with one is left out
+  some,             // it is NaN, and a row without any reading is left out
+  all               // it is NaN
+};
+
 struct TableOptions {
   std::vector<std::string> columns;  // to read; none: all with more numbers than words at first
   TimeOptions time = {};
-  bool holes = false;  // a missing reading is NaN; else its row is left out
+  Holes holes = Holes::none;
   From from = From::file;
 };
 
@@ -156,6 +162,7 @@ class TableReader : TableState {
   bool read_values(std::vector<double>& value, Problem& why);
   const char* fault_of(const std::string& cell, const Number& number, double& last);
   void leave_out();
+  std::size_t count_holes(const std::vector<double>& value);
 
   std::string comment_;
   Line line_;
@@ -174,8 +181,9 @@ class TableReader : TableState {
   std::size_t segments_ = 0;
   std::size_t malformed_ = 0;
   std::size_t first_malformed_ = 0;
-  std::size_t too_long_ = 0;  // of the malformed ones
-  std::size_t headers_ = 0;   // that came again
+  std::size_t too_long_ = 0;        // of the malformed ones
+  std::size_t headers_ = 0;         // that came again
+  std::vector<std::size_t> holes_;  // of each column, the missing readings
   std::size_t unmeasured_ = 0;
   std::size_t first_unmeasured_ = 0;
 };

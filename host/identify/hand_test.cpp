@@ -382,6 +382,16 @@ TEST_F(Hand, ASensorsMissingReadingsCostTheOthersNothing) {
   EXPECT_LT(b.joints[1].holdout.rmse_deg, 1.5 * a.joints[1].holdout.rmse_deg);
 }
 
+TEST_F(Hand, ReadingsThatAreNoCountsAreRefusedBeforeTheSearch) {
+  const PairFiles pair = write("one", {60, 7});
+  change(pair.sensor, [](recording::Recording& log) {
+    for (double& v : log.columns[0].value) v /= 1023;
+  });
+  const std::string said = io::refusal_of([&] { (void)found({pair}); });
+  EXPECT_TRUE(has(said, "\"a_adc\" reads 0.3") && has(said, "outside of what counts can be (1 to 1022)"))
+      << said;
+}
+
 TEST_F(Hand, OneSensorInTwoColumnsIsNamed) {
   const PairFiles files = write("copy", {60, 1});
   change(files.sensor, [](recording::Recording& log) { log.columns[1].value = log.columns[0].value; });

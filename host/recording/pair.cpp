@@ -50,6 +50,19 @@ Range valid_range(const Series& fitted, const std::string& unit) {
   return {low - margin, high + margin};
 }
 
+void refuse_other_unit(const Series& fitted, const Range& valid, const Recording& sensor,
+                       const Column& column) {
+  constexpr double kMost = 0.99;
+  const auto outside = std::ranges::count_if(
+      fitted.value, [&](double value) { return value < valid.min || value > valid.max; });
+  if (static_cast<double>(outside) <= kMost * static_cast<double>(fitted.value.size())) return;
+  const auto [low, high] = without_spikes(fitted.value);
+  throw InputError(fmt::format(
+      "{}: column \"{}\" reads {:g} to {:g}, outside of what counts can be ({:g} to {:g}): is it in "
+      "another unit?",
+      sensor.source, column.name, low, high, valid.min, valid.max));
+}
+
 // Holes of the log are what was read before, or else first, and gaps.
 void hold_over_holes(Aligned& a) {
   const auto first = std::ranges::find_if(a.input, [](double value) { return !std::isnan(value); });
@@ -304,6 +317,7 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   a.max_gap_s = default_max_gap_s(seen.t_s);
   const auto column = std::ranges::find(pair.sensor.columns, pair.input, &Column::name);
   a.valid = valid_range(seen, column->unit);
+  refuse_other_unit(seen, a.valid, pair.sensor, *column);
   Samples samples = resample(sensor, a.period_s, a.max_gap_s, a.valid);
   samples.value.resize(size);
   a.input = std::move(samples.value);

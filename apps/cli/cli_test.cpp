@@ -265,6 +265,9 @@ TEST_F(Cli, ScorePairsTheColumnsOfOneName) {
   const auto joints = nlohmann::json::parse(r.out).at("joints");
   EXPECT_NEAR(joints.at("thumb").at("rmse_deg").get<double>(), 2, 1e-3);
   EXPECT_NEAR(joints.at("index").at("rmse_deg").get<double>(), 0, 1e-3);
+  EXPECT_EQ(run("export '" + path("a.csv") + "' --to mot --out '" + path("a.mot") + "'").exit, 0);
+  const std::string own = run("score '" + path("b.csv") + "' '" + path("a.mot") + "' --json").out;
+  EXPECT_NEAR(nlohmann::json::parse(own).at("joints").at("thumb").at("rmse_deg").get<double>(), 2, 1e-3);
 }
 
 TEST_F(Cli, ScoreTakesEachColumnWhereItHasAngles) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "host/io/io.hpp"
@@ -23,6 +24,12 @@ constexpr double kLongestUnsaid_s =
 constexpr double kFirstDay = 20'000;  // of a spreadsheet's calendar: of 1954 to 2091
 constexpr double kLastDay = 70'000;
 constexpr double kWrapShare = 0.98;  // of its range: a counter that goes back by so much has wrapped
+
+// A missing reading is as good as another.
+bool is_same(const std::vector<double>& a, const std::vector<double>& b) {
+  return std::ranges::equal(a, b,
+                            [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); });
+}
 
 std::string row_name(std::size_t line) { return line > 0 ? fmt::format("row {}", line) : "a row"; }
 
@@ -116,12 +123,14 @@ void Stream::judge(Row row) {
 
 void Stream::accept(Row row) {
   const double step = row.t_s - last_s_;
+  if (started_ && step == 0 && is_same(row.value, last_value_)) return doubled_.add(row);
   if (started_ && step == 0) repeated_.add(row);
   if (started_ && step > 0) {
     if (step <= kJump_s) last_step_s_ = step;
   }
   started_ = true;
   last_s_ = row.t_s;
+  last_value_ = row.value;
   row.segment = segment_;
   ready_.push_back(std::move(row));
 }
@@ -210,6 +219,7 @@ std::vector<std::string> Stream::notes() const {
         count.first_line > 0 ? fmt::format(", the first is row {}", count.first_line) : "";
     out.push_back(fmt::format("{}: {} row(s) {}{}", source_.name(), count.rows, what, first));
   };
+  say(doubled_, "repeat the time and the readings of the row before and were left out");
   say(repeated_, "repeat the time of the row before and are taken as a burst");
   say(ahead_, fmt::format("with a time far ahead of all around ({:.10g} s) were left out", ahead_.first_s));
   say(back_, "with a time that goes backwards were left out");

@@ -2,7 +2,7 @@
 // read, from a file, from standard input or from memory.
 //
 // Clock repair looks one row ahead, and only where something is odd:
-//  - the same time again: the row stays, a burst.
+//  - the same time again: the row stays, a burst; where its readings are the same, too, it is left out.
 //  - a row far ahead (more than kJump_s) that the next row does not confirm by following it closely: left out.
 //  - a row that goes back, after which the clock goes on as before: left out.
 //  - a clock that starts again (the board was reset): refused, or followed: what comes after it is placed one
@@ -85,12 +85,14 @@ class Stream {
   bool started_ = false;
   double written_s_ = 0;  // of the newest row, as it stands in the log
   double last_s_ = 0;     // of the newest row that was accepted
+  std::vector<double> last_value_;
   double last_step_s_ = 0.05;
   double shift_s_ = 0;
   std::size_t rows_ = 0;
   std::size_t segment_ = 0;
   std::size_t source_segment_ = 0;
   Count repeated_;
+  Count doubled_;
   Count ahead_;
   Count back_;
   Count resets_seen_;

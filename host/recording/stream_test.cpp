@@ -1,7 +1,10 @@
 #include "host/recording/stream.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
+
+#include <sstream>
 
 #include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
@@ -172,6 +175,15 @@ TEST(Stream, RowsInNoOrderAreRefused) {
   std::vector<double> falling;
   for (int k = 0; k < 100; ++k) falling.push_back(10 - 0.05 * k);
   EXPECT_NE(all(falling).error.find("time does not increase"), std::string::npos);
+}
+
+// Twice in the log, once in a grid point's mean and once in the next one's.
+TEST(Stream, ARowThatRepeatsTheOneBeforeWhollyIsLeftOut) {
+  const Recording r = parse_csv("t_s,a\n0,1\n0,1\n0.05,2\n0.05,2\n0.1,3\n0.1,4\n", "log", {});
+  EXPECT_EQ(r.t_s, (std::vector{0.0, 0.05, 0.1, 0.1}));
+  EXPECT_EQ(r.columns[0].value, (std::vector{1.0, 2.0, 3.0, 4.0}));
+  ASSERT_EQ(r.warnings.size(), 2U);
+  EXPECT_NE(r.warnings[0].find("2 row(s) repeat the time and the readings"), std::string::npos);
 }
 
 TEST(Stream, MillisecondsTakenForSecondsAreRefusedEarly) {

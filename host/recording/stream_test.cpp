@@ -186,6 +186,25 @@ TEST(Stream, ARowThatRepeatsTheOneBeforeWhollyIsLeftOut) {
   EXPECT_NE(r.warnings[0].find("2 row(s) repeat the time and the readings"), std::string::npos);
 }
 
+TEST(Stream, OfALiveLogRowsThatComeLateAreLeftOutHoweverMany) {
+  std::string text = "t_s,a\n";
+  for (int k = 0; k < 200; ++k) {
+    text += fmt::format("{},1\n", 1 + 0.05 * k);
+    if (k % 10 == 9) text += fmt::format("{},-1\n{},-1\n", 0.87 + 0.05 * k, 0.92 + 0.05 * k);
+  }
+  for (const From from : {From::pipe, From::file}) {
+    std::istringstream lines(text);
+    CsvReader reader(lines, "log", {{}, {}, Holes::none, from});
+    if (from == From::file) {
+      EXPECT_THROW((void)read(reader, Resets::follow), io::InputError);
+      continue;
+    }
+    const Recording r = read(reader, Resets::follow);
+    EXPECT_EQ(r.columns[0].value, std::vector<double>(200, 1));
+    EXPECT_NEAR(r.t_s.back(), 1 + 0.05 * 199, 1e-9);
+  }
+}
+
 TEST(Stream, MillisecondsTakenForSecondsAreRefusedEarly) {
   const Read r = all(steady(1000, 50));
   EXPECT_NE(r.error.find("milliseconds"), std::string::npos) << r.error;

@@ -445,6 +445,9 @@ class Finder : public TableState {
     const auto named = std::ranges::find_if(asked, [this](const auto& name) { return has(name); });
     if (!asked.empty()) {
       const auto place = place_of(named != asked.end() ? *named : asked.front());
+      if (!place && named == asked.end())
+        problem_->detail +=
+            "; each file takes the first that it has: --time-column " + asked.front() + " t_s";
       if (!place) return;
       const auto by_name = seconds_in(cut_name(header_[*place]).unit);
       arrow_ = false;
@@ -453,7 +456,23 @@ class Finder : public TableState {
       other.reset();
     }
     choose_time(best, other);
+    if (other) other_time_ = header_[other->place];
+    for (std::size_t i = 0; best && other_time_.empty() && i < header_.size(); ++i) {
+      const bool is_time = seconds_in(header_units_[i]) || seconds_in(cut_name(header_[i]).unit);
+      if (i != best->place && is_time && never_falls(i)) other_time_ = header_[i];
+    }
     if (best && !best->unit_s && options_.time.unit.empty()) find_packed_clock(first, second);
+  }
+
+  bool never_falls(std::size_t place) {
+    double last = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < kTitles && at(k) != nullptr; ++k) {
+      split_line(at(k)->text);
+      const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;
+      if (!number || number->value < last) return false;
+      last = number->value;
+    }
+    return true;
   }
 
   // By the clock only where no column is asked for that the file has: its counterpart may have one.

@@ -103,6 +103,7 @@ class TableState {
   std::vector<std::string> units_;
   std::vector<std::size_t> places_;
   std::optional<std::size_t> time_place_;
+  std::string other_time_;  // a column that could be it, too
   std::optional<std::size_t> segment_place_;
   bool splits_by_clock_ = false;  // into trials
   double time_unit_s_ = 1;
@@ -141,6 +142,8 @@ class TableReader : TableState {
   std::size_t width() const { return header_.size(); }
   using TableState::has_time;
   bool guesses_time() const { return time_place_ && !has_header_; }
+  const std::string& other_time() const { return other_time_; }
+  bool is_live() const { return options_.from != From::file; }
   bool splits_by_clock() const { return splits_by_clock_; }
   double time_unit_s() const { return time_unit_s_; }
   // The time is no number, or its unit is stated.

@@ -94,7 +94,7 @@ Done follow(const Options& o, const model::Model& model, recording::CsvReader& r
       done.ranges.add(row.value);
       estimator.push(row.t_s, row.value, sink);
     }
-    if (!any) throw io::InputError(fmt::format("{}: no row with a reading of every input", reader.name()));
+    if (!any) throw io::InputError(fmt::format("{}: no row with a reading of any input", reader.name()));
     if (estimator.trackers()) done.followed = estimator.trackers()->followed();
   };
   if (o.arithmetic == "fixed") {
@@ -213,7 +213,7 @@ void run(const Options& o) {
   const model::Model model = model::load(o.model);
   if (o.intervals) require_accuracy(o, model);
   const bool live = o.file == "-";
-  recording::CsvReader reader(o.file, {model::columns_of(model, o.inputs), o.time});
+  recording::CsvReader reader(o.file, {model::columns_of(model, o.inputs), o.time, recording::Holes::some});
   for (std::size_t i = 0; i < model.inputs.size(); ++i)
     check_unit(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]);
   if (o.json) return print_json(o, model, reader);

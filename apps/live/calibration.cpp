@@ -144,7 +144,7 @@ void Calibration::read_motion() {
     constexpr std::uint64_t kHeader = 1U << 16U;
     std::istringstream begin(
         io::FileBeneath(folder_, path.filename().string(), kMostLogBytes).read(0, kHeader));
-    return recording::CsvReader(begin, path.string(), {{}, {}, true}).columns();
+    return recording::CsvReader(begin, path.string(), {{}, {}, recording::Holes::all}).columns();
   };
   columns_ = names(file("log.csv"));
   if (setup_.reference != Reference::poses) angles_ = names(file("camera.csv"));

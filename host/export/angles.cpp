@@ -33,7 +33,7 @@ bool may_be_an_angle(const std::string& column) {
 
 Angles::Angles(const std::filesystem::path& path, const AngleOptions& options)
     : source_(path == "-" ? "standard input" : path.string()),
-      reader_(path, recording::TableOptions{options.columns, options.time, true}),
+      reader_(path, recording::TableOptions{options.columns, options.time, recording::Holes::all}),
       stream_(reader_, recording::Resets::follow),
       period_s_(options.rate_hz > 0 ? 1 / options.rate_hz : 0),
       whole_rows_(options.whole_rows) {

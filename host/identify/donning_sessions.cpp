@@ -120,7 +120,7 @@ void refuse_other_units(const std::string& sensor, const std::vector<Log>& logs,
 // A file may hold many trials, each on a clock of its own: only the order of its rows counts.
 Log read_session(const std::filesystem::path& path, const std::string& name,
                  const std::vector<std::string>& sensors, const recording::TimeOptions& time) {
-  recording::CsvReader reader(path, {sensors, time, true});
+  recording::CsvReader reader(path, {sensors, time, recording::Holes::all});
   Log out{std::filesystem::path(name).replace_extension().string(),
           {},
           std::vector<std::vector<double>>(sensors.size()),
@@ -197,7 +197,7 @@ Sessions compare(const std::vector<Log>& logs, const std::vector<std::string>& s
 Sessions compare_files(const std::vector<std::filesystem::path>& files, std::vector<std::string> sensors,
                        const recording::TimeOptions& time) {
   if (sensors.empty()) {
-    const recording::CsvReader first(files.at(0), {{}, time, true});
+    const recording::CsvReader first(files.at(0), {{}, time, recording::Holes::all});
     for (const std::string& column : first.columns()) {
       const std::string start = column.substr(0, column.find('_'));
       if (std::ranges::find(model::finger_names(), start) != model::finger_names().end())

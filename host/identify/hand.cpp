@@ -69,7 +69,7 @@ std::vector<Files> read_files(const PairFiles& files, const HandRequest& request
                              : recording::times_of_pair(files.sensor, files.reference, request.time);
   std::vector<Files> out;
   const std::vector<std::string> sensors = sensors_of(request.map);
-  recording::CsvReader reader(files.sensor, {sensors, time});
+  recording::CsvReader reader(files.sensor, {sensors, time, recording::Holes::some});
   for (recording::Recording& trial : recording::read_segments(reader, time)) {
     Files& one = out.emplace_back();
     one.sensor = std::move(trial);
@@ -1044,10 +1044,14 @@ Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, Ha
                std::vector<std::string>& warnings) {
   std::vector<recording::Witness> witnesses;
   const std::vector<std::string> sensors = sensors_of(map);
+  std::vector<recording::Recording> readings;
+  for (const std::string& sensor : sensors)
+    readings.push_back(recording::without_holes(files.sensor, sensor));
   for (std::size_t j = 0; j < map.size(); ++j) {
-    const auto sensor = std::ranges::find(sensors, map[j].sensors.front()) - sensors.begin();
-    witnesses.push_back({static_cast<std::size_t>(sensor), files.sensor.series(map[j].sensors.front()),
-                         &files.reference[j], map[j].reference, map[j].joint});
+    const std::string& first = map[j].sensors.front();
+    const auto sensor = static_cast<std::size_t>(std::ranges::find(sensors, first) - sensors.begin());
+    witnesses.push_back(
+        {sensor, readings[sensor].series(first), &files.reference[j], map[j].reference, map[j].joint});
   }
   const bool known = share_a_clock(files.sensor, files.reference.front());
   if (!given && known) given = 0;

@@ -380,6 +380,33 @@ TEST_F(Hand, AStuckSensorIsNamedFirstAndNoStructureIsAdvised) {
   EXPECT_FALSE(has(score::in_words(stuck.joints[0].verdict), "--structure"));
 }
 
+TEST_F(Hand, ASensorsMissingReadingsCostTheOthersNothing) {
+  const PairFiles whole = write("whole", {60, 7});
+  const PairFiles holes = write("holes", {60, 7});
+  change(holes.sensor, [](recording::Recording& log) {
+    for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+      if (k % 3 == 0 || (k > 800 && k < 1000)) log.columns[1].value[k] = std::nan("");
+    }
+  });
+  const char* map = "index=a_adc:index_deg,thumb=b_adc:index_deg";
+  const HandIdentification a = found({whole}, map);
+  const HandIdentification b = found({holes}, map);
+  EXPECT_NEAR(b.joints[0].holdout.rmse_deg, a.joints[0].holdout.rmse_deg, 0.05);
+  EXPECT_NEAR(b.clocks[0].offset_s, a.clocks[0].offset_s, 0.02);
+  EXPECT_TRUE(warned(b, "have no b_adc"));
+  EXPECT_LT(b.joints[1].holdout.rmse_deg, 1.5 * a.joints[1].holdout.rmse_deg);
+}
+
+TEST_F(Hand, ReadingsThatAreNoCountsAreRefusedBeforeTheSearch) {
+  const PairFiles pair = write("one", {60, 7});
+  change(pair.sensor, [](recording::Recording& log) {
+    for (double& v : log.columns[0].value) v /= 1023;
+  });
+  const std::string said = io::refusal_of([&] { (void)found({pair}); });
+  EXPECT_TRUE(has(said, "\"a_adc\" reads 0.3") && has(said, "outside of what counts can be (1 to 1022)"))
+      << said;
+}
+
 TEST_F(Hand, OneSensorInTwoColumnsIsNamed) {
   const PairFiles files = write("copy", {60, 1});
   change(files.sensor, [](recording::Recording& log) { log.columns[1].value = log.columns[0].value; });

@@ -44,7 +44,8 @@ recording::Recording every_column(const PairFiles& files, const HandRequest& req
   try {
     recording::TimeOptions time = request.time;
     if (read.sensor.time_column == recording::kHostClock) time.columns = {recording::kHostClock};
-    return recording::read_csv(files.sensor, {}, time);
+    recording::CsvReader reader(files.sensor, {{}, time, recording::Holes::some});
+    return recording::read(reader);
   } catch (const InputError&) {
     return read.sensor;
   }
@@ -172,17 +173,19 @@ std::set<std::string> check_map(const HandRequest& request, const PairFiles& fil
     const JointMap& map = request.map[j];
     const std::string& own = map.sensors.front();
     const recording::Series angle = read.reference[j].series(map.reference);
-    if (const auto text = frozen(read.sensor.series(own), angle, clock_offset_s)) {
+    const recording::Recording alone = recording::without_holes(read.sensor, own);
+    if (const auto text = frozen(alone.series(own), angle, clock_offset_s)) {
       warnings.push_back(fmt::format("{}: {} {}", map.joint, own, *text));
       stuck.insert(map.joint);
       continue;  // nothing else can be said of the map
     }
-    const double share = recording::explained(all.series(own), angle, clock_offset_s);
+    const double share = recording::explained(alone.series(own), angle, clock_offset_s);
     std::string best = own;
     double most = share;
     for (const recording::Column& column : all.columns) {
       if (column.name == own || !of_one_kind(column.name, own)) continue;
-      const double other = recording::explained(all.series(column.name), angle, clock_offset_s);
+      const double other = recording::explained(
+          recording::without_holes(all, column.name).series(column.name), angle, clock_offset_s);
       if (other > most) {
         most = other;
         best = column.name;

@@ -54,7 +54,7 @@ void refuse_other_unit(const std::string& source, const recording::Column& colum
 recording::Recording read_log(const std::filesystem::path& path, const RecalibrationFiles& request,
                               const recording::TimeOptions& time, const model::Model& model,
                               std::vector<std::string>& notes) {
-  recording::CsvReader reader(path, {model::columns_of(model, request.inputs), time, true});
+  recording::CsvReader reader(path, {model::columns_of(model, request.inputs), time, recording::Holes::all});
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     if (reader.units()[i].empty()) continue;
     if (auto note = unit_note(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]))

@@ -183,7 +183,7 @@ Codebook make_codebook(const Hands& hands, double total_s, int cells, std::uint6
 Recorded read_recorded(const std::filesystem::path& file) {
   std::vector<std::string> columns;
   for (const std::string_view name : kJointNames) columns.push_back(fmt::format("{}_deg", name));
-  recording::CsvReader reader(file, {columns, {}, true});
+  recording::CsvReader reader(file, {columns, {}, recording::Holes::all});
   Recorded recorded{file.filename().string(), {}, {}, {}};
   std::vector<double> values;
   for (recording::Row row; reader.next(row);) {

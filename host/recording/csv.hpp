@@ -39,6 +39,8 @@ class CsvReader : public Source {
   double wrap_s() const override { return table_.wrap_s(); }
   double time_unit_s() const override { return table_.time_unit_s(); }
   bool guesses_time() const override { return table_.guesses_time(); }
+  std::string other_time() const override { return table_.other_time(); }
+  bool is_live() const override { return table_.is_live(); }
   bool is_unit_known() const override { return table_.is_unit_known(); }
   bool splits_by_clock() const { return table_.splits_by_clock(); }
   // Once a row was read: its times are dates, in seconds since 1970.

@@ -48,6 +48,29 @@ Range valid_range(const Series& fitted, const std::string& unit) {
   return {low - margin, high + margin};
 }
 
+void refuse_other_unit(const Series& fitted, const Range& valid, const Recording& sensor,
+                       const Column& column) {
+  constexpr double kMost = 0.99;
+  const auto outside = std::ranges::count_if(
+      fitted.value, [&](double value) { return value < valid.min || value > valid.max; });
+  if (static_cast<double>(outside) <= kMost * static_cast<double>(fitted.value.size())) return;
+  const auto [low, high] = without_spikes(fitted.value);
+  throw InputError(fmt::format(
+      "{}: column \"{}\" reads {:g} to {:g}, outside of what counts can be ({:g} to {:g}): is it in "
+      "another unit?",
+      sensor.source, column.name, low, high, valid.min, valid.max));
+}
+
+// Holes of the log are what was read before, or else first, and gaps.
+void hold_over_holes(Aligned& a) {
+  const auto first = std::ranges::find_if(a.input, [](double value) { return !std::isnan(value); });
+  double last = first == a.input.end() ? 0 : *first;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    a.gap[k] |= std::isnan(a.input[k]);
+    last = a.input[k] = std::isnan(a.input[k]) ? last : a.input[k];
+  }
+}
+
 // The reference at the sensor's instants; a gap where its neighbours are far apart or missing.
 void sample_reference(const Series& reference, double shift_s, double max_gap_s, Aligned& a) {
   const auto t = reference.t_s;
@@ -138,6 +161,14 @@ void leave_out_lost(Recording& r, const std::string& name) {
     r.warnings.push_back(fmt::format("{}: {} of {} rows of {} are lost and left out", r.source,
                                      q.size() - r.t_s.size(), q.size(), name));
   }
+}
+
+Recording without_holes(const Recording& r, const std::string& name) {
+  const Column& read = r.column(name);
+  Recording out{r.source, r.t_s, {read}, r.warnings, r.digest};
+  keep_rows(out, [&](std::size_t k) { return !std::isnan(read.value[k]); });
+  if (out.t_s.size() < 2) throw JobError(fmt::format("{}: {} has hardly any reading", r.source, name));
+  return out;
 }
 
 void leave_out_spikes(Recording& r, const std::string& name) {
@@ -287,12 +318,14 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   a.max_gap_s = default_max_gap_s(seen.t_s);
   const auto column = std::ranges::find(pair.sensor.columns, pair.input, &Column::name);
   a.valid = valid_range(seen, column->unit);
+  refuse_other_unit(seen, a.valid, pair.sensor, *column);
   Samples samples = resample(sensor, a.period_s, a.max_gap_s, a.valid);
   samples.value.resize(size);
   a.input = std::move(samples.value);
   sample_reference(reference, shift_s, default_max_gap_s(until(reference, end_s + shift_s).t_s), a);
   a.gap = a.unseen;
   for (std::size_t k = 0; k < size; ++k) a.gap[k] |= samples.pause[k];
+  hold_over_holes(a);
 }
 
 Recording to_recording(const Aligned& a, const Pair& pair) {

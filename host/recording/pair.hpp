@@ -32,6 +32,9 @@ double adc_top(double greatest);
 // that column goes too. Says how many rows. Throws io::JobError when fewer than two are left.
 void leave_out_lost(Recording& recording, const std::string& column);
 
+// One column alone, in the rows that have a reading of it. Throws io::JobError where these are fewer than two.
+Recording without_holes(const Recording& recording, const std::string& column);
+
 // Takes out the rows whose angle is a spike (resample.hpp, without_spikes), and says so.
 void leave_out_spikes(Recording& recording, const std::string& column);
 

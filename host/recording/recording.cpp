@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "host/io/io.hpp"
 #include "host/recording/line_format.hpp"
@@ -31,7 +32,10 @@ bool is_video(const std::filesystem::path& file) {
 }
 
 void require_change(const Recording& recording, std::string_view name, std::string_view hint) {
-  const auto& values = recording.column(name).value;
+  std::vector<double> values = recording.column(name).value;
+  std::erase_if(values, [](double value) { return std::isnan(value); });
+  if (values.empty())
+    throw io::InputError(fmt::format("{}: column \"{}\" has no reading; {}", recording.source, name, hint));
   const auto [low, high] = std::ranges::minmax(values);
   if (high > low) return;
   throw io::InputError(

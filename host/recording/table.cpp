@@ -445,6 +445,9 @@ class Finder : public TableState {
     const auto named = std::ranges::find_if(asked, [this](const auto& name) { return has(name); });
     if (!asked.empty()) {
       const auto place = place_of(named != asked.end() ? *named : asked.front());
+      if (!place && named == asked.end())
+        problem_->detail +=
+            "; each file takes the first that it has: --time-column " + asked.front() + " t_s";
       if (!place) return;
       const auto by_name = seconds_in(cut_name(header_[*place]).unit);
       arrow_ = false;
@@ -453,7 +456,23 @@ class Finder : public TableState {
       other.reset();
     }
     choose_time(best, other);
+    if (other) other_time_ = header_[other->place];
+    for (std::size_t i = 0; best && other_time_.empty() && i < header_.size(); ++i) {
+      const bool is_time = seconds_in(header_units_[i]) || seconds_in(cut_name(header_[i]).unit);
+      if (i != best->place && is_time && never_falls(i)) other_time_ = header_[i];
+    }
     if (best && !best->unit_s && options_.time.unit.empty()) find_packed_clock(first, second);
+  }
+
+  bool never_falls(std::size_t place) {
+    double last = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < kTitles && at(k) != nullptr; ++k) {
+      split_line(at(k)->text);
+      const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;
+      if (!number || number->value < last) return false;
+      last = number->value;
+    }
+    return true;
   }
 
   // By the clock only where no column is asked for that the file has: its counterpart may have one.
@@ -560,7 +579,7 @@ class Finder : public TableState {
     std::vector<std::size_t> out;
     std::vector<std::string> left;
     for (std::size_t i = 0; i < header_.size(); ++i) {
-      if (of[i] == Of::numbers || (of[i] == Of::missing && options_.holes)) {
+      if (of[i] == Of::numbers || (of[i] == Of::missing && options_.holes == Holes::all)) {
         out.push_back(i);
       } else if (time_place_ != i && (of[i] == Of::missing || !header_units_[i].empty())) {
         left.push_back(header_[i]);
@@ -846,7 +865,9 @@ TableReader::Take TableReader::take(Row& row) {
   const auto is_none = [](double value) { return std::isnan(value); };
   is_good =
       is_good && (options_.from != From::port || has_time() || !std::ranges::all_of(row.value, is_none));
-  if (is_good && (options_.holes || std::ranges::none_of(row.value, is_none))) {
+  const std::size_t missing = is_good ? count_holes(row.value) : 0;
+  const std::size_t most = options_.holes == Holes::none ? 0 : row.value.size() - 1;
+  if (is_good && (options_.holes == Holes::all || missing <= most)) {
     ++rows_;
     is_fresh_ = false;
     if (segment_place_ && std::exchange(segment_, cells_[*segment_place_]) != cells_[*segment_place_])
@@ -875,6 +896,17 @@ TableReader::Take TableReader::take(Row& row) {
   return problem_ ? Take::none : Take::malformed;
 }
 
+std::size_t TableReader::count_holes(const std::vector<double>& value) {
+  std::size_t out = 0;
+  holes_.resize(value.size());
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (!std::isnan(value[i])) continue;
+    ++holes_[i];
+    ++out;
+  }
+  return out;
+}
+
 std::vector<std::string> TableReader::notes() const {
   std::vector<std::string> out = notes_;
   const auto say = [&](const std::string& what) { out.push_back(what); };
@@ -890,10 +922,15 @@ std::vector<std::string> TableReader::notes() const {
   if (malformed_ > 0)
     say(fmt::format("{} row(s) are malformed and were left out, the first is row {}", malformed_,
                     first_malformed_));
-  if (unmeasured_ > 0) {
-    say(fmt::format("{} of {} rows have no {} and were left out, the first is row {}", unmeasured_,
-                    rows_ + unmeasured_, fmt::join(columns_, " or "), first_unmeasured_));
+  std::vector<std::string> missing;
+  for (std::size_t i = 0; i < holes_.size(); ++i) {
+    if (holes_[i] > 0) missing.push_back(columns_[i]);
+    if (options_.holes == Holes::some && holes_[i] > unmeasured_)
+      say(fmt::format("{} of {} rows have no {}", holes_[i] - unmeasured_, rows_, columns_[i]));
   }
+  if (unmeasured_ > 0)
+    say(fmt::format("{} of {} rows have no {} and were left out, the first is row {}", unmeasured_,
+                    rows_ + unmeasured_, fmt::join(missing, " or "), first_unmeasured_));
   return out;
 }
 

@@ -31,10 +31,16 @@ enum class From {
   port   // a pipe that may begin anywhere and that nothing ends; it needs no times
 };
 
+enum class Holes {  // missing readings
+  none,             // a row with one is left out
+  some,             // it is NaN, and a row without any reading is left out
+  all               // it is NaN
+};
+
 struct TableOptions {
   std::vector<std::string> columns;  // to read; none: all with more numbers than words at first
   TimeOptions time = {};
-  bool holes = false;  // a missing reading is NaN; else its row is left out
+  Holes holes = Holes::none;
   From from = From::file;
 };
 
@@ -98,6 +104,7 @@ class TableState {
   std::vector<std::string> units_;
   std::vector<std::size_t> places_;
   std::optional<std::size_t> time_place_;
+  std::string other_time_;  // a column that could be it, too
   std::optional<std::size_t> segment_place_;
   bool splits_by_clock_ = false;  // into trials
   double time_unit_s_ = 1;
@@ -137,6 +144,8 @@ class TableReader : TableState {
   std::size_t width() const { return header_.size(); }
   using TableState::has_time;
   bool guesses_time() const { return time_place_ && !has_header_; }
+  const std::string& other_time() const { return other_time_; }
+  bool is_live() const { return options_.from != From::file; }
   bool splits_by_clock() const { return splits_by_clock_; }
   double time_unit_s() const { return time_unit_s_; }
   // The time is no number, or its unit is stated.
@@ -157,6 +166,7 @@ class TableReader : TableState {
   bool read_values(std::vector<double>& value, Problem& why);
   const char* fault_of(const std::string& cell, const Number& number, double& last);
   void leave_out();
+  std::size_t count_holes(const std::vector<double>& value);
 
   std::string comment_;
   Line line_;
@@ -175,8 +185,9 @@ class TableReader : TableState {
   std::size_t segments_ = 0;
   std::size_t malformed_ = 0;
   std::size_t first_malformed_ = 0;
-  std::size_t too_long_ = 0;  // of the malformed ones
-  std::size_t headers_ = 0;   // that came again
+  std::size_t too_long_ = 0;        // of the malformed ones
+  std::size_t headers_ = 0;         // that came again
+  std::vector<std::size_t> holes_;  // of each column, the missing readings
   std::size_t unmeasured_ = 0;
   std::size_t first_unmeasured_ = 0;
 };

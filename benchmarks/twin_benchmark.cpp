@@ -48,18 +48,4 @@ void twin_scalar(benchmark::State& state) {
 }
 BENCHMARK(twin_scalar)->Unit(benchmark::kMillisecond);
 
-// The whole experiment, scores included, on one thread and on two.
-void twin_experiment(benchmark::State& state) {
-  study::Plan plan{everything(),
-                   study::motions("1"),
-                   {study::compensator("published-hw", 10)},
-                   1,
-                   512,
-                   static_cast<int>(state.range(0)),
-                   {}};
-  for (auto _ : state) benchmark::DoNotOptimize(study::run(plan, {}));
-  report(state, 512);
-}
-BENCHMARK(twin_experiment)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
-
 }  // namespace

@@ -395,5 +395,26 @@ TEST_F(SendThroughBootloader, TheBoardRunsTheNewModelAndThenTheNext) {
     ASSERT_EQ(static_cast<std::uint8_t>(flash[i]), before.bytes[i]) << "byte " << i;
 }
 
+TEST_F(Flash, MonitorReadsWhatAHandSaysOfItsFingers) {
+  write(folder_ / "hand.hex", deploy::hand_flash({}));
+  UsbBoard board({.bootloader = boot(), .program = folder_ / "hand.hex"});
+  const Finished r = flexor({"monitor", "--port", board.port(), "--for", "3", "--json"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const nlohmann::json said = nlohmann::json::parse(r.out);
+  EXPECT_EQ(said.at("format"), "a hand's telemetry");
+  EXPECT_NEAR(said.at("rate_hz").get<double>(), 2, 0.7);
+  EXPECT_EQ(said.at("torn"), 0);
+  ASSERT_EQ(said.at("columns").size(), 16U);
+  EXPECT_EQ(said.at("columns").at(5).at("name"), "thumb_duty_percent");
+  for (std::size_t i = 0; i < 5; ++i) {
+    const nlohmann::json& angle = said.at("columns").at(i);
+    EXPECT_GT(angle.at("most").get<double>(), angle.at("least").get<double>() + 1);
+    const nlohmann::json& duty = said.at("columns").at(5 + i);
+    EXPECT_GE(duty.at("least").get<double>(), -100);
+    EXPECT_LE(duty.at("most").get<double>(), 100);
+    EXPECT_LT(duty.at("most").get<double>(), -50) << "back to where it began, which nothing is below";
+  }
+}
+
 }  // namespace
 }  // namespace flexor::cosim

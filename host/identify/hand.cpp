@@ -498,11 +498,6 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
   io::run_in_order<JointResult>(0, r.joints.size(), io::threads_of(request.threads), score, take);
 }
 
-Json donnings_json(const std::optional<Donnings>& donnings) {
-  if (!donnings) return nullptr;
-  return {{"count", donnings->count}, {"offset_sd_deg", donnings->offset_deg}, {"gain_sd", donnings->gain}};
-}
-
 void describe(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
   Json pairs = Json::array();
   const auto name = [](const recording::Recording& one) {
@@ -528,7 +523,6 @@ void describe(const HandRequest& request, const std::vector<Files>& files, HandI
                           {"fitted_rmse_deg", fitted(joint.fitted_rmse_deg)},
                           {"cross_validated_deg", fitted(joint.cross_validated_deg)},
                           {"hold_drift_deg", joint.hold_drift_deg},
-                          {"donnings", donnings_json(joint.donnings)},
                           {"holdout", score::to_json(joint.holdout)}};
     if (joint.untried > 0) joints[joint.name]["untried_structures"] = joint.untried;
   }
@@ -677,7 +671,6 @@ void fit_joints(const HandRequest& request, const std::vector<std::string>& stru
             return progress(j, done, of, what);
           },
           request.room, most);
-      out.joint.donnings = donnings_of(sessions, out.joint.model);
     } catch (...) {
       out.failure = std::current_exception();
     }
@@ -818,7 +811,6 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
     const bool fits_board = chosen == again.joints[j].rows.end() || chosen->refusal.empty();
     if (fits_board && all_deg <= kWorse * part_deg) {
       append(again.joints[j].model, again.model);
-      r.joints[j].donnings = again.joints[j].donnings;
       r.joints[j].hold_drift_deg = again.joints[j].hold_drift_deg;  // of what is worn
       continue;
     }
@@ -1225,7 +1217,6 @@ Json to_json(const HandIdentification& r) {
                           {"structure_text", r.request.refit ? Json(nullptr) : Json(joint.text)},
                           {"hold_drift_deg", joint.hold_drift_deg},
                           {"ends", {{"open_deg", ends.open_deg}, {"fist_deg", ends.fist_deg}}},
-                          {"donnings", donnings_json(joint.donnings)},
                           {"fitted_rmse_deg", fitted(joint.fitted_rmse_deg)},
                           {"cross_validated_rmse_deg", fitted(joint.cross_validated_deg)},
                           {"effective_parameters", fitted(joint.effective)},

@@ -15,7 +15,6 @@
 #include <string>
 #include <vector>
 
-#include "host/identify/donnings.hpp"
 #include "host/identify/joint_fit.hpp"
 #include "host/identify/joint_map.hpp"
 #include "host/model/model.hpp"
@@ -95,7 +94,6 @@ struct ScoreRow {
 // Of a refitted model there are no rows and no fit.
 struct JointResult : JointFit {
   std::string name;
-  std::optional<Donnings> donnings;  // of two recordings or more
   score::Score holdout;
   score::Verdict verdict;
   std::map<std::string, score::Score> baselines;  // by their names in judge.hpp

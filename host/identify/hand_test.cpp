@@ -134,23 +134,6 @@ TEST_F(Hand, ARecordingThatStandsThereTwiceWithADifferenceSpoilsNothing) {
   EXPECT_LT(rmse_deg({one, again}), 1.15 * rmse_deg({one}));
 }
 
-TEST_F(Hand, WhatVariesBetweenDonningsIsToldAndWritten) {
-  std::vector<PairFiles> pairs;
-  for (unsigned n = 0; n < 3; ++n) {
-    pairs.push_back(write("d" + std::to_string(n), {60, 20 + n}, [&](std::vector<double>& angle) {
-      for (double& a : angle) a += 6.0 * n - 6;
-    }));
-  }
-  const HandIdentification r = found(pairs);
-  ASSERT_TRUE(r.joints[0].donnings);
-  EXPECT_EQ(r.joints[0].donnings->count, 3);
-  EXPECT_NEAR(r.joints[0].donnings->offset_deg, 6, 1.5);
-  EXPECT_LT(r.joints[0].donnings->gain, 0.06);
-  EXPECT_NEAR(r.model.fit["joints"]["index"]["donnings"]["offset_sd_deg"].get<double>(),
-              r.joints[0].donnings->offset_deg, 1e-12);
-  EXPECT_FALSE(found({pairs[0]}).joints[0].donnings) << "one recording says nothing of the next";
-}
-
 TEST_F(Hand, JointsAreFoundByName) {
   const PairFiles files{folder_ / "glove.csv", folder_ / "camera.csv"};
   io::write_file(files.sensor, "t_s,thumb_adc,index_adc,index_dip_adc,battery_V\n0,1,2,3,4\n1,2,3,4,4\n");
@@ -440,7 +423,6 @@ TEST_F(Hand, AChainIsFittedAsOneOfItsBlocksAndCanBeWorn) {
     EXPECT_LE(one.hold_drift_deg, 1) << text;
     EXPECT_NO_THROW(model::check_fixed(all.model)) << text;
     EXPECT_TRUE(all.model.joints.front().accuracy) << text;
-    EXPECT_TRUE(one.donnings) << text;
     r.structure = one.text;
     EXPECT_EQ(identify_hand(r, {}).model.blocks.size(), all.model.blocks.size()) << r.structure;
   }

@@ -398,13 +398,6 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
     if (const Json& verdict = joint["left_out"].at("verdict"); verdict.is_object())
       page.paragraph(verdict.at("words").get<std::string>() + ".");
   }
-  if (const Json& donnings = joint.at("donnings"); donnings.is_object()) {
-    page.paragraph(fmt::format(
-        "Over {} recordings the angle's offset varies by {:.1f}° and its gain by {:.1f} % (standard "
-        "deviations).",
-        donnings.at("count").get<int>(), donnings.at("offset_sd_deg").get<double>(),
-        100 * donnings.at("gain_sd").get<double>()));
-  }
   page.paragraph(fmt::format("Measured angle: {}. Structure of the saved model: {}.",
                              joint.at("reference").get<std::string>(),
                              joint.at("structure").get<std::string>()));

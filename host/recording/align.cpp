@@ -44,7 +44,7 @@ constexpr double kTappedWorse = 0.15;      // in eta^2, than the best offset
 constexpr double kTappedGain = 3;          // Evidence::gain of taps that agree, at least
 constexpr double kNoGain = 0.12;           // the other offset explains as much
 constexpr double kOneOfTwo =
-    0.6;  // then: right in half of the motions of a metronome, in 7 of 10 of other repeated ones
+    0.62;  // then: right in half of the motions of a metronome, in 7 of 10 of other repeated ones
 constexpr double kMostAnyway = 1e6;  // samples of a log, and
 constexpr double kMostPerReading = 60;
 constexpr int kMaxBins = 12;

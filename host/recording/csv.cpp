@@ -185,7 +185,7 @@ TimeOptions times_of_pair(const std::filesystem::path& sensor, const std::filesy
   const auto has_host_clock = [&](const std::filesystem::path& log) {
     return std::filesystem::is_regular_file(log) && CsvReader(log, {{}, time}).has(kHostClock);
   };
-  if (time.columns.empty() && has_host_clock(sensor) && has_host_clock(reference))
+  if (sensor != reference && time.columns.empty() && has_host_clock(sensor) && has_host_clock(reference))
     time.columns = {kHostClock};
   return time;
 }

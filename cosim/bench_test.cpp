@@ -14,20 +14,14 @@
 #include <thread>
 
 #include "cosim/flexor_test.hpp"
-#include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
-#include "host/io/serial.hpp"
 #include "host/recording/csv.hpp"
-#include "host/score/trial.hpp"
 #include "host/study/boards.hpp"
-#include "host/twin/laboratory.hpp"
-#include "runtime/link/receiver.hpp"
 
 namespace flexor::cosim {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 using study::BenchChange;
 using study::BenchView;
 
@@ -71,85 +65,9 @@ class Worn {
   std::jthread thread_;
 };
 
-// What the glove says on the port, and that this end asks it for its readings.
-struct Heard {
-  std::map<int, std::array<int, 5>> counts;  // by the board's time, ms
-  std::map<int, std::array<std::int16_t, 5>> angle;
-};
-
-void ask_for_readings(io::SerialPort& line) {
-  link::Packet packet;
-  packet.body()[0] = static_cast<std::uint8_t>(link::Request::readings);
-  std::array<std::uint8_t, link::kMaxWire> wire{};
-  line.write({wire.data(), packet.seal({link::Type::request, false, false, 0}, 1, nullptr, wire.data())});
-}
-
-Heard hear(const std::string& port, double seconds) {
-  io::SerialPort line(port, 9600);
-  link::PacketReader packet;
-  Heard out;
-  bool asked = false;
-  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
-  for (auto next = end; Clock::now() < end;) {
-    for (const std::uint8_t byte : line.read(0.02)) {
-      if (packet.push(byte) != link::Received::pending) continue;
-      std::uint16_t time_ms = 0;
-      // At its start, before the first sample; the turns after the next ones are the hand's.
-      if (packet.type() == link::Type::state && out.counts.empty() && !std::exchange(asked, true))
-        next = Clock::now();
-      if (!out.counts.empty() && !out.counts.contains(100)) return out;  // the first one was not heard
-      if (packet.type() == link::Type::readings) {
-        std::array<std::uint16_t, 5> counts{};
-        link::get_readings(packet.body(), 5, time_ms, counts.data());
-        std::ranges::copy(counts, out.counts[time_ms].begin());
-      }
-      if (packet.type() == link::Type::angles) {
-        std::array<std::int16_t, 5> angle{};
-        std::array<link::SensorStatus, 5> status{};
-        link::get_angles(packet.body(), 5, time_ms, angle.data(), status.data());
-        out.angle[time_ms] = angle;
-      }
-    }
-    if (Clock::now() < next) continue;
-    ask_for_readings(line);
-    next = Clock::now() + std::chrono::milliseconds(600);
-  }
-  return out;
-}
-
-// The frames say what the host makes of the same readings with this model, to the bit; so many frames, from the board's
-// start on without a gap.
-int compare(const Heard& heard, const deploy::Glove& glove) {
-  model::HostChain chain(deploy::chain_parts(glove));
-  int frames = 0;
-  for (int t_ms = 100; heard.counts.contains(t_ms); t_ms += 100) {
-    const link::Frame expected = chain.step(heard.counts.at(t_ms));
-    const auto angle = heard.angle.find(t_ms);
-    if (angle == heard.angle.end()) continue;
-    ++frames;
-    EXPECT_TRUE(std::ranges::equal(angle->second, expected.angle)) << t_ms;
-  }
-  return frames;
-}
-
-// A request may meet the hand's own on the glove's line: then once more.
-void expect_runs(const std::string& port, const deploy::Glove& glove) {
-  constexpr int kEnough = 15;
-  int frames = 0;
-  for (int attempt = 0; attempt < 5 && frames < kEnough; ++attempt) frames = compare(hear(port, 4), glove);
-  EXPECT_GE(frames, kEnough);
-}
-
 class Bench : public testing::Test {
  protected:
   void SetUp() override { FLEXOR_NEEDS_TERMINALS(); }
-  // As `flexor send`.
-  Finished send(const study::Bench& bench, const fs::path& model) const {
-    const fs::path key = folder_.path() / "pair.key";
-    deploy::write_key(key, *bench.key());
-    return flexor(
-        {"send", model.string(), "--port", bench.port(), "--key", key.string(), "--rate", "10", "--json"});
-  }
   fs::path file(const char* name) const { return folder_.path() / name; }
   io::TemporaryFolder folder_;
 };
@@ -209,16 +127,12 @@ TEST_F(Bench, RecordSeesReadingsThatFollowTheFingersAndTheHandGoesOn) {
   EXPECT_LT(worst_deg, 45) << "0.2 s at 130 deg/s, and the glove's own error";
 }
 
-TEST_F(Bench, TakesASmallModelWhileItRuns) {
-  Worn worn(options());
-  expect_runs(worn.bench.port(), worn.bench.glove());
-  deploy::Glove glove = worn.bench.glove();
-  glove.model = study::compensator("published-w", 10).model;
-  model::save(glove.model, file("model.json"));
-  const Finished r = send(worn.bench, file("model.json"));
-  ASSERT_EQ(r.exit, 0) << r.err;
-  EXPECT_EQ(nlohmann::json::parse(r.out).at("bootloader"), false);
-  expect_runs(worn.bench.port(), glove);
+TEST_F(Bench, ALinkWhoseTerminalIsThereIsAnothers) {
+  study::BenchOptions o = options();
+  o.port_link = file("glove");
+  const study::Bench bench(fs::absolute(FLEXOR_COSIM), o);
+  EXPECT_THROW(study::Bench(fs::absolute(FLEXOR_COSIM), o), io::InputError);
+  EXPECT_TRUE(fs::exists(file("glove")));
 }
 
 TEST_F(Bench, IsUnpluggedAndPluggedInAgainUnderTheSameName) {

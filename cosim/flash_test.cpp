@@ -171,8 +171,11 @@ TEST_F(Flash, AnInterruptSaysWhatTheBoardHoldsAndASecondRunMends) {
   const fs::path dump = folder_ / "flash";
   UsbBoard board({.bootloader = boot(), .flash = dump});
   const std::string err = (folder_ / "err").string();
-  const std::string command = fmt::format("exec timeout -s INT 1.7 '{}' flash '{}' --port {} 2> '{}'",
-                                          fs::absolute(FLEXOR_PROGRAM).string(), image(), board.port(), err);
+  const std::string command = fmt::format(
+      "'{0}' flash '{1}' --port {2} 2> '{3}' & until grep -q writing '{3}' || ! kill -0 $!; do sleep 0.1; "
+      "done; "
+      "kill -TERM $!; wait $!",
+      fs::absolute(FLEXOR_PROGRAM).string(), image(), board.port(), err);
   (void)std::system(command.c_str());
   EXPECT_NE(io::read_file(err).find("run the same command again"), std::string::npos) << io::read_file(err);
   EXPECT_EQ(flexor({"flash", image(), "--port", board.port()}).exit, 0);
@@ -310,6 +313,14 @@ TEST_F(Pair, WhatChangedInADeploymentIsSentAndTheBoardSaysWhatItHolds) {
   EXPECT_EQ(deploy::glove_settings_in(flash("glove"))->head.output, deploy::Output::text);
 }
 
+TEST_F(Pair, AHandsImageIsNotWrittenIntoAGlove) {
+  UsbBoard glove(board("glove"));
+  expect_says(flexor({"flash", folder_ / "pair", "--board", "hand", "--port", glove.port()}), 2,
+              "is for a hand, and the board is a glove");
+  glove.finish();
+  expect_else_unchanged("glove");
+}
+
 TEST_F(Pair, AnOldImageIsNamedWithTheCommandThatReplacesIt) {
   deploy::FlashContent old = deploy::read_image(folder_ / "pair/glove.hex");
   old.bytes[core::kImageIdBegin + 3] += 1;  // version
@@ -382,6 +393,27 @@ TEST_F(SendThroughBootloader, TheBoardRunsTheNewModelAndThenTheNext) {
   const std::string flash = io::read_file(dump);
   for (std::size_t i = 0; i < 0x7e00; ++i)
     ASSERT_EQ(static_cast<std::uint8_t>(flash[i]), before.bytes[i]) << "byte " << i;
+}
+
+TEST_F(Flash, MonitorReadsWhatAHandSaysOfItsFingers) {
+  write(folder_ / "hand.hex", deploy::hand_flash({}));
+  UsbBoard board({.bootloader = boot(), .program = folder_ / "hand.hex"});
+  const Finished r = flexor({"monitor", "--port", board.port(), "--for", "3", "--json"});
+  ASSERT_EQ(r.exit, 0) << r.err;
+  const nlohmann::json said = nlohmann::json::parse(r.out);
+  EXPECT_EQ(said.at("format"), "a hand's telemetry");
+  EXPECT_NEAR(said.at("rate_hz").get<double>(), 2, 0.7);
+  EXPECT_EQ(said.at("torn"), 0);
+  ASSERT_EQ(said.at("columns").size(), 16U);
+  EXPECT_EQ(said.at("columns").at(5).at("name"), "thumb_duty_percent");
+  for (std::size_t i = 0; i < 5; ++i) {
+    const nlohmann::json& angle = said.at("columns").at(i);
+    EXPECT_GT(angle.at("most").get<double>(), angle.at("least").get<double>() + 1);
+    const nlohmann::json& duty = said.at("columns").at(5 + i);
+    EXPECT_GE(duty.at("least").get<double>(), -100);
+    EXPECT_LE(duty.at("most").get<double>(), 100);
+    EXPECT_LT(duty.at("most").get<double>(), -50) << "back to where it began, which nothing is below";
+  }
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include "cosim/replay.hpp"
 #include "host/io/worker.hpp"
 #include "host/study/exact_json.hpp"
-#include "host/twin/exact_json.hpp"
 
 namespace {
 
@@ -20,14 +19,14 @@ cosim::Images images_of(const twin::TrialInput& input) {
 }
 
 Json simulate(const Json& arguments, const io::JobProgress& progress) {
-  const twin::TrialInput input = twin::trial_input_of(arguments.at("input"));
+  const auto input = arguments.at("input").get<twin::TrialInput>();
   const cosim::Images images = images_of(input);
   const auto first = arguments.at("first").get<std::uint64_t>();
   const auto count = arguments.at("count").get<std::uint64_t>();
   Json out = Json::array();
   for (std::uint64_t t = 0; t < count; ++t) {
     if (!progress(t, count)) throw io::Cancelled("stopped");
-    out.push_back(twin::exact_json(cosim::CoSimulation(images, input, first + t).run()));
+    out.push_back(cosim::CoSimulation(images, input, first + t).run());
   }
   return out;
 }
@@ -45,9 +44,9 @@ Json run_hand(const Json& arguments, const io::JobProgress&) {
 }
 
 Json latency(const Json& arguments, const io::JobProgress&) {
-  return cosim::latency(twin::from_json(arguments.at("parameters").dump(), "pipe"),
-                        model::from_json(arguments.at("model").dump(), "pipe"),
-                        arguments.at("edges").get<int>(), arguments.at("seed").get<std::uint64_t>());
+  return cosim::latency(arguments.at("parameters").get<twin::Parameters>(),
+                        arguments.at("model").get<model::Model>(), arguments.at("edges").get<int>(),
+                        arguments.at("seed").get<std::uint64_t>());
 }
 
 // One at a time.
@@ -69,7 +68,7 @@ Json bench_open(const Json& arguments, const io::JobProgress&) {
   bench().reset();
   bench() = std::make_unique<cosim::Bench>(
       cosim::BenchSetup{arguments.at("glove").get<deploy::Glove>(), path_or_none(arguments, "bootloader"),
-                        twin::trial_input_of(arguments.at("input")), path_or_none(arguments, "link")});
+                        arguments.at("input").get<twin::TrialInput>(), path_or_none(arguments, "link")});
   return {{"port", bench()->terminal()}};
 }
 

@@ -132,6 +132,7 @@ TEST_F(SendOverUsb, TheNewModelRunsWithinFiveSecondsAndAfterARestart) {
   const auto json = nlohmann::json::parse(r.out);
   EXPECT_GT(json.at("took_s"), 1.0) << "9600 baud are not quicker";
   EXPECT_GE(json.at("pieces"), 10) << "of 24 bytes";
+  EXPECT_EQ(json.at("bootloader"), false);
   EXPECT_NE(r.err.find("bytes sent: "), std::string::npos) << r.err;
   RecordProperty("figures", r.out);
   expect_runs(helper.port(), kAfter);

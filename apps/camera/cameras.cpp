@@ -88,7 +88,7 @@ class Track {
     io::require_writable(request.out);
     if (!request.preview.empty()) io::require_writable(request.preview);
     if (!request.report.empty()) {
-      io::require_folder(request.report);
+      io::require_folder(request.report, "tracking");
       require_file(request.out);
     }
   }

@@ -86,43 +86,22 @@ Json LiveJobs::picture(const Json& json) {
   return seen(open, open.push(camera::from_jpeg(bytes), t_s));
 }
 
-Json LiveJobs::camera(const Json& json, const io::JobProgress& progress) {
-  constexpr int kMost = 100;
-  constexpr int kMostShown_px = 640;
+Json LiveJobs::camera(const Json& json) {
   io::JsonReader arguments(json, "watch_camera");
   Watch& open = watch();
   const std::string device = io::bytes_from_json(arguments.member("device"));
-  const int wanted = arguments.whole_within("pictures", 1, kMost);
-  const bool shows = arguments.has("jpeg") && arguments.member("jpeg").get<bool>();
   arguments.done();
-  std::vector<camera::FilteredRow> rows;
-  std::optional<Watch::Taken> taken;
-  int count = 0;
-  double t_s = 0;
-  while (count < wanted && (taken = open.take(device))) {
-    ++count;
-    t_s = taken->t_s;
-    for (camera::FilteredRow& row : taken->rows) rows.push_back(std::move(row));
-    if (!progress(static_cast<std::size_t>(count), static_cast<std::size_t>(wanted)))
-      throw io::Cancelled("stopped");
-  }
-  Json out = seen(open, rows);
-  out["t_s"] = t_s;
-  out["taken"] = count;
-  out["ended"] = count < wanted;
-  if (shows && count > 0)
-    out["jpeg"] = io::base64(camera::to_jpeg(camera::shrunk(open.newest(), kMostShown_px)));
+  const std::optional<Watch::Taken> taken = open.take(device);
+  Json out = seen(open, taken ? taken->rows : std::vector<camera::FilteredRow>());
+  out["t_s"] = taken ? taken->t_s : 0;
+  out["ended"] = !taken;
   return out;
 }
 
 Json LiveJobs::close(const Json& json) {
   io::JsonReader(json, "watch_close").done();
   Watch& open = watch();
-  const std::vector<camera::FilteredRow> rows = open.flush();
-  const camera::Summary summary = open.summary();
-  Json out = {{"rows", rows_of(rows, open.angles())}, {"frames", summary.frames},
-              {"frames_labelled", summary.labelled},  {"frames_dropped", summary.dropped},
-              {"trouble", summary.trouble},           {"never_found", summary.never_found}};
+  Json out = {{"rows", rows_of(open.flush(), open.angles())}};
   watch_.reset();
   return out;
 }
@@ -144,8 +123,7 @@ Json LiveJobs::draw(const Json& json) {
 std::map<std::string, io::Job> LiveJobs::jobs() {
   return {{"watch_open", [this](const Json& json, const io::JobProgress&) { return open(json); }},
           {"watch_picture", [this](const Json& json, const io::JobProgress&) { return picture(json); }},
-          {"watch_camera",
-           [this](const Json& json, const io::JobProgress& progress) { return camera(json, progress); }},
+          {"watch_camera", [this](const Json& json, const io::JobProgress&) { return camera(json); }},
           {"watch_close", [this](const Json& json, const io::JobProgress&) { return close(json); }},
           {"draw_picture", [this](const Json& json, const io::JobProgress&) { return draw(json); }}};
 }

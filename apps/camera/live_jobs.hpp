@@ -5,9 +5,8 @@
 //   watch_picture  {"t_s", "jpeg": base64}
 //                  -> {"rows": [{"t_s", "deg": {NAME: 34.1 or null}, "se_deg": {...}, "quality": {NAME: 0 to 3}}, ...],
 //                      "marks_found", "marks", "width", "height"}
-//   watch_camera   {"device": a camera or a video file, "pictures": 1 to 100, "jpeg": true}
-//                  -> the same, and "t_s" of the newest, "taken", "ended", and with "jpeg" the newest, at most 640 wide
-//   watch_close    {} -> {"rows", "frames", "frames_labelled", "frames_dropped", "trouble": [...], "never_found": [...]}
+//   watch_camera   {"device": a camera or a video file} -> the same of its next picture, and "t_s", "ended": there was none
+//   watch_close    {} -> {"rows"}
 //   draw_picture   {"mcp_deg": [5 angles], "frame": n} -> {"jpeg": base64}
 //
 // Rows are camera::kLag pictures old. A picture that is refused, an "input" error, ends nothing.
@@ -27,7 +26,7 @@ class LiveJobs {
  public:
   nlohmann::ordered_json open(const nlohmann::ordered_json& json);
   nlohmann::ordered_json picture(const nlohmann::ordered_json& json);
-  nlohmann::ordered_json camera(const nlohmann::ordered_json& json, const io::JobProgress& progress);
+  nlohmann::ordered_json camera(const nlohmann::ordered_json& json);
   nlohmann::ordered_json close(const nlohmann::ordered_json& json);
   nlohmann::ordered_json draw(const nlohmann::ordered_json& json);
 

@@ -40,6 +40,23 @@ Json picture(LiveJobs& jobs, int k) {
   return {{"t_s", k / kRate_hz}, {"jpeg", drawn.at("jpeg")}};
 }
 
+// As a canvas draws 960 pixels into 640: the mean over one and a half of them each way.
+camera::Picture at_two_thirds(const camera::Picture& large) {
+  camera::Picture out(2 * large.width / 3, 2 * large.height / 3);
+  for (int i = 0; i < static_cast<int>(out.bgr.size()); ++i) {
+    const int x = i / 3 % out.width;
+    const int y = i / 3 / out.width;
+    double sum = 0;
+    for (const int dx : {0, 1}) {
+      for (const int dy : {0, 1})
+        sum += (dx == x % 2 ? 1 : 0.5) * (dy == y % 2 ? 1 : 0.5) *
+               large.at(3 * x / 2 + dx, 3 * y / 2 + dy)[i % 3];
+    }
+    out.bgr[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(std::lround(sum / 2.25));
+  }
+  return out;
+}
+
 void expect_fault(const std::function<void()>& job, const std::string& says) {
   const std::string text = io::refusal_of(job);
   EXPECT_NE(text.find(says), std::string::npos) << text;
@@ -62,7 +79,6 @@ TEST(LiveJobs, WhatIsDrawnIsSeen) {
   const Json end = jobs.close(Json::object());
   rows.insert(rows.end(), end.at("rows").begin(), end.at("rows").end());
   ASSERT_EQ(rows.size(), static_cast<std::size_t>(kFrames));
-  EXPECT_EQ(end.at("frames_labelled"), kFrames);
   double squares = 0;
   for (const Json& row : rows) {
     const std::vector<double> truth = pose(row.at("t_s"));
@@ -98,7 +114,7 @@ TEST(LiveJobs, WhatIsRefusedEndsNothing) {
   early["t_s"] = -1;
   expect_fault([&] { jobs.picture(early); }, "between 0 and");
   for (int k = 3; k < 6; ++k) jobs.picture(picture(jobs, k));
-  EXPECT_EQ(jobs.close(Json::object()).at("frames"), 6);
+  EXPECT_EQ(jobs.close(Json::object()).at("rows").size(), 6U);
   expect_fault([&] { jobs.close(Json::object()); }, "watch_open comes first");
 }
 
@@ -112,7 +128,6 @@ TEST(LiveJobs, APictureWithoutAHandHasNoAngles) {
     EXPECT_EQ(seen.at("marks_found"), 0);
     for (const Json& row : seen.at("rows")) EXPECT_TRUE(row.at("deg").at("index_mcp").is_null());
   }
-  EXPECT_EQ(jobs.close(Json::object()).at("trouble").size(), 5U);
 }
 
 TEST(LiveJobs, AVideoIsWatchedAtItsOwnSpeed) {
@@ -131,18 +146,15 @@ TEST(LiveJobs, AVideoIsWatchedAtItsOwnSpeed) {
   }
   LiveJobs jobs;
   jobs.open({{"joints", joints()}, {"drawn", true}});
-  const auto goes_on = [](std::size_t, std::size_t) { return true; };
   const auto begin = std::chrono::steady_clock::now();
   int taken = 0;
   std::size_t rows = 0;
   bool ended = false;
   while (!ended) {
-    const Json some = jobs.camera({{"device", path}, {"pictures", 7}, {"jpeg", true}}, goes_on);
-    taken += some.at("taken").get<int>();
+    const Json some = jobs.camera({{"device", path}});
     rows += some.at("rows").size();
     ended = some.at("ended");
-    if (some.at("taken") == 0) continue;
-    EXPECT_EQ(camera::from_jpeg(*io::from_base64(some.at("jpeg").get<std::string>())).width, 640);
+    taken += ended ? 0 : 1;
   }
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   EXPECT_EQ(taken, kFrames);
@@ -154,7 +166,6 @@ TEST(LiveJobs, AVideoIsWatchedAtItsOwnSpeed) {
 // What a browser's canvas sends of a camera: at 640 pixels a mark's green runs into the skin that it lies on.
 TEST(LiveJobs, MarksInSmallPicturesAreFollowedWhereverTheyBegin) {
   constexpr int kPictures = 60;
-  constexpr int kWidth_px = 640;
   constexpr int kQuality = 82;
   for (const double begin_s : {0.0, 0.7, 1.9, 2.6}) {
     LiveJobs jobs;
@@ -164,7 +175,7 @@ TEST(LiveJobs, MarksInSmallPicturesAreFollowedWhereverTheyBegin) {
       const double t_s = begin_s + k / kRate_hz;
       const Json drawn = jobs.draw({{"mcp_deg", pose(t_s)}, {"frame", k}});
       const camera::Picture large = camera::from_jpeg(*io::from_base64(drawn.at("jpeg").get<std::string>()));
-      const std::string small = camera::to_jpeg(camera::shrunk(large, kWidth_px), kQuality);
+      const std::string small = camera::to_jpeg(at_two_thirds(large), kQuality);
       const Json seen = jobs.picture({{"t_s", t_s}, {"jpeg", io::base64(small)}});
       for (const Json& row : seen.at("rows")) {
         for (std::size_t i = 0; i < twin::kFingers; ++i) {

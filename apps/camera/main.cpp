@@ -114,7 +114,7 @@ Json fit_lens(const Json& json, const io::JobProgress& progress) {
 Json film(const Json& json, const io::JobProgress& progress) {
   io::JsonReader arguments(json, "film");
   filming::FilmRequest request;
-  for (const Json& input : arguments.list("inputs")) request.inputs.push_back(twin::trial_input_of(input));
+  for (const Json& input : arguments.list("inputs")) request.inputs.push_back(input.get<twin::TrialInput>());
   request.joints = joints_of(arguments);
   request.seed = arguments.member("seed").get<std::uint64_t>();
   request.folder = path_of(arguments, "folder");
@@ -129,13 +129,13 @@ Json film(const Json& json, const io::JobProgress& progress) {
 // Exact angles in, tracked angles out.
 Json see(const Json& json, const io::JobProgress&) {
   io::JsonReader arguments(json, "see");
-  filming::Sight exact{twin::angles_of(arguments.member("glove_deg")),
-                       twin::angles_of(arguments.member("hand_deg"))};
+  filming::Sight exact{arguments.member("glove_deg").get<filming::FingerAngles>(),
+                       arguments.member("hand_deg").get<filming::FingerAngles>()};
   const filming::Sight seen =
       filming::see(joints_of(arguments), std::move(exact), arguments.number("rate_hz"),
                    arguments.member("seed").get<std::uint64_t>());
   arguments.done();
-  return {{"glove_deg", twin::exact_json(seen.glove_deg)}, {"hand_deg", twin::exact_json(seen.hand_deg)}};
+  return {{"glove_deg", seen.glove_deg}, {"hand_deg", seen.hand_deg}};
 }
 
 }  // namespace

@@ -70,6 +70,4 @@ std::size_t Watch::marks() const {
   return all;
 }
 
-camera::Summary Watch::summary() const { return tracker_ ? tracker_->summary() : camera::Summary(); }
-
 }  // namespace flexor::filming

@@ -42,8 +42,6 @@ class Watch {
   std::size_t marks() const;
   int width() const { return width_; }
   int height() const { return height_; }
-  camera::Summary summary() const;
-  const camera::Picture& newest() const { return taken_; }  // of take()
 
  private:
   camera::Joints joints_;

@@ -31,8 +31,8 @@ void check_output(const Options& o) {
 
 void run(const Options& o) {
   check_output(o);
-  const recording::Pair pair = identify::load_pair(o.files);
-  const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s, 0);
+  const recording::Pair pair = identify::load_pair(o.files, o.clock_offset_s.has_value());
+  const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s);
   const recording::Alignment a = aligned.alignment.value_or(recording::Alignment());
   if (!o.out.empty()) io::write_file(o.out, recording::to_csv(recording::to_recording(aligned, pair)));
   if (o.json) return print(io::dump(to_json(aligned)));

@@ -9,6 +9,7 @@
 #include "apps/cli/commands.hpp"
 #include "host/identify/estimator.hpp"
 #include "host/io/io.hpp"
+#include "host/model/standard_error.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
@@ -29,7 +30,7 @@ struct Options {
 class CsvSink {
  public:
   CsvSink(const model::Model& model, bool live, bool intervals)
-      : model_(model), live_(live), intervals_(intervals) {
+      : model_(model), errors_(model), live_(live), intervals_(intervals) {
     fmt::format_to(std::back_inserter(out_), "t_s");
     for (const model::Joint& joint : model.joints) {
       fmt::format_to(std::back_inserter(out_), ",{0}_deg,{0}_status", joint.name);
@@ -43,7 +44,7 @@ class CsvSink {
     for (std::size_t i = 0; i < row.angle_deg.size(); ++i) {
       fmt::format_to(std::back_inserter(out_), ",{:.4f},{}", row.angle_deg[i], row.status[i]);
       if (intervals_) {
-        fmt::format_to(std::back_inserter(out_), ",{:.4f}", model_.joints[i].accuracy->at(row.angle_deg[i]));
+        fmt::format_to(std::back_inserter(out_), ",{:.4f}", errors_.of(i, row.angle_deg[i], row.reading));
       }
     }
     out_.push_back('\n');
@@ -58,6 +59,7 @@ class CsvSink {
  private:
   static constexpr std::size_t kPiece = 1 << 16;
   const model::Model& model_;
+  model::StandardErrors errors_;
   bool live_;
   bool intervals_;
   fmt::memory_buffer out_;
@@ -92,7 +94,7 @@ Done follow(const Options& o, const model::Model& model, recording::CsvReader& r
       done.ranges.add(row.value);
       estimator.push(row.t_s, row.value, sink);
     }
-    if (!any) throw io::InputError(fmt::format("{}: no row with a reading of every input", reader.name()));
+    if (!any) throw io::InputError(fmt::format("{}: no row with a reading of any input", reader.name()));
     if (estimator.trackers()) done.followed = estimator.trackers()->followed();
   };
   if (o.arithmetic == "fixed") {
@@ -166,13 +168,14 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
   std::vector<Spool> angle_deg(model.joints.size());
   std::vector<Spool> status(model.joints.size());
   std::vector<Spool> error_deg(o.intervals ? model.joints.size() : 0);
+  const model::StandardErrors errors(model);
   const Done done = follow(o, model, reader, [&](const identify::Estimate& e) {
     t_s.add(fmt::format("{}", e.t_s));
     for (std::size_t i = 0; i < angle_deg.size(); ++i) {
       angle_deg[i].add(fmt::format("{}", e.angle_deg[i]));
       status[i].add(fmt::format("{}", e.status[i]));
       if (o.intervals) {
-        error_deg[i].add(fmt::format("{}", model.joints[i].accuracy->at(e.angle_deg[i])));
+        error_deg[i].add(fmt::format("{}", errors.of(i, e.angle_deg[i], e.reading)));
       }
     }
   });
@@ -210,7 +213,7 @@ void run(const Options& o) {
   const model::Model model = model::load(o.model);
   if (o.intervals) require_accuracy(o, model);
   const bool live = o.file == "-";
-  recording::CsvReader reader(o.file, {model::columns_of(model, o.inputs), o.time});
+  recording::CsvReader reader(o.file, {model::columns_of(model, o.inputs), o.time, recording::Holes::some});
   for (std::size_t i = 0; i < model.inputs.size(); ++i)
     check_unit(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]);
   if (o.json) return print_json(o, model, reader);

@@ -26,8 +26,7 @@ class Rendered : public Command {
     parameters.camera_rate_hz = rate_hz;
     Json inputs = Json::array();
     for (const twin::Motion& motion : motions) {
-      inputs.push_back(twin::exact_json(
-          twin::TrialInput{parameters, motion, study::compensator("raw", 50).model, 1, true}));
+      inputs.push_back(twin::TrialInput{parameters, motion, study::compensator("raw", 50).model, 1, true});
     }
     io::Worker camera(FLEXOR_CAMERA);
     camera.run("film", {{"inputs", inputs},

@@ -79,6 +79,19 @@ TEST_F(Cli, AReadingInAnotherUnitThanTheModelsIsRefusedEverywhere) {
       "is in V");
 }
 
+TEST_F(Cli, HeldPosesNameWhatTheReaderLeavesOut) {
+  std::string log = "t_s,thumb_count,index_count,middle_count\n0,1,2\n";
+  for (int k = 1; k < 600; ++k)
+    log += fmt::format("{:.2f},{},{},nan\n", 0.02 * k, 300 + 200 * (k / 150 % 2), 400 + 100 * (k / 150 % 2));
+  io::write_file(path("poses.csv"), log);
+  const std::string arguments =
+      "identify --poses '" + path("poses.csv") + "' --model '" + path("m.json") + "'";
+  const std::string err = run(arguments).err;
+  EXPECT_NE(err.find("1 row(s) are malformed"), std::string::npos) << err;
+  EXPECT_NE(err.find("left out: middle_count; a sensor among them is dead"), std::string::npos) << err;
+  EXPECT_EQ(nlohmann::json::parse(run(arguments + " --json").out).at("warnings").size(), 2U);
+}
+
 TEST_F(Cli, EmptyAndAbsurdValuesAreRefusedBeforeTheWork) {
   const std::string both = "--sensor '" + glove() + "' --reference '" + camera() + "' ";
   expect_refused("identify --structure linear --model '' " + both, 2, "--model");
@@ -106,11 +119,11 @@ TEST_F(Cli, AStandardErrorThatCannotBeWrittenCostsNothingButItsLines) {
 TEST_F(Cli, OnlyTheFilesOfAReportNeedGnuplot) {
   EXPECT_EQ(run(identify_arguments(glove(), camera()), "/dev/null", "PATH='" + path("none") + "'").exit, 0);
   EXPECT_NE(content(path("report/joint-1.html")).find("class=\"chart\""), std::string::npos);
-  const std::string files = "report '" + path("report") + "' --pdf";
+  const std::string files = "report '" + path("report/") + "' --pdf";
   EXPECT_NE(run(files, "/dev/null", "PATH='" + path("none") + "'").err.find("gnuplot is missing"),
             std::string::npos);
   EXPECT_FALSE(fs::exists(path("report/holdout_1.svg")));
-  EXPECT_EQ(run(files).exit, 0);
+  EXPECT_EQ(run(files).out, "report   " + path("report/report.html") + "\n");
   EXPECT_TRUE(fs::exists(path("report/holdout_1.svg")));
   EXPECT_TRUE(fs::exists(path("report/holdout_1.pdf")));
 }
@@ -219,6 +232,21 @@ TEST_F(Cli, ApplyHoldsThroughPausesAndSaysSo) {
   EXPECT_EQ(std::count(r.out.begin(), r.out.end(), '\n'), 71);  // header, and 0 to 6.9 s every 0.1 s
 }
 
+TEST_F(Cli, ApplyTakesASensorWithoutReadingsForThatOneAlone) {
+  std::string log = "t_s,thumb_alpha,index_alpha,middle_alpha,ring_alpha,pinky_alpha\n";
+  for (int k = 0; k < 20; ++k)
+    log += fmt::format("{:.1f},120,{},120,120,{}\n", 0.1 * k, k < 10 ? "120" : "nan", 60 + k);
+  write("log.csv", log);
+  const std::string apply = "apply --json '" FLEXOR_SOURCE_DIR "/models/published_hw.json' ";
+  for (const Finished& r : {run(apply + "'" + path("log.csv") + "'"), run(apply + "-", path("log.csv"))}) {
+    const auto channels = nlohmann::json::parse(r.out).at("channels");
+    EXPECT_EQ(channels.at("index").at("status")[9], 0);
+    EXPECT_EQ(channels.at("index").at("status")[19], 3);
+    EXPECT_EQ(channels.at("pinky").at("status")[19], 0);
+    EXPECT_NE(channels.at("pinky").at("angle_deg")[19], channels.at("pinky").at("angle_deg")[10]);
+  }
+}
+
 TEST_F(Cli, OutputsThatCannotBeWrittenAreRefused) {
   io::write_file(path("file"), "x");
   const std::string base =
@@ -250,6 +278,27 @@ TEST_F(Cli, ScorePairsTheColumnsOfOneName) {
   const auto joints = nlohmann::json::parse(r.out).at("joints");
   EXPECT_NEAR(joints.at("thumb").at("rmse_deg").get<double>(), 2, 1e-3);
   EXPECT_NEAR(joints.at("index").at("rmse_deg").get<double>(), 0, 1e-3);
+  EXPECT_EQ(run("export '" + path("a.csv") + "' --to mot --out '" + path("a.mot") + "'").exit, 0);
+  const std::string own = run("score '" + path("b.csv") + "' '" + path("a.mot") + "' --json").out;
+  EXPECT_NEAR(nlohmann::json::parse(own).at("joints").at("thumb").at("rmse_deg").get<double>(), 2, 1e-3);
+}
+
+TEST_F(Cli, ScoreTakesEachColumnWhereItHasAngles) {
+  std::string whole = "t_s,thumb_deg,index_deg\n";
+  std::string joined = whole;
+  for (int k = 0; k < 200; ++k) {
+    const double a_deg = 50 + 40 * std::sin(0.1 * k);
+    whole += fmt::format("{:.1f},{},{}\n", 0.1 * k, a_deg, a_deg);
+    joined += k % 2 == 0 ? fmt::format("{:.1f},{},\n", 0.1 * k, a_deg)
+                         : fmt::format("{:.1f},,{}\n", 0.1 * k, a_deg + 2);
+  }
+  write("a.csv", whole);
+  write("b.csv", joined);
+  const Finished r = run("score '" + path("a.csv") + "' '" + path("b.csv") + "' --json");
+  const auto joints = nlohmann::json::parse(r.out).at("joints");
+  EXPECT_NEAR(joints.at("thumb").at("rmse_deg").get<double>(), 0, 1e-3);
+  EXPECT_NEAR(joints.at("index").at("rmse_deg").get<double>(), 2, 1e-3);
+  EXPECT_EQ(joints.at("index").at("samples"), 100);
 }
 
 TEST_F(Cli, ScoreWarnsOfTwoClocks) {

@@ -70,6 +70,14 @@ twin::Parameters twin_parameters(const TwinFiles& twin);
 void add_twin_options(CLI::App& command, TwinFiles& twin,
                       const char* about = "configuration of the twin (default: the shipped one)");
 
+// For options that name a folder: without a "/" at its end, since names of files follow one.
+inline const CLI::Validator kFolder(
+    [](std::string& name) {
+      while (name.size() > 1 && name.ends_with('/')) name.pop_back();
+      return std::string();
+    },
+    "");
+
 // The sample rate of --rate, where it is given. Throws io::InputError.
 void set_rate(model::Model& model, std::optional<double> rate_hz);
 

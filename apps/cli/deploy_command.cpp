@@ -176,7 +176,7 @@ deploy::Deployment plan(const Options& o, const model::Hardware& hardware, const
         fmt::format("{}: reads a strip's unit, which potentiometers have not: identify it from counts or V, "
                     "or make \"sensor\" of {} \"flex\"",
                     o.model, hardware.source));
-  d.folder = std::filesystem::path(o.out + "/").parent_path().string();
+  d.folder = o.out;
   d.glove.encoding = o.encoding == "beta" ? deploy::Encoding::beta : deploy::Encoding::alpha;
   d.glove.right_hand = o.hand == "right";
   d.glove.output = deploy::kOutputs.at(o.output);
@@ -259,7 +259,7 @@ void say(const deploy::Deployment& d, const PairKey& pair) {
 
 void run(const Options& o) {
   study::Boards boards(io::program_beside(kBoardsWorker));
-  io::require_folder(o.out);
+  io::require_folder(o.out, "deployment");
   twin::Parameters p;
   static_cast<model::Hardware&>(p) = model::hardware(o.hardware);
   if (o.baud != 0) p.baud = o.baud;
@@ -325,6 +325,7 @@ void add_deploy(CLI::App& app) {
   command
       ->add_option("--out", o->out,
                    "write what is flashed, wiring, an Arduino library and the report into this folder")
+      ->transform(kFolder)
       ->required();
   command
       ->add_option(

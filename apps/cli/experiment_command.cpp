@@ -176,7 +176,10 @@ void play(Options& o) {
   const study::Plan& plan = o.plan;
   study::check(plan);
   std::optional<study::FolderLock> lock;  // until the report is written
-  if (!o.folder.empty()) o.plan.lock = &lock.emplace(plan.folder);
+  if (!o.folder.empty()) {
+    io::require_folder(o.folder, "experiment");
+    o.plan.lock = &lock.emplace(plan.folder);
+  }
   study::Result result;
   std::vector<study::ScenarioResult> scenarios;
   {
@@ -279,10 +282,12 @@ void add_experiment(CLI::App& app) {
   command->add_option("--seed", o->plan.seed, "everything random follows from it")
       ->check(seed_fault)
       ->capture_default_str();
-  command->add_option(
-      "--out", o->folder,
-      "write trials.csv, results.json, figures and report.html here; goes on where a run was cut off, "
-      "however it ended");
+  command
+      ->add_option(
+          "--out", o->folder,
+          "write trials.csv, results.json, figures and report.html here; goes on where a run was cut off, "
+          "however it ended")
+      ->transform(kFolder);
   command->add_option("--rate", o->rate_hz, "sample rate of the glove, Hz")->capture_default_str();
   command->add_option("--threads", o->plan.threads, "0: as many as the machine has")->capture_default_str();
   add_twin_options(*command, o->twin,

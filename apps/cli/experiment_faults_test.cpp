@@ -317,8 +317,8 @@ TEST_F(ExperimentFaults, SwappedLimitsAndAbsurdParametersAreRefused) {
     expect_refused(small({"--set", assignment}), expected);
     expect_refused({"twin", "record", "--out", path("x"), "--set", assignment}, expected);
   };
-  refused("hand.lower_deg.index=120", "hand.lower_deg of index, 120, must be below");
-  refused("loop.upper_deg=0", "loop.lower_deg, 0, must be below loop.upper_deg");
+  refused("hand.lower_deg.index=120", "index: hand.lower_deg, 120, must be below");
+  refused("loop.upper_deg=0", "thumb: hand.lower_deg, 90, must be below loop.upper_deg, 0");
   refused("placement.bend_lower_deg=200", "placement.bend_lower_deg of thumb, 200, must be below");
   for (const char* value : {"nan", "inf", "-inf", "1e308", "-1e308", "1e-308"}) {
     refused("radio.baud=" + std::string(value), "radio.baud");

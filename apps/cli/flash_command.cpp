@@ -43,6 +43,8 @@ void run(const Options& o) {
     ProgressLine line;
     deploy::Bootloader bootloader(port, deploy::rates(o.baud),
                                   [&](const std::string& what, int percent) { line.percent(what, percent); });
+    deploy::require_same_board(deploy::contents_of(bootloader.read()), deploy::contents_of(image),
+                               hex.string());
     io::set_interruption_note(fmt::format(
         "interrupted: {} may hold part of the image; its bootloader is whole: run the same command again",
         port));

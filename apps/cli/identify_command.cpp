@@ -114,8 +114,8 @@ void show_structures(const identify::JointFit& joint) {
   }
   print(
       "fitted, cross: RMSE of the fitted part in degrees, as fitted and cross-validated\n"
-      "*: of those whose loss over the folds is within 3 % of the least the smallest\n"
-      "   that can be worn\n");
+      "*: the smallest that can be worn of sums whose loss over the folds is within 3 %\n"
+      "   of the least, or a smaller chain within a standard error of that one\n");
 }
 
 // RMSE in degrees, the compensator's and each baseline's under its own name.
@@ -287,6 +287,8 @@ void run_poses(const Options& o) {
   recording::Recording poses = recording::read_csv(o.poses, {}, o.request.time);
   for (const recording::Column& c : std::vector(poses.columns))
     recording::state_unit(poses, c.name, c.unit.empty() ? o.request.input_unit : "");
+  if (!o.json)
+    for (const std::string& warning : poses.warnings) log_warning(warning);
   const identify::FromPoses r = identify::model_from_poses(poses, options);
   model::save(r.model, o.model);
   if (o.json) {
@@ -296,10 +298,12 @@ void run_poses(const Options& o) {
                                         {"fist", r.model.inputs[j].poses->fist},
                                         {"expected_error_deg", identify::kPosesError_deg}};
     }
+    std::vector<std::string> warnings = poses.warnings;
+    warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
     return print(io::dump({{"joints", std::move(joints)},
                            {"open_holds", r.open_holds},
                            {"fist_holds", r.fist_holds},
-                           {"warnings", r.warnings},
+                           {"warnings", warnings},
                            {"version", FLEXOR_VERSION}}));
   }
   for (const std::string& warning : r.warnings) log_warning(warning);
@@ -328,7 +332,7 @@ void run(Options& o) {
   o.files.time = o.request.time;
   if (!o.poses.empty()) return run_poses(o);
   if (!o.model.empty()) io::require_writable(o.model);
-  if (!o.report.empty()) io::require_folder(o.report);
+  if (!o.report.empty()) io::require_folder(o.report, "hand");
   std::optional<io::TemporaryFolder> temporary;
   track_reference(o, temporary);
   add_takes(o);
@@ -469,8 +473,10 @@ void add_identify(CLI::App& app) {
           "starts again; each trial is a take; once more for a second file")
       ->type_name("COLUMN|clock");
   command->add_option("--model", o->model, "write the model document here");
-  command->add_option("--report", o->report,
-                      "write report.html, a page for each joint, figures and samples into this folder");
+  command
+      ->add_option("--report", o->report,
+                   "write report.html, a page for each joint, figures and samples into this folder")
+      ->transform(kFolder);
 }
 
 }  // namespace flexor::cli

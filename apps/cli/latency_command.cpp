@@ -27,7 +27,7 @@ void run(const Options& o) {
   compensator.model = deploy::on_hand(std::move(compensator.model), p, notes);
   const deploy::Glove glove = deploy::glove_for(p, compensator.model, study::bench_key());
   const double frames_hz = o.rate_hz / deploy::samples_per_frame(glove);
-  if (!o.folder.empty()) io::require_folder(o.folder);
+  if (!o.folder.empty()) io::require_folder(o.folder, "latency");
   log(fmt::format("{} edges on simulated boards ...", o.edges));
   const study::LatencyBudget budget =
       study::budget_of(boards.latency(p, compensator.model, o.edges, o.seed), o.edges);
@@ -66,7 +66,8 @@ void add_latency(CLI::App& app) {
       ->check(seed_fault)
       ->capture_default_str();
   add_twin_options(*command, o->twin);
-  command->add_option("--out", o->folder, "write report.html and latency.csv into this folder");
+  command->add_option("--out", o->folder, "write report.html and latency.csv into this folder")
+      ->transform(kFolder);
 }
 
 }  // namespace flexor::cli

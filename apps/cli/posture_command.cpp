@@ -74,7 +74,7 @@ std::vector<std::string> warnings_of(const CompleteOptions& o, const posture::Co
 
 posture::Completion complete(const CompleteOptions& o) {
   const posture::Posture known = posture::load(o.posture);
-  recording::CsvReader table(o.file, {{}, {}, true});
+  recording::CsvReader table(o.file, {{}, {}, recording::Holes::all});
   io::Output out(o.out);
   ProgressLine progress;
   progress.show("learning what these inputs tell ...");

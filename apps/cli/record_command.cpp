@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <chrono>
 #include <memory>
 
 #include "apps/cli/commands.hpp"
@@ -22,10 +23,14 @@ struct Options {
 constexpr double kPatience_s = 10;  // without a sample since the port was opened
 constexpr double kSilence_s = 3;    // of a glove that spoke before
 
-void take(std::vector<listen::Sample>& samples, const listen::Source& source, const std::string& out,
-          std::unique_ptr<listen::Log>& log) {
+// `begin_s` of this machine's clock is the source's zero.
+void take(std::vector<listen::Sample>& samples, const listen::Source& source, double begin_s,
+          const std::string& out, std::unique_ptr<listen::Log>& log) {
   if (!log && !samples.empty()) log = std::make_unique<listen::Log>(out, source.columns());
-  for (const listen::Sample& sample : samples) log->add(sample);
+  for (listen::Sample& sample : samples) {
+    sample.host_s += begin_s;
+    log->add(sample);
+  }
   samples.clear();
 }
 
@@ -52,6 +57,10 @@ Recorded record(const Options& o, listen::Source& source, const std::atomic<bool
   listen::Event event = listen::Event::quiet;
   listen::Span span(o.for_s);
   bool is_silent = false;
+  // What is simulated or played again has a clock of its own.
+  const bool is_real = o.glove.from.empty() || std::filesystem::is_character_file(o.glove.from);
+  const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
+  const double begin_s = is_real ? now.count() - source.now_s() : 0;
   while (!stop && event != listen::Event::ended && !span.is_over(source.now_s()) &&
          !(log && o.for_s > 0 && log->duration_s() >= o.for_s)) {
     event = source.wait(0.1, samples);
@@ -61,11 +70,11 @@ Recorded record(const Options& o, listen::Source& source, const std::atomic<bool
     }
     if (event == listen::Event::back) cli::log("the port is back");
     if (!samples.empty()) span.add_sample(source.now_s());
-    take(samples, source, o.out, log);
+    take(samples, source, begin_s, o.out, log);
     out.silent_s = event == listen::Event::ended ? 0 : span.silent_s(source.now_s());
     if (!std::exchange(is_silent, out.silent_s >= kSilence_s) && is_silent)
       cli::log_warning(fmt::format("nothing has come for {:g} s: is the glove still running?", kSilence_s));
-    if (log) log->flush_if_due(source.now_s());
+    if (log) log->flush_if_due(begin_s + source.now_s());
     if (!log && (event == listen::Event::ended || source.now_s() > kPatience_s))
       throw io::JobError("no sample came: the glove is heard but says nothing that can be recorded");
     if (log) line.show(how_it_goes(source, *log, span.left_s(source.now_s())));

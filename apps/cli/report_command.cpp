@@ -36,6 +36,7 @@ void add_report(CLI::App& app) {
       ->add_option("FOLDER", o->folder,
                    "that identify --report, experiment --out, track --report, deploy --out or "
                    "latency --out has written")
+      ->transform(kFolder)
       ->required();
   command->add_flag(
       "--pdf", o->files,

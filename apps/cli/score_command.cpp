@@ -25,12 +25,16 @@ struct Options {
   bool json = false;
 };
 
-// The only column, or the only one that ends in _deg.
+bool is_angle(const recording::Column& c) {
+  return c.unit == "deg" && !recording::without_unit(c.name).ends_with("_se");
+}
+
+// The only column, or the only one in degrees.
 std::string pick(const recording::Recording& r, const char* option) {
   if (r.columns.size() == 1) return r.columns.front().name;
   std::vector<std::string> angles;
   for (const auto& c : r.columns) {
-    if (c.name.ends_with("_deg")) angles.push_back(c.name);
+    if (is_angle(c)) angles.push_back(c.name);
   }
   if (angles.size() == 1) return angles.front();
   std::string names;
@@ -44,9 +48,10 @@ std::vector<std::pair<std::string, std::string>> columns_of(const Options& o,
                                                             const recording::Recording& estimate) {
   std::vector<std::pair<std::string, std::string>> out;
   for (const recording::Column& c : reference.columns) {
-    const bool is_angle = c.name.ends_with("_deg") && !c.name.ends_with("_se_deg");
-    if (is_angle && std::ranges::count(estimate.columns, c.name, &recording::Column::name) > 0)
-      out.emplace_back(c.name, c.name);
+    const auto of = std::ranges::find_if(estimate.columns, [&](const recording::Column& e) {
+      return is_angle(e) && recording::without_unit(e.name) == recording::without_unit(c.name);
+    });
+    if (is_angle(c) && of != estimate.columns.end()) out.emplace_back(c.name, of->name);
   }
   if (!out.empty() && o.reference_column.empty() && o.estimate_column.empty()) return out;
   return {{o.reference_column.empty() ? pick(reference, "--reference-column") : o.reference_column,
@@ -55,8 +60,11 @@ std::vector<std::pair<std::string, std::string>> columns_of(const Options& o,
 
 recording::Recording read(const std::string& path, const std::string& column,
                           const recording::TimeOptions& time) {
-  recording::Recording out =
-      column.empty() ? recording::read_csv(path, {}, time) : recording::read_angle(path, column, time);
+  const auto all = [&] {
+    recording::CsvReader reader(path, {{}, time, recording::Holes::some});
+    return recording::read(reader);
+  };
+  recording::Recording out = column.empty() ? all() : recording::read_angle(path, column, time);
   for (const std::string& warning : out.warnings) log_note(warning);
   out.warnings.clear();
   return out;
@@ -64,6 +72,7 @@ recording::Recording read(const std::string& path, const std::string& column,
 
 recording::Recording angle_of(recording::Recording all, const std::string& column) {
   recording::leave_out_lost(all, column);
+  all = recording::without_holes(all, column);
   recording::to_degrees(all, column, "");
   for (const std::string& warning : all.warnings) log_note(warning);
   return all;

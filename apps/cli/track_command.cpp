@@ -188,7 +188,7 @@ void run_film(const FilmOptions& o) {
   const model::Model raw = study::compensator("raw", o.rate_hz).model;
   Json inputs = Json::array();
   for (const twin::Motion& motion : motions)
-    inputs.push_back(twin::exact_json(twin::TrialInput{parameters, motion, raw, o.seed, true}));
+    inputs.push_back(twin::TrialInput{parameters, motion, raw, o.seed, true});
   io::Worker camera(io::program_beside(kCameraWorker));
   Json result;
   {
@@ -240,7 +240,8 @@ void add_track(CLI::App& app) {
   command->add_option("--lens", o->track.lens, "lens file of flexor camera calibrate");
   command->add_option("--preview", o->track.preview,
                       "write the video with marks, bones and angles drawn in (.mp4)");
-  command->add_option("--report", o->track.report, "write report.html with figures into this folder");
+  command->add_option("--report", o->track.report, "write report.html with figures into this folder")
+      ->transform(kFolder);
   command->add_option("--seconds", o->track.seconds, "stop after so many; a camera also stops at Ctrl-C");
   auto* setup = command->add_flag("--setup", o->setup,
                                   "no angles: number the marks in one picture, propose their names");

@@ -99,7 +99,9 @@ void add_twin_record(CLI::App& twin) {
                                         "sees of the hand, each donning a file of its "
                                         "own. Then flexor identify, as with any recording",
                                         record);
-  command->add_option("--out", o->folder, "write the recordings into this folder")->required();
+  command->add_option("--out", o->folder, "write the recordings into this folder")
+      ->transform(kFolder)
+      ->required();
   command
       ->add_option("--donnings", o->request.donnings,
                    "recordings of two minutes, the glove put on anew for each; one is what a user does")

@@ -37,11 +37,10 @@ void run(const Options& o) {
   json["pins"] = model::to_json(hardware.pins);
   json["version"] = FLEXOR_VERSION;
   if (o.json) return print(io::dump(json));
-  const std::string folder = std::filesystem::path(o.out + "/").parent_path().string();
   print(
       fmt::format("wiring    {0}/wiring.md, {0}/wiring_glove.svg{1}\nlog it    flexor deploy --output log "
                   "--hardware {2} --out logger, then flexor flash logger\n",
-                  folder, output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", folder) : "",
+                  o.out, output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", o.out) : "",
                   io::shell_word(o.hardware)));
 }
 
@@ -50,7 +49,9 @@ void run(const Options& o) {
 void add_wiring(CLI::App& app) {
   using namespace wiring_command;
   const auto [o, command] = add_command(app, "wiring", "What to solder where, with pictures and parts", run);
-  command->add_option("--out", o->out, "write pictures and list into this folder")->required();
+  command->add_option("--out", o->out, "write pictures and list into this folder")
+      ->transform(kFolder)
+      ->required();
   add_hardware(*command, o->hardware);
   command
       ->add_option("--output", o->output,

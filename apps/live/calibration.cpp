@@ -144,7 +144,7 @@ void Calibration::read_motion() {
     constexpr std::uint64_t kHeader = 1U << 16U;
     std::istringstream begin(
         io::FileBeneath(folder_, path.filename().string(), kMostLogBytes).read(0, kHeader));
-    return recording::CsvReader(begin, path.string(), {{}, {}, true}).columns();
+    return recording::CsvReader(begin, path.string(), {{}, {}, recording::Holes::all}).columns();
   };
   columns_ = names(file("log.csv"));
   if (setup_.reference != Reference::poses) angles_ = names(file("camera.csv"));
@@ -357,18 +357,21 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
     if (!joint.contains("holdout")) {  // of poses alone
       finger.update({{"error_deg", joint.at("expected_error_deg")},
                      {"line_deg", nullptr},
-                     {"published_deg", nullptr},
+                     {"baseline", nullptr},
+                     {"baseline_deg", nullptr},
                      {"fit_percent", nullptr},
                      {"verdict", "expected"}});
     } else {
       const Json& holdout = joint.at("holdout");
       const Json& baselines = joint.at("baselines");
-      const auto baseline = [&](const char* which) {
+      const auto error_deg = [&](const std::string& which) {
         return baselines.contains(which) ? number_or_null(baselines.at(which), "rmse_deg") : Json(nullptr);
       };
+      const std::string best = joint.at("verdict").value("baseline", "");
       finger.update({{"error_deg", holdout.at("rmse_deg")},
-                     {"line_deg", baseline("line")},
-                     {"published_deg", baseline("published_form")},
+                     {"line_deg", error_deg("line")},
+                     {"baseline", best.empty() ? Json(nullptr) : Json(best)},
+                     {"baseline_deg", error_deg(best)},
                      {"fit_percent", holdout.at("fit_percent")},
                      {"verdict", verdict_on(holdout.at("fit_percent"), joint.at("verdict"))}});
     }

@@ -235,7 +235,7 @@ TEST_F(Guided, AResultStandsBesideAStraightLine) {
     const auto of = [](double error_deg) { return Json{{"rmse_deg", error_deg}}; };
     return Json{{"joints",
                  {{"index",
-                   {{"verdict", {{"word", "as good"}}},
+                   {{"verdict", {{"word", "as good"}, {"baseline", "static_curve"}}},
                     {"holdout", {{"rmse_deg", rmse_deg}, {"fit_percent", 80}}},
                     {"baselines", {{"line", of(8)}, {"line_lead", of(4)}, {"static_curve", of(2.5)}}},
                     {"held_out_curve",
@@ -247,6 +247,8 @@ TEST_F(Guided, AResultStandsBesideAStraightLine) {
   c.identified(result(2), {"index: something"});
   const Json good = c.state().at("result");
   EXPECT_EQ(good.at("fingers").at(0).at("line_deg"), 8);
+  EXPECT_EQ(good.at("fingers").at(0).at("baseline"), "static_curve");
+  EXPECT_EQ(good.at("fingers").at(0).at("baseline_deg"), 2.5);
   EXPECT_EQ(good.at("plot").at("line_deg"), Json({7, 7}));
   EXPECT_EQ(good.at("fingers").at(0).at("verdict"), "as good");
   EXPECT_EQ(good.at("warnings"), Json({"index: something"}));

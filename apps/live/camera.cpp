@@ -79,12 +79,10 @@ Seen Camera::picture(double t_s, std::string_view jpeg) {
 }
 
 Grabbed Camera::grab(const std::string& device) {
-  const Json json =
-      worker_.run("watch_camera", {{"device", io::bytes_to_json(device)}, {"pictures", 1}, {"jpeg", false}});
+  const Json json = worker_.run("watch_camera", {{"device", io::bytes_to_json(device)}});
   Grabbed out;
   read(json, angles_, out);
   out.t_s = json.at("t_s");
-  out.pictures = json.at("taken");
   out.ended = json.at("ended");
   return out;
 }

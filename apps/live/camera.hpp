@@ -34,9 +34,8 @@ struct Seen {
 };
 
 struct Grabbed : Seen {
-  double t_s = 0;    // of the picture
-  int pictures = 0;  // 0: there was none
-  bool ended = false;
+  double t_s = 0;      // of the picture
+  bool ended = false;  // there was none
 };
 
 // Every call waits for the worker: milliseconds, but grab(), which waits for a picture. For one thread at a time.

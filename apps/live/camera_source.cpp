@@ -55,7 +55,7 @@ void CameraSource::watch(const std::stop_token& stop) {
 }
 
 void CameraSource::take(const Grabbed& grabbed) {
-  if (grabbed.pictures > 0) {
+  if (!grabbed.ended) {
     const double behind_s = now_s() - grabbed.t_s;
     behind_s_ = has_clock_ ? std::min(behind_s_, behind_s) : behind_s;
     has_clock_ = true;

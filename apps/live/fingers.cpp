@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "host/io/io.hpp"
+#include "host/model/standard_error.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::live {
@@ -31,6 +32,10 @@ std::string shown_name(const std::string& column) {
 
 // Of a converter of ten bits or twelve.
 bool is_at_an_end(double counts) { return counts <= 1 || counts == 1023 || counts == 4095; }
+
+void at_best_fair(FingerView& view) {
+  if (view.quality != std::string_view("poor")) view.quality = "fair";
+}
 
 }  // namespace
 
@@ -176,7 +181,11 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
   if (!model_ && stands && out.remark.empty()) out.remark = "has not moved yet";
   if (!finger.joint) return out;
   const model::Joint& joint = model_->joints[*finger.joint];
-  if (joint.accuracy && std::isfinite(out.angle_deg)) out.sd_deg = joint.accuracy->at(out.angle_deg);
+  if (joint.accuracy && std::isfinite(out.angle_deg)) {
+    std::vector<double> reading(model_->inputs.size(), std::numeric_limits<double>::quiet_NaN());
+    reading[*finger.input] = out.raw;
+    out.sd_deg = model::StandardErrors(*model_).of(*finger.joint, out.angle_deg, reading);
+  }
   if (out.sd_deg > kUncertain_deg && out.remark.empty())
     out.quality = out.sd_deg > kVeryUncertain_deg ? "poor" : "fair";
   const auto& spread = model_->inputs[*finger.input].readings;
@@ -185,7 +194,7 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
     out.covered = std::clamp((column.most - column.least) / span, 0.0, 1.0);
     const double beyond = std::max(spread->reading.front() - out.raw, out.raw - spread->reading.back());
     if (beyond > kBeyond * span && out.remark.empty()) {
-      out.quality = "fair";
+      at_best_fair(out);
       out.remark = "reads beyond what it was calibrated for: put on anew?";
     }
   }
@@ -207,7 +216,7 @@ void Fingers::add_tracking(const model::Followed& followed, FingerView& view) co
   if (!followed.alarmed) return;
   view.tracked += "; it drifted more quickly than it is tracked";
   if (!view.remark.empty()) return;
-  view.quality = "fair";
+  at_best_fair(view);
   view.remark = "drifted more quickly than it is tracked: put on anew?";
 }
 

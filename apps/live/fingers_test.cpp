@@ -40,6 +40,17 @@ TEST(Fingers, SayHowAStripIsTrackedAndWhenItDriftsMoreQuickly) {
   EXPECT_STREQ(view.quality, "fair");
 }
 
+TEST(Fingers, ThatArePoorAreNoBetterForAReadingBeyondThose) {
+  model::Model m = model::strip_model({});
+  m.joints[0].accuracy = model::Accuracy{{28, 113}, {20, 20}};
+  m.inputs[0].readings = model::Spread{{0, 1}, {300, 700}};
+  Fingers fingers({"index_count"});
+  fingers.wear(m, false);
+  for (int k = 0; k < 3; ++k) fingers.add({0, 0, {800}, {}});
+  EXPECT_TRUE(holds(fingers.view(0).front().remark, "beyond"));
+  EXPECT_STREQ(fingers.view(0).front().quality, "poor");
+}
+
 TEST(Fingers, ASlipIsSeenThoughNoChangeIsFollowed) {
   Fingers fingers({"index_count"});
   fingers.wear(model::strip_model(model::Poses{300, 700}), false);

@@ -83,10 +83,9 @@ Target read_target(std::string_view target, std::string_view token) {
   return {asset, std::move(*name)};
 }
 
-bool is_origin_of(std::string_view origin, std::string_view scheme, std::string_view host) {
-  constexpr std::string_view kBetween = "://";
-  return origin.size() == scheme.size() + kBetween.size() + host.size() && origin.starts_with(scheme) &&
-         origin.substr(scheme.size()).starts_with(kBetween) && origin.ends_with(host);
+bool is_origin_of(std::string_view origin, std::string_view host) {
+  constexpr std::string_view kScheme = "http://";
+  return origin.starts_with(kScheme) && origin.substr(kScheme.size()) == host;
 }
 
 std::string_view type_of_file(std::string_view name) {

@@ -26,8 +26,8 @@ Target read_target(std::string_view target, std::string_view token);
 
 bool same_in_constant_time(std::string_view one, std::string_view other);
 
-// "http" and "127.0.0.1:8080" against "http://127.0.0.1:8080". Origin "null" is nobody's.
-bool is_origin_of(std::string_view origin, std::string_view scheme, std::string_view host);
+// "127.0.0.1:8080" against "http://127.0.0.1:8080". Origin "null" is nobody's.
+bool is_origin_of(std::string_view origin, std::string_view host);
 
 // MIME type of a session's file by its ending. Scripts and styles are text there: the page runs none but its own.
 std::string_view type_of_file(std::string_view name);

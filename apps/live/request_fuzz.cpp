@@ -17,7 +17,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using Kind = Target::Kind;
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   type_of_file(text);
-  require(is_origin_of(text, "http", "127.0.0.1:80") == (text == "http://127.0.0.1:80"));
+  require(is_origin_of(text, "127.0.0.1:80") == (text == "http://127.0.0.1:80"));
 
   const Target target = read_target(text, "token");
   require(target.kind == Kind::foreign || text.starts_with("/token"));

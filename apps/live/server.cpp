@@ -401,7 +401,7 @@ class Connection : public AnyConnection, public std::enable_shared_from_this<Con
     const auto origins = head.count(http::field::origin);
     if (origins == 0) return nullptr;
     const auto origin = head[http::field::origin];
-    if (origins > 1 || !is_origin_of({origin.data(), origin.size()}, "http", {host.data(), host.size()}))
+    if (origins > 1 || !is_origin_of({origin.data(), origin.size()}, {host.data(), host.size()}))
       return "a page of another Origin has no access";
     return nullptr;
   }

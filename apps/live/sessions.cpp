@@ -13,6 +13,7 @@
 #include <chrono>
 #include <ctime>
 #include <functional>
+#include <map>
 
 #include "host/io/beneath.hpp"
 #include "host/io/io.hpp"
@@ -131,6 +132,17 @@ std::optional<Session> load(const fs::path& folder) {
   }
 }
 
+using Columns = std::map<std::string, std::vector<std::string>>;  // names, by the glove
+
+// None of a file that is damaged: they are named again.
+Columns columns_in(const fs::path& file) {
+  try {
+    if (is_plain_file(file)) return io::parse_json(io::read_document(file), file.string()).get<Columns>();
+  } catch (const std::exception&) {
+  }
+  return {};
+}
+
 // Its own first.
 std::vector<std::string> files_in(const fs::path& folder) {
   std::vector<std::string> out;
@@ -245,18 +257,16 @@ std::optional<Session> Sessions::newest_with_model(const std::string& glove) con
 }
 
 std::vector<std::string> Sessions::column_names(const std::string& glove) const {
-  const fs::path file = root_ / "columns.json";
-  if (!is_plain_file(file)) return {};
-  return io::parse_json(io::read_document(file), file.string()).value(glove, std::vector<std::string>());
+  Columns all = columns_in(root_ / "columns.json");
+  return std::move(all[glove]);
 }
 
 void Sessions::name_columns(const std::string& glove, const std::vector<std::string>& names) const {
   const fs::path file = root_ / "columns.json";
-  auto all = nlohmann::ordered_json::object();
-  if (is_plain_file(file)) all = io::parse_json(io::read_document(file), file.string());
+  Columns all = columns_in(file);
   all[glove] = names;
   io::make_folder(root_);
-  write_plain(file, io::dump(all));
+  write_plain(file, io::dump(Json(all)));
 }
 
 }  // namespace flexor::live

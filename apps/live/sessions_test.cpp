@@ -32,6 +32,17 @@ TEST(Sessions, AreFoundAgainWithTheirFiles) {
   EXPECT_EQ(list[0].files, std::vector<std::string>{"log.csv"});
 }
 
+TEST(Sessions, ColumnsAreNamedAgainWhereTheirFileIsDamaged) {
+  const io::TemporaryFolder folder;
+  const Sessions sessions(folder.path());
+  for (const char* damaged : {"", "[]", R"({"g": ["thu)", R"({"g": 3})"}) {
+    io::write_file(folder.path() / "columns.json", damaged);
+    EXPECT_TRUE(sessions.column_names("g").empty()) << damaged;
+    sessions.name_columns("g", {"thumb", "index"});
+    EXPECT_EQ(sessions.column_names("g"), (std::vector<std::string>{"thumb", "index"})) << damaged;
+  }
+}
+
 TEST(Sessions, TwoInOneSecondHaveNamesOfTheirOwn) {
   const io::TemporaryFolder folder;
   Sessions sessions(folder.path());

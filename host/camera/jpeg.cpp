@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "host/camera/opencv.hpp"
@@ -185,16 +184,6 @@ std::string to_jpeg(const Picture& picture, int quality) {
   std::vector<std::uint8_t> bytes;
   cv::imencode(".jpg", mat(picture), bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
   return {bytes.begin(), bytes.end()};
-}
-
-Picture shrunk(const Picture& picture, int longest_px) {
-  const double scale = static_cast<double>(longest_px) / std::max(picture.width, picture.height);
-  if (scale >= 1) return picture;
-  const auto side = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(scale * pixels))); };
-  Picture out(side(picture.width), side(picture.height));
-  cv::Mat to = mat(out);
-  cv::resize(mat(picture), to, to.size(), 0, 0, cv::INTER_AREA);
-  return out;
 }
 
 }  // namespace flexor::camera

@@ -30,7 +30,4 @@ inline constexpr double kMostPixels = 36e6;  // of a picture, and of a video's f
 // (PNG, JPEG, BMP, GIF, WebP, TIFF). Throws io::InputError where they state more than kMostPixels.
 bool states_few_pixels(std::string_view start, const std::string& source);
 
-// The same picture, its longer side at most so long.
-Picture shrunk(const Picture& picture, int longest_px);
-
 }  // namespace flexor::camera

@@ -67,14 +67,6 @@ TEST(Jpeg, AStatedSizeAloneAllocatesNothing) {
   expect_fault(twice, "twice");
 }
 
-TEST(Jpeg, APictureIsMadeSmallerWhereItIsTooLarge) {
-  const Picture small = shrunk(slope(1280, 720), 640);
-  EXPECT_EQ(small.width, 640);
-  EXPECT_EQ(small.height, 360);
-  EXPECT_NEAR(small.at(320, 180)[0], 100, 2);
-  EXPECT_EQ(shrunk(slope(320, 200), 640).width, 320);
-}
-
 TEST(Jpeg, AProgressiveOneIsRefused) {
   const Picture picture = slope(64, 64);
   std::vector<std::uint8_t> bytes;

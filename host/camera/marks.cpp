@@ -156,7 +156,7 @@ void MarkMeter::look(const Picture& picture, const ColourModel& colour, const Ex
   }
 }
 
-// Labels the blob above `threshold` that lies nearest to `at` and is not yet 4 with 2; returns its size.
+// Of the blobs that are kAbove makes the one nearest to `at` kMark; returns its size.
 int MarkMeter::flood(Point at) {
   const Window& w = patch_.window;
   int seed = -1;

@@ -91,8 +91,10 @@ Hand unprotected_hand(const model::Hardware& p, const model::Model& model, const
 
 Hand safe_hand(const model::Hardware& p, const model::Model& model, const Key& key) {
   Hand hand = unprotected_hand(p, model, key);
-  hand.lower_deg = p.hand_lower_deg;
-  hand.upper_deg = p.hand_upper_deg;
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    hand.lower_deg[i] = std::max(hand.lower_deg[i], p.hand_lower_deg[i]);
+    hand.upper_deg[i] = std::min(hand.upper_deg[i], p.hand_upper_deg[i]);
+  }
   hand.motor = motor_of(p);
   hand.feed_forward_s_per_deg =
       p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.motor_V * std::numbers::pi / 180;
@@ -126,9 +128,9 @@ model::Model on_hand(model::Model model, const model::Hardware& p, std::vector<s
     joint.rest_deg = map(joint.rest_deg);
     joint.accuracy.reset();
     joint.ends = hand;
-    notes.push_back(
-        fmt::format("{}: the model's {:.0f} deg (open) to {:.0f} (fist) become the hand's {:.0f} to {:.0f}",
-                    joint.name, own.open_deg, own.fist_deg, hand.open_deg, hand.fist_deg));
+    notes.push_back(fmt::format("{}: the model's {} deg (open) to {} (fist) become the hand's {} to {}",
+                                joint.name, std::lround(own.open_deg), std::lround(own.fist_deg),
+                                std::lround(hand.open_deg), std::lround(hand.fist_deg)));
   }
   model::check(model);
   return model;

@@ -18,6 +18,10 @@ TEST(OnHand, OpenComesUponOpenAndFistUponFist) {
   turned.joints[1].ends = model::Ends{113, 28};  // closes towards smaller angles
   turned = on_hand(turned, {}, notes);
   EXPECT_EQ(notes.size(), 1U);
+  model::Model open_at_zero = model;
+  open_at_zero.joints[1].ends = model::Ends{-0.2, 90};
+  (void)on_hand(open_at_zero, {}, notes);
+  EXPECT_EQ(notes.back().find("-0"), std::string::npos) << notes.back();
   model::Compensator<model::DoubleArithmetic> before(model);
   model::Compensator<model::DoubleArithmetic> after(turned);
   for (int k = 0; k < 50; ++k) {
@@ -36,6 +40,16 @@ TEST(SafeHand, StaysOffItsEndsAndBelowTheSafeSpeed) {
   EXPECT_EQ(hand.speed_deg_s, 400);
   EXPECT_LT(hand.duty, hardware.loop_duty);
   EXPECT_EQ(unprotected_hand(hardware, published_model(), {}).speed_deg_s, 800);
+}
+
+TEST(SafeHand, StaysWithinTheLoopsLimits) {
+  model::Hardware hardware;
+  hardware.loop_upper_deg = 100;
+  const Hand hand = safe_hand(hardware, published_model(), {});
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    EXPECT_EQ(hand.lower_deg[i], hardware.hand_lower_deg[i] + 2);
+    EXPECT_EQ(hand.upper_deg[i], 98);
+  }
 }
 
 TEST(SafeHand, RefusesMotorsThatCannotMoveWithinItsLimits) {

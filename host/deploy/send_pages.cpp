@@ -108,6 +108,15 @@ std::optional<BoardContents> contents_of(const FlashContent& content) {
   return out;
 }
 
+void require_same_board(const std::optional<BoardContents>& there, const std::optional<BoardContents>& wanted,
+                        const std::string& name) {
+  if (there && wanted && there->board != wanted->board)
+    throw InputError(
+        fmt::format("{}: is for a {}, and the board is a {}: take the other port; a board that is to change "
+                    "gets any other sketch first",
+                    name, name_of(wanted->board), name_of(there->board)));
+}
+
 std::string to_text(const BoardContents& c) {
   std::string out = fmt::format("a {}, image of Flexor {}{}, settings {}", name_of(c.board), c.version,
                                 c.is_our_image ? "" : " (not this program's: flexor flash replaces it)",
@@ -143,9 +152,7 @@ std::vector<BlockPages> pages_with_blocks(FlashContent content, FlashContent wan
   const std::optional<BoardContents> now = contents_of(wanted);
   if (!now || !now->settings)
     throw InputError(fmt::format("{}: its image is of no Flexor that sends settings: deploy anew", name));
-  if (there && there->board != now->board)
-    throw InputError(fmt::format("{}: is for a {}, and the board is a {}", name, name_of(now->board),
-                                 name_of(there->board)));
+  require_same_board(there, now, name);
   if (!there ||
       !std::equal(content.bytes.begin(), content.bytes.begin() + core::kKeyBegin, wanted.bytes.begin())) {
     throw InputError(fmt::format(

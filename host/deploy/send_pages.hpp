@@ -23,6 +23,9 @@ struct BoardContents {
 // None: it is no image of Flexor's, or one older than versions in images.
 std::optional<BoardContents> contents_of(const FlashContent& content);
 std::string to_text(const BoardContents& contents);
+// Throws io::InputError where both are known and differ. `name`: of what is wanted.
+void require_same_board(const std::optional<BoardContents>& there, const std::optional<BoardContents>& wanted,
+                        const std::string& name);
 
 // What is to be written over a board's flash, whose content this is: the copy that does not run, with the next
 // generation. `name`: of the board, for errors. Throws io::InputError, one line with the mend, where the board has no

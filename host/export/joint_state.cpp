@@ -175,7 +175,7 @@ void JointStates::add(double t_s, std::span<const double> angle_deg) {
 Written write_joint_states(const std::filesystem::path& recording, const RecordedOptions& options,
                            const std::filesystem::path& out) {
   const std::string source = recording == "-" ? "standard input" : recording.string();
-  recording::CsvReader reader(recording, recording::TableOptions{{}, options.time, true});
+  recording::CsvReader reader(recording, recording::TableOptions{{}, options.time, recording::Holes::all});
   Columns columns = columns_of(reader, source, options);
   rename(columns.joints, options.names, source);
   recording::Stream stream(reader, recording::Resets::follow);

@@ -586,6 +586,15 @@ Candidates candidates(const std::string& name, std::size_t sensors) {
 
 bool creeps(const Branches& b) { return !b.lags_s.empty() && std::ranges::max(b.lags_s) > kCreep_s; }
 
+double gain_in_errors(const std::vector<double>& one, const std::vector<double>& other) {
+  const Eigen::Map<const Eigen::ArrayXd> a(one.data(), std::ssize(one));
+  const Eigen::Map<const Eigen::ArrayXd> b(other.data(), std::ssize(other));
+  const Eigen::ArrayXd gain = b - a;
+  const auto n = static_cast<double>(gain.size());
+  const double error = std::sqrt((gain - gain.mean()).square().sum() / (n - 1) / n);
+  return gain.mean() == 0 ? 0 : gain.mean() / error;
+}
+
 std::string describe(const Branches& b) {
   std::string out = b.knots == 2 ? "limited line" : fmt::format("curves of {} knots", b.knots);
   if (!b.radii.empty()) out += fmt::format(", {} play{}", b.radii.size(), b.radii.size() > 1 ? "s" : "");
@@ -594,7 +603,8 @@ std::string describe(const Branches& b) {
   return out;
 }
 
-// The smallest of those that are as good as the best, then the others; the loss decides among equals.
+// The smallest of those that are as good as the best, then the others; the loss decides among equals. Not of those within a standard
+// error: on a short recording one fold has most of the loss, and all are.
 void rank(std::vector<Additive>::iterator begin, std::vector<Additive>::iterator end) {
   const auto loss = [](const Additive& one) { return mean(one.fold_loss); };
   const Additive best = *std::ranges::min_element(begin, end, {}, loss);

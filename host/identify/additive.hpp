@@ -75,6 +75,9 @@ bool creeps(const Branches& branches);
 
 inline constexpr double kAsGood = 0.03;  // a smaller candidate so close to the best is as good
 
+// By how much the losses over the same folds of `one` are less than the other's, in standard errors of the difference; equal ones: 0.
+double gain_in_errors(const std::vector<double>& one, const std::vector<double>& other);
+
 struct Candidates {
   std::vector<Branches> branches;
   bool finer =
@@ -83,7 +86,7 @@ struct Candidates {
   bool operator==(const Candidates&) const = default;
 };
 
-// What a name stands for: auto; line (gain and offset), line-lead (and motion of one time constant), curve,
+// What a name stands for: auto; limited-line (gain and offset), line-lead (and motion of one time constant), curve,
 // hysteresis.
 Candidates candidates(const std::string& name, std::size_t sensors);
 

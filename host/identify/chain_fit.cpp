@@ -196,9 +196,7 @@ class ChainFitter {
   // The channel's blocks behind the joint's own input, whose readings a board takes in about the converter's steps.
   void add_blocks(const Chain& chain, const model::Channel& fitted, model::Model& model) const {
     model::Input& input = model.inputs.front();
-    const double gain = gain_to_counts(input);
-    input.valid_min *= gain;
-    input.valid_max *= gain;
+    const double gain = scale_to_counts(input);
     model::Channel channel = model::scaled(fitted, gain);
     if (channel.hysteresis) {  // in the board's steps, so that its plays are these
       const auto rounded = [](double x, int fraction) {

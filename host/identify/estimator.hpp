@@ -25,6 +25,7 @@ struct Estimate {
   double t_s = 0;
   std::vector<double> angle_deg;  // of each joint
   std::vector<int> status;        // core::Status, or kPause where that is ok
+  std::vector<double> reading;    // of each input
 };
 
 template <class Arithmetic>
@@ -35,7 +36,7 @@ class Estimator {
       : board_(kFixed ? model::folded(model) : model::Folded{model, {}}),
         compensator_(board_.model),
         resampler_(ranges(model), model.sample_period_s, max_gap_s(model)),
-        out_{0, std::vector<double>(model.joints.size()), std::vector<int>(model.joints.size())} {}
+        out_{0, std::vector<double>(model.joints.size()), std::vector<int>(model.joints.size()), {}} {}
 
   // From now on each strip is followed while it is worn (runtime/sensor/tracker.hpp).
   void track(const model::TrackingPrior& prior) { trackers_.emplace(board_.model, prior); }
@@ -47,7 +48,8 @@ class Estimator {
   void push(double t_s, std::span<const double> reading, Sink&& sink) {
     resampler_.push(t_s, reading, [&](const recording::Sample& sample) {
       out_.t_s = sample.t_s;
-      reading_.assign(sample.value.begin(), sample.value.end());
+      out_.reading.assign(sample.value.begin(), sample.value.end());
+      reading_ = out_.reading;
       for (std::size_t i = 0; i < board_.correction.size(); ++i)
         reading_[i] = board_.correction[i](reading_[i]);
       const auto steps = compensator_.step(trackers_ ? trackers_->step(reading_, sample.pause) : reading_);

@@ -13,6 +13,7 @@
 #include "host/io/io.hpp"
 #include "host/model/correction.hpp"
 #include "host/recording/line_format.hpp"
+#include "host/recording/pair.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::identify {
@@ -125,13 +126,6 @@ double scatter_of(const std::vector<Rest>& rests, std::size_t sensor) {
   return most.reading[sensor] - least.reading[sensor];
 }
 
-// Of a converter that reads as much: 1023, 4095 ...
-double full_scale(double greatest) {
-  double out = 1023;
-  while (out < greatest) out = 2 * out + 1;
-  return out;
-}
-
 void check_angles(const std::map<std::string, model::Ends>& angles, const std::vector<Sensor>& sensors) {
   for (const auto& [joint, at] : angles) {
     const bool is_sensed =
@@ -158,13 +152,9 @@ void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
   const bool counts = sensor.unit == "count";
   input.valid_min = counts ? 1 : std::min(open, fist) - kBeyondPoses * span;
   input.valid_max =
-      counts ? full_scale(sensor.sorted.back()) - 1 : std::max(open, fist) + kBeyondPoses * span;
+      counts ? recording::adc_top(sensor.sorted.back()) - 1 : std::max(open, fist) + kBeyondPoses * span;
   input.readings = spread_of(sensor.sorted, kSpreadShares);
-  const double gain = gain_to_counts(input);
-  if (!counts) {  // a converter's rails stay where they are
-    input.valid_min *= gain;
-    input.valid_max *= gain;
-  }
+  const double gain = scale_to_counts(input);
   input.poses = model::Poses{gain * open, gain * fist};
   for (double& reading : input.readings->reading) reading *= gain;
   m.inputs.push_back(input);

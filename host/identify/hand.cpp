@@ -64,10 +64,13 @@ std::vector<std::string> sensors_of(const std::vector<JointMap>& map) {
 
 // Of each trial in the files.
 std::vector<Files> read_files(const PairFiles& files, const HandRequest& request) {
+  const recording::TimeOptions time =
+      request.clock_offset_s ? request.time
+                             : recording::times_of_pair(files.sensor, files.reference, request.time);
   std::vector<Files> out;
   const std::vector<std::string> sensors = sensors_of(request.map);
-  const auto reader = recording::open_log(files.sensor, {sensors, request.time});
-  for (recording::Recording& trial : recording::read_segments(*reader, request.time)) {
+  const auto reader = recording::open_log(files.sensor, {sensors, time, recording::Holes::some});
+  for (recording::Recording& trial : recording::read_segments(*reader, time)) {
     Files& one = out.emplace_back();
     one.sensor = std::move(trial);
     for (const std::string& sensor : sensors) {
@@ -77,7 +80,7 @@ std::vector<Files> read_files(const PairFiles& files, const HandRequest& request
   }
   for (const JointMap& joint : request.map) {
     std::vector<recording::Recording> trials =
-        recording::angle_segments(files.reference, joint.reference, request.time);
+        recording::angle_segments(files.reference, joint.reference, time);
     if (trials.size() != out.size())
       throw InputError(fmt::format("{} trials in {}, {} in {}: they must be as many", out.size(),
                                    files.sensor.string(), trials.size(), files.reference.string()));
@@ -350,8 +353,6 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
                      const JointResult& joint, std::vector<std::string>& warnings) {
   if (const auto text = score::in_words_left_out(joint.holdout))
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
-  if (request.structure == "auto" && joint.verdict.word != score::Verdict::Word::better)
-    warnings.push_back(fmt::format("{}: {}", joint.name, score::in_words(joint.verdict)));
   if (joint.holdout.rmse_deg > kMuchWorse * joint.fitted_rmse_deg && !request.refit) {
     warnings.push_back(
         fmt::format("{}: the error on unseen data is {:.1f} times the error on the fitted part: the glove "
@@ -497,11 +498,6 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
   io::run_in_order<JointResult>(0, r.joints.size(), io::threads_of(request.threads), score, take);
 }
 
-Json donnings_json(const std::optional<Donnings>& donnings) {
-  if (!donnings) return nullptr;
-  return {{"count", donnings->count}, {"offset_sd_deg", donnings->offset_deg}, {"gain_sd", donnings->gain}};
-}
-
 void describe(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
   Json pairs = Json::array();
   const auto name = [](const recording::Recording& one) {
@@ -527,7 +523,6 @@ void describe(const HandRequest& request, const std::vector<Files>& files, HandI
                           {"fitted_rmse_deg", fitted(joint.fitted_rmse_deg)},
                           {"cross_validated_deg", fitted(joint.cross_validated_deg)},
                           {"hold_drift_deg", joint.hold_drift_deg},
-                          {"donnings", donnings_json(joint.donnings)},
                           {"holdout", score::to_json(joint.holdout)}};
     if (joint.untried > 0) joints[joint.name]["untried_structures"] = joint.untried;
   }
@@ -676,7 +671,6 @@ void fit_joints(const HandRequest& request, const std::vector<std::string>& stru
             return progress(j, done, of, what);
           },
           request.room, most);
-      out.joint.donnings = donnings_of(sessions, out.joint.model);
     } catch (...) {
       out.failure = std::current_exception();
     }
@@ -817,7 +811,6 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
     const bool fits_board = chosen == again.joints[j].rows.end() || chosen->refusal.empty();
     if (fits_board && all_deg <= kWorse * part_deg) {
       append(again.joints[j].model, again.model);
-      r.joints[j].donnings = again.joints[j].donnings;
       r.joints[j].hold_drift_deg = again.joints[j].hold_drift_deg;  // of what is worn
       continue;
     }
@@ -1043,12 +1036,16 @@ Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, Ha
                std::vector<std::string>& warnings) {
   std::vector<recording::Witness> witnesses;
   const std::vector<std::string> sensors = sensors_of(map);
+  std::vector<recording::Recording> readings;
+  for (const std::string& sensor : sensors)
+    readings.push_back(recording::without_holes(files.sensor, sensor));
   for (std::size_t j = 0; j < map.size(); ++j) {
-    const auto sensor = std::ranges::find(sensors, map[j].sensors.front()) - sensors.begin();
-    witnesses.push_back({static_cast<std::size_t>(sensor), files.sensor.series(map[j].sensors.front()),
-                         &files.reference[j], map[j].reference, map[j].joint});
+    const std::string& first = map[j].sensors.front();
+    const auto sensor = static_cast<std::size_t>(std::ranges::find(sensors, first) - sensors.begin());
+    witnesses.push_back(
+        {sensor, readings[sensor].series(first), &files.reference[j], map[j].reference, map[j].joint});
   }
-  const bool known = on_one_clock(files);
+  const bool known = share_a_clock(files.sensor, files.reference.front());
   if (!given && known) given = 0;
   std::vector<std::string> said;
   Clock clock = recording::find_clock(witnesses, given, said);
@@ -1220,7 +1217,6 @@ Json to_json(const HandIdentification& r) {
                           {"structure_text", r.request.refit ? Json(nullptr) : Json(joint.text)},
                           {"hold_drift_deg", joint.hold_drift_deg},
                           {"ends", {{"open_deg", ends.open_deg}, {"fist_deg", ends.fist_deg}}},
-                          {"donnings", donnings_json(joint.donnings)},
                           {"fitted_rmse_deg", fitted(joint.fitted_rmse_deg)},
                           {"cross_validated_rmse_deg", fitted(joint.cross_validated_deg)},
                           {"effective_parameters", fitted(joint.effective)},

@@ -15,7 +15,6 @@
 #include <string>
 #include <vector>
 
-#include "host/identify/donnings.hpp"
 #include "host/identify/joint_fit.hpp"
 #include "host/identify/joint_map.hpp"
 #include "host/model/model.hpp"
@@ -32,11 +31,6 @@ struct HandRecordings {
   recording::Recording sensor;
   std::vector<recording::Recording> reference;
 };
-
-// Both in one file, whose clock they share.
-inline bool on_one_clock(const HandRecordings& one) {
-  return !one.sensor.digest.empty() && one.sensor.digest == one.reference.front().digest;
-}
 
 // What is left out, one after the other, of a fit to all the rest with every choice made anew: pairs of recordings; persons,
 // whose logs lie in folders of their own; eighths of every pair's time (of which readings, not angles, still tell what may be read).
@@ -100,7 +94,6 @@ struct ScoreRow {
 // Of a refitted model there are no rows and no fit.
 struct JointResult : JointFit {
   std::string name;
-  std::optional<Donnings> donnings;  // of two recordings or more
   score::Score holdout;
   score::Verdict verdict;
   std::map<std::string, score::Score> baselines;  // by their names in judge.hpp

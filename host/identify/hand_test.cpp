@@ -35,6 +35,21 @@ TEST_F(Hand, AllJointsOfOneRecordingAreFittedToOneModelThatCanBeWorn) {
   EXPECT_GT(r.clocks[0].confidence, 0.3);
 }
 
+TEST_F(Hand, ReadingsOfTwelveBitsGiveTheSameFigures) {
+  const PairFiles ten = write("ten", {60, 3});
+  recording::Recording log = recording::read_csv(ten.sensor, {}, "");
+  for (double& reading : log.columns[0].value) reading *= 4;
+  io::write_file(folder_ / "twelve.csv", recording::to_csv(log));
+  HandRequest request = Hand::request({ten});
+  request.structure = "curve(12) + motion(0.2)";
+  const JointResult of_ten = identify_hand(request, {}).joints[0];
+  request.pairs = {{folder_ / "twelve.csv", ten.reference}};
+  const JointResult of_twelve = identify_hand(request, {}).joints[0];
+  EXPECT_NEAR(of_twelve.hold_drift_deg, of_ten.hold_drift_deg, 0.02);
+  for (const auto& [name, score] : of_ten.baselines)
+    EXPECT_NEAR(of_twelve.baselines.at(name).rmse_deg, score.rmse_deg, 0.05) << name;
+}
+
 TEST_F(Hand, ASecondSensorTellsWhatOneAloneCannot) {
   const PairFiles files = write("two", {90, 2});
   const JointResult both = found({files}, "thumb=b_adc+a_adc:thumb_deg").joints[0];
@@ -117,23 +132,6 @@ TEST_F(Hand, ARecordingThatStandsThereTwiceWithADifferenceSpoilsNothing) {
   fs::copy_file(one.sensor, again.sensor);
   change(again.sensor, [](recording::Recording& log) { log.columns[0].value[700] += 1; });
   EXPECT_LT(rmse_deg({one, again}), 1.15 * rmse_deg({one}));
-}
-
-TEST_F(Hand, WhatVariesBetweenDonningsIsToldAndWritten) {
-  std::vector<PairFiles> pairs;
-  for (unsigned n = 0; n < 3; ++n) {
-    pairs.push_back(write("d" + std::to_string(n), {60, 20 + n}, [&](std::vector<double>& angle) {
-      for (double& a : angle) a += 6.0 * n - 6;
-    }));
-  }
-  const HandIdentification r = found(pairs);
-  ASSERT_TRUE(r.joints[0].donnings);
-  EXPECT_EQ(r.joints[0].donnings->count, 3);
-  EXPECT_NEAR(r.joints[0].donnings->offset_deg, 6, 1.5);
-  EXPECT_LT(r.joints[0].donnings->gain, 0.06);
-  EXPECT_NEAR(r.model.fit["joints"]["index"]["donnings"]["offset_sd_deg"].get<double>(),
-              r.joints[0].donnings->offset_deg, 1e-12);
-  EXPECT_FALSE(found({pairs[0]}).joints[0].donnings) << "one recording says nothing of the next";
 }
 
 TEST_F(Hand, JointsAreFoundByName) {
@@ -365,6 +363,33 @@ TEST_F(Hand, AStuckSensorIsNamedFirstAndNoStructureIsAdvised) {
   EXPECT_FALSE(has(score::in_words(stuck.joints[0].verdict), "--structure"));
 }
 
+TEST_F(Hand, ASensorsMissingReadingsCostTheOthersNothing) {
+  const PairFiles whole = write("whole", {60, 7});
+  const PairFiles holes = write("holes", {60, 7});
+  change(holes.sensor, [](recording::Recording& log) {
+    for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+      if (k % 3 == 0 || (k > 800 && k < 1000)) log.columns[1].value[k] = std::nan("");
+    }
+  });
+  const char* map = "index=a_adc:index_deg,thumb=b_adc:index_deg";
+  const HandIdentification a = found({whole}, map);
+  const HandIdentification b = found({holes}, map);
+  EXPECT_NEAR(b.joints[0].holdout.rmse_deg, a.joints[0].holdout.rmse_deg, 0.05);
+  EXPECT_NEAR(b.clocks[0].offset_s, a.clocks[0].offset_s, 0.02);
+  EXPECT_TRUE(warned(b, "have no b_adc"));
+  EXPECT_LT(b.joints[1].holdout.rmse_deg, 1.5 * a.joints[1].holdout.rmse_deg);
+}
+
+TEST_F(Hand, ReadingsThatAreNoCountsAreRefusedBeforeTheSearch) {
+  const PairFiles pair = write("one", {60, 7});
+  change(pair.sensor, [](recording::Recording& log) {
+    for (double& v : log.columns[0].value) v /= 1023;
+  });
+  const std::string said = io::refusal_of([&] { (void)found({pair}); });
+  EXPECT_TRUE(has(said, "\"a_adc\" reads 0.3") && has(said, "outside of what counts can be (1 to 1022)"))
+      << said;
+}
+
 TEST_F(Hand, OneSensorInTwoColumnsIsNamed) {
   const PairFiles files = write("copy", {60, 1});
   change(files.sensor, [](recording::Recording& log) { log.columns[1].value = log.columns[0].value; });
@@ -398,7 +423,6 @@ TEST_F(Hand, AChainIsFittedAsOneOfItsBlocksAndCanBeWorn) {
     EXPECT_LE(one.hold_drift_deg, 1) << text;
     EXPECT_NO_THROW(model::check_fixed(all.model)) << text;
     EXPECT_TRUE(all.model.joints.front().accuracy) << text;
-    EXPECT_TRUE(one.donnings) << text;
     r.structure = one.text;
     EXPECT_EQ(identify_hand(r, {}).model.blocks.size(), all.model.blocks.size()) << r.structure;
   }

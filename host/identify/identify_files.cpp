@@ -30,8 +30,9 @@ void name_columns(SourceFiles& files) {
 
 }  // namespace
 
-recording::Pair load_pair(SourceFiles files) {
+recording::Pair load_pair(SourceFiles files, bool clock_is_known) {
   name_columns(files);
+  if (!clock_is_known) files.time = recording::times_of_pair(files.sensor, files.reference, files.time);
   recording::Pair pair{recording::read(*recording::open_log(files.sensor, {{files.input}, files.time})),
                        files.input, recording::read_angle(files.reference, files.output, files.time),
                        files.output};

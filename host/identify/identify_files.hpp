@@ -21,7 +21,7 @@ struct SourceFiles {
 };
 
 // Throws io::InputError, listing the columns where one has to be named.
-recording::Pair load_pair(SourceFiles files);
+recording::Pair load_pair(SourceFiles files, bool clock_is_known = false);
 
 // The same as a map of one joint: the finger that a column names, or else index. Throws as above.
 struct OneJoint {

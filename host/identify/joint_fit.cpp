@@ -27,17 +27,17 @@ constexpr double kUnseenDrift = 2;   // of the still one's error, which 19 of 20
 constexpr double kMostUnseenDrift_deg = 10;
 constexpr double kMemories =
     10;  // of the slowest motion: a part as long shows it without a hold, where the error halves
+constexpr double kMuchLarger = 0.1;
 constexpr double kSure =
     1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
 constexpr int kAttacks = 15;  // of the search for fixed point's error
 constexpr int kReadings = 5000;
-constexpr double kConverted = 0.5;            // of the bound, where deploy converts readings first
-constexpr double kNearly = 0.5;               // what a short search finds is less than what there is
-constexpr double kMostFixedError_deg = 0.06;  // deploy refuses 1/16
-constexpr double kMostOfOne_deg = 0.055;      // of one sensor: deploy searches all joints with other readings
-constexpr double kFewCounts = 64;             // readings below: a board's steps are too coarse for them
-constexpr double kMostCounts = 32767. / 32;   // that a board holds
-constexpr double kTwelveBits = 4095;          // of larger counts a model is one for a PC
+constexpr double kNearly = 0.5;  // what a short search finds is less than what there is
+constexpr double kMostFixedError_deg =
+    0.06;                          // deploy refuses 1/16, and searches all joints with other readings
+constexpr double kFewCounts = 64;  // readings below: a board's steps are too coarse for them
+constexpr double kMostCounts = 32767. / 32;  // that a board holds
+constexpr double kTwelveBits = 4095;         // of larger counts a model is one for a PC
 
 // Why this candidate cannot be worn; empty: it can.
 std::string refusal_of(const model::Model& model, double drift_deg) {
@@ -54,21 +54,23 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
   return "";
 }
 
-// `thoroughly`: as deploy looks; of readings that deploy converts first, and then finds up to three times as much, half as
-// much is allowed.
-std::string imprecision_of(const model::Model& identified, bool thoroughly = false) {
+// Of a converter's counts, which a board reads as they are. Readings in another unit may never meet one, and where they do, deploy
+// converts and judges them.
+std::string imprecision_of(const model::Model& identified) {
   const model::Model model = model::folded(identified).model;
-  if (!std::ranges::all_of(model.inputs, model::holds_readings)) return "";
+  const auto is_counted = [](const model::Input& input) {
+    return input.unit == "count" && model::holds_readings(input);
+  };
+  if (!std::ranges::all_of(model.inputs, is_counted)) return "";
   model::ErrorSearch search;
   search.attacks = kAttacks;
   search.noise = kReadings;
-  double most_deg = model.inputs.size() > 1 ? kMostFixedError_deg : kMostOfOne_deg;
-  if (thoroughly && model.inputs.front().unit != "count") most_deg *= kConverted;
   double error_deg = model::worst_fixed_error_deg(model, search);
-  if ((thoroughly || error_deg > kNearly * most_deg) && error_deg <= most_deg)
+  if (error_deg > kNearly * kMostFixedError_deg && error_deg <= kMostFixedError_deg)
     error_deg = model::worst_fixed_error_deg(model);
-  if (error_deg <= most_deg) return "";
-  return fmt::format("in the glove's integers it is up to {:.3f} degrees off", error_deg);
+  if (error_deg <= kMostFixedError_deg) return "";
+  return fmt::format("in the glove's integers it is up to {:.3f} degrees off, at most {:.2f} are allowed",
+                     error_deg, kMostFixedError_deg);
 }
 
 JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& joint) {
@@ -91,15 +93,6 @@ JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& 
   }
   out.covariance = fit.covariance(order, order);
   return out;
-}
-
-// By how much the loss over the folds is less than the other's, in standard errors of the difference.
-double gain_in_errors(const JointFit& one, const JointFit& other) {
-  const Eigen::Map<const Eigen::ArrayXd> a(one.fold_loss.data(), std::ssize(one.fold_loss));
-  const Eigen::Map<const Eigen::ArrayXd> b(other.fold_loss.data(), std::ssize(other.fold_loss));
-  const Eigen::ArrayXd gain = b - a;
-  const auto n = static_cast<double>(gain.size());
-  return gain.mean() / std::sqrt((gain - gain.mean()).square().sum() / (n - 1) / n);
 }
 
 double slowest_s(const model::Model& model) {
@@ -138,7 +131,7 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
         one.hold_drift_deg);
   }
   const bool pays = one.cross_validated_deg <= (1 - kCreepPays) * still.cross_validated_deg;
-  if (pays && gain_in_errors(one, still) > kSure) return "";
+  if (pays && gain_in_errors(one.fold_loss, still.fold_loss) > kSure) return "";
   return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute, for too small a gain",
                      one.hold_drift_deg);
 }
@@ -167,9 +160,14 @@ void explain(const std::vector<CandidateRow>& rows, CandidateRow& row, const std
     row.refusal = why;
 }
 
-JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessions,
-                 const model::Model& inputs, const JointMap& joint, const Step& step, const Room& room,
-                 double most) {
+// The best sum that holds still while its readings do, and those that creep back after their sensor, with their rows.
+struct SumFit {
+  JointFit still;
+  std::vector<std::pair<std::size_t, JointFit>> creeping;
+};
+
+SumFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessions, const model::Model& inputs,
+               const JointMap& joint, const Step& step, const Room& room, double most) {
   std::optional<Additive> best;
   std::vector<std::string> refusals;
   std::size_t at = 0;  // of the rows
@@ -206,16 +204,9 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
   const std::vector<Additive> all = fit_additive(sessions, inputs.sample_period_s, joint.joint, candidates,
                                                  drift, kMostDrift_deg, accept, counted);
   if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, refusals.front()));
-  JointFit out = taken(*best, inputs, joint);
-  const JointFit still = out;
-  std::ranges::reverse(creeping);
-  for (const auto& [row, fit] : creeping) {
-    JointFit one = taken(fit, inputs, joint);
-    refusals[row] = creep_refusal(one, still, sessions);
-    if (!refusals[row].empty()) continue;
-    out = std::move(one);
-    at = row;
-  }
+  SumFit sum{taken(*best, inputs, joint), {}};
+  for (const auto& [row, fit] : creeping) sum.creeping.emplace_back(row, taken(fit, inputs, joint));
+  JointFit& out = sum.still;
   out.untried = untried;
   out.rows = rows_of(all, refusals, at);
   const auto donned_loss = [&](std::size_t k) { return sum_of(all[k].fold_loss); };
@@ -225,7 +216,29 @@ JointFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessi
             : donned_loss(k) > donned_loss(at)                     ? "put on a little otherwise it errs more"
                                                                    : "larger, for too small a gain");
   }
-  return out;
+  return sum;
+}
+
+void choose(JointFit one, std::size_t row, const std::string& why, JointFit& best) {
+  one.rows = std::move(best.rows);
+  one.untried = best.untried;
+  for (CandidateRow& of : one.rows) of.chosen = &of == &one.rows[row];
+  for (CandidateRow& of : one.rows) explain(one.rows, of, why);
+  best = std::move(one);
+}
+
+// What creeps back after its sensor beside the best of all that hold still.
+void let_creeping_compete(std::vector<std::pair<std::size_t, JointFit>> creeping,
+                          const std::vector<Session>& sessions, JointFit& best) {
+  std::optional<std::size_t> chosen;
+  for (std::size_t k = creeping.size(); k-- > 0;) {
+    std::string& refusal = best.rows[creeping[k].first].refusal;
+    refusal = creep_refusal(creeping[k].second, best, sessions);
+    if (refusal.empty()) chosen = k;
+  }
+  if (chosen)
+    choose(std::move(creeping[*chosen].second), creeping[*chosen].first,
+           "holds still where the sensor creeps", best);
 }
 
 // Why this chain is not taken in place of `best`; empty: it is.
@@ -234,15 +247,14 @@ std::string chain_refusal(const JointFit& chain, const JointFit& best) {
     return fmt::format("it fits the part by {:.2f} degrees; the best errs by {:.2f} on what it did not see",
                        chain.fitted_rmse_deg, best.cross_validated_deg);
   }
-  // Within a standard error what holds still wins over what creeps, and of two that do the smaller with the lower loss.
-  const bool stops = best.hold_drift_deg > kMostDrift_deg;
+  // Within a standard error the smaller wins, unless its squares over the folds are larger by far.
   const bool smaller = chain.effective < best.effective + best.limits;
-  const double least_errors = stops && smaller ? -1 : smaller ? 0 : 1;
-  const double most_deg = (1 - least_errors * kAsGood) * best.cross_validated_deg;
-  if (!(chain.cross_validated_deg < most_deg && gain_in_errors(chain, best) > least_errors))
+  const double most_deg = (smaller ? 1 + kMuchLarger : 1) * best.cross_validated_deg;
+  if (!(gain_in_errors(chain.fold_loss, best.fold_loss) > (smaller ? -1 : 1) &&
+        chain.cross_validated_deg <= most_deg))
     return smaller ? "errs more than the best" : "no better than the best by more than a standard error";
   const std::string out = refusal_of(chain.model, chain.hold_drift_deg);
-  return out.empty() ? imprecision_of(chain.model, true) : out;
+  return out.empty() ? imprecision_of(chain.model) : out;
 }
 
 // Chains beside the best sum, over the same folds.
@@ -272,13 +284,10 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
       row.refusal = chain_refusal(one, best);
       row.chosen = row.refusal.empty();
       best.rows.push_back(row);
-      if (!row.chosen) continue;
-      for (CandidateRow& of : best.rows) of.chosen = &of == &best.rows.back();
-      for (CandidateRow& of : best.rows)
-        explain(best.rows, of, "larger, or no better by a standard error than what holds still");
-      one.rows = best.rows;
-      one.untried = best.untried;
-      best = std::move(one);
+      if (row.chosen) {
+        best.rows.back().chosen = false;
+        choose(std::move(one), best.rows.size() - 1, "larger, or no better by a standard error", best);
+      }
     } catch (const io::JobError& error) {  // too few samples for it
       best.rows.push_back({text_of(chain), std::nullopt, std::nan(""), 0, std::nullopt, error.what()});
     }
@@ -323,13 +332,18 @@ void CandidateRow::set_loss(const std::vector<double>& of_folds) {
   fold_loss_se = std::sqrt((loss - loss.mean()).square().sum() / (n - 1) / n);
 }
 
-double gain_to_counts(const model::Input& input) {
+double scale_to_counts(model::Input& input) {
   const double most = std::max(std::abs(input.valid_min), std::abs(input.valid_max));
   const bool counts = input.unit == "count";
   if (!(most > 0) || (most >= (counts ? 0 : kFewCounts) && most <= kMostCounts) ||
       (counts && most > kTwelveBits))
     return 1;
-  return std::exp2(std::floor(std::log2(kMostCounts / most)));
+  const double gain = std::exp2(std::floor(std::log2(kMostCounts / most)));
+  if (!counts) {
+    input.valid_min *= gain;
+    input.valid_max *= gain;
+  }
+  return gain;
 }
 
 model::Model own_inputs(model::Model inputs, const JointMap& joint) {
@@ -344,10 +358,8 @@ model::Model joint_model(const model::Model& inputs, const Additive& fit, const 
   Additive board = fit;
   std::vector<double> gains;
   for (model::Input& input : own.inputs) {
-    const double gain = gain_to_counts(input);
+    const double gain = scale_to_counts(input);
     gains.push_back(gain);
-    input.valid_min *= gain;
-    input.valid_max *= gain;
     const auto s =
         static_cast<std::size_t>(std::ranges::find(joint.sensors, input.name) - joint.sensors.begin());
     for (double& knot : board.knots[s]) knot *= gain;
@@ -388,12 +400,12 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
         fmt::format("{}: {} of {} sensors has more than the {} curves and motions that a model holds",
                     joint.joint, structure, joint.sensors.size(), model::kMaxTerms));
   }
-  JointFit out = fit_sum(candidates, sessions, inputs, joint, step, room, most);
-  if (structure != "auto") return out;
-  if (joint.sensors.size() == 1) {
-    let_chains_compete(sessions, inputs, joint, step, out);
-    return out;
-  }
+  SumFit sum = fit_sum(candidates, sessions, inputs, joint, step, room, most);
+  JointFit out = std::move(sum.still);
+  const bool has_chains = structure == "auto" && joint.sensors.size() == 1;
+  if (has_chains) let_chains_compete(sessions, inputs, joint, step, out);
+  let_creeping_compete(std::move(sum.creeping), sessions, out);
+  if (structure != "auto" || has_chains) return out;
   std::vector<Session> own = sessions;
   for (Session& session : own) session.input = session.input.leftCols(1).eval();
   const JointMap alone{joint.joint, {joint.sensors.front()}, joint.reference};

@@ -69,8 +69,9 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
                    const Step& step, const Room& room = {}, double most = HUGE_VAL);
 
 // What brings readings in volts, kilohms, ohms or counts of more than ten bits to about what a board's converter counts, for in
-// steps of that size it computes: a power of two, which rounds nothing.
-double gain_to_counts(const model::Input& input);
+// steps of that size it computes: a power of two, which rounds nothing. The range of `input` passes it too, but of counts, whose
+// converter's rails stay where they are.
+double scale_to_counts(model::Input& input);
 
 // `inputs` with the joint's own alone.
 model::Model own_inputs(model::Model inputs, const JointMap& joint);

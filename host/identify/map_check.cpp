@@ -43,7 +43,9 @@ recording::Recording every_column(const PairFiles& files, const HandRequest& req
   const bool is_there = files.sensor.memory() || std::filesystem::is_regular_file(files.sensor);
   if (!is_there || !request.time.segments.empty()) return read.sensor;
   try {
-    return recording::read(*recording::open_log(files.sensor, {{}, request.time}));
+    recording::TimeOptions time = request.time;
+    if (read.sensor.time_column == recording::kHostClock) time.columns = {recording::kHostClock};
+    return recording::read(*recording::open_log(files.sensor, {{}, time, recording::Holes::some}));
   } catch (const InputError&) {
     return read.sensor;
   }
@@ -165,23 +167,25 @@ std::set<std::string> check_map(const HandRequest& request, const PairFiles& fil
                                 std::vector<std::string>& warnings) {
   std::set<std::string> stuck;
   warn_of_equal_columns(request.map, read.sensor, warnings);
-  const bool clock_is_known = request.clock_offset_s || on_one_clock(read);
+  const bool clock_is_known = request.clock_offset_s || share_a_clock(read.sensor, read.reference.front());
   const recording::Recording all = every_column(files, request, read);
   for (std::size_t j = 0; j < request.map.size(); ++j) {
     const JointMap& map = request.map[j];
     const std::string& own = map.sensors.front();
     const recording::Series angle = read.reference[j].series(map.reference);
-    if (const auto text = frozen(read.sensor.series(own), angle, clock_offset_s)) {
+    const recording::Recording alone = recording::without_holes(read.sensor, own);
+    if (const auto text = frozen(alone.series(own), angle, clock_offset_s)) {
       warnings.push_back(fmt::format("{}: {} {}", map.joint, own, *text));
       stuck.insert(map.joint);
       continue;  // nothing else can be said of the map
     }
-    const double share = recording::explained(all.series(own), angle, clock_offset_s);
+    const double share = recording::explained(alone.series(own), angle, clock_offset_s);
     std::string best = own;
     double most = share;
     for (const recording::Column& column : all.columns) {
       if (column.name == own || !of_one_kind(column.name, own)) continue;
-      const double other = recording::explained(all.series(column.name), angle, clock_offset_s);
+      const double other = recording::explained(
+          recording::without_holes(all, column.name).series(column.name), angle, clock_offset_s);
       if (other > most) {
         most = other;
         best = column.name;

@@ -52,9 +52,10 @@ void refuse_other_unit(const std::string& source, const recording::Column& colum
 
 // A column for each input; a missing reading is NaN. The log continues where a reset of the board begins its clock anew.
 recording::Recording read_log(const recording::Log& path, const RecalibrationFiles& request,
-                              const model::Model& model, std::vector<std::string>& notes) {
+                              const recording::TimeOptions& time, const model::Model& model,
+                              std::vector<std::string>& notes) {
   const auto reader =
-      recording::open_log(path, {model::columns_of(model, request.inputs), request.time, true});
+      recording::open_log(path, {model::columns_of(model, request.inputs), time, recording::Holes::all});
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     if (reader->units()[i].empty()) continue;
     if (auto note = unit_note(model.inputs[i], reader->name(), reader->columns()[i], reader->units()[i]))
@@ -163,16 +164,16 @@ void refuse_radians(const recording::Recording& angle, const std::string& column
 }
 
 // A glove's log and what a camera saw meanwhile; a sensor that is not read stands still.
-HandRecordings read_take(const RecalibrationFiles& files, const recording::Recording& log,
-                         const std::vector<JointMap>& map, const model::Model& model,
-                         std::vector<std::string>& notes) {
+HandRecordings read_take(const RecalibrationFiles& files, const recording::TimeOptions& time,
+                         const recording::Recording& log, const std::vector<JointMap>& map,
+                         const model::Model& model, std::vector<std::string>& notes) {
   HandRecordings out{log, {}};
   for (std::size_t i = 0; i < model.inputs.size(); ++i)
     out.sensor.columns[i] = {std::to_string(i), held_over(log.columns[i].value, model.inputs[i]),
                              model.inputs[i].unit};
   for (const JointMap& joint : map) {
     recording::Recording& angle =
-        out.reference.emplace_back(recording::read_angle(files.pair_camera, joint.reference, files.time));
+        out.reference.emplace_back(recording::read_angle(files.pair_camera, joint.reference, time));
     refuse_radians(angle, joint.reference);
     recording::to_degrees(angle, joint.reference, {});
     notes.insert(notes.end(), angle.warnings.begin(), angle.warnings.end());
@@ -251,15 +252,16 @@ void add_lack(RecalibrationRequest& request, std::vector<std::string>& notes, co
 }
 
 // The glove's log of a pair that cannot be put on one clock says nothing either: it was given for the camera.
-std::optional<Clock> add_pair(const RecalibrationFiles& files, const recording::Recording& log,
-                              RecalibrationRequest& request, std::vector<std::string>& notes) {
+std::optional<Clock> add_pair(const RecalibrationFiles& files, const recording::TimeOptions& time,
+                              const recording::Recording& log, RecalibrationRequest& request,
+                              std::vector<std::string>& notes) {
   const std::string wanted =
       "glove and camera of one motion once more: twenty seconds in which the joints that the camera sees "
       "bend, not evenly";
   std::optional<Clock> clock;
   try {
     const std::vector<JointMap> map = map_of(files, request.model);
-    HandRecordings take = read_take(files, log, map, request.model, notes);
+    HandRecordings take = read_take(files, time, log, map, request.model, notes);
     std::vector<std::string> unused;
     clock = clock_of(map, {}, take, unused);
     refuse_swapped(map, take, clock->offset_s);
@@ -327,8 +329,8 @@ Recalibration recalibrate_files(const RecalibrationFiles& files) {
     request.prior = prior_from_json(io::read_document(files.prior), files.prior.string());
   std::vector<std::string> notes;
   std::vector<LogRanges> logs;
-  const auto log_of = [&](const auto& path) {
-    recording::Recording log = read_log(path, files, request.model, notes);
+  const auto log_of = [&](const auto& path, const recording::TimeOptions& time) {
+    recording::Recording log = read_log(path, files, time, request.model, notes);
     LogRanges& of = logs.emplace_back(LogRanges{log.source, {}, model::RangeCount(request.model)});
     for (const recording::Column& column : log.columns) of.columns.push_back(column.name);
     std::vector<double> row(log.columns.size());
@@ -338,9 +340,10 @@ Recalibration recalibrate_files(const RecalibrationFiles& files) {
     }
     return log;
   };
-  if (!files.recording.empty()) request.motion.push_back(motion_in(log_of(files.recording), request.model));
+  if (!files.recording.empty())
+    request.motion.push_back(motion_in(log_of(files.recording, files.time), request.model));
   if (!files.poses_log.empty()) {
-    const recording::Recording log = log_of(files.poses_log);
+    const recording::Recording log = log_of(files.poses_log, files.time);
     try {
       request.holds = poses_in(files.poses, log, request.model);
     } catch (const io::JobError& error) {
@@ -348,7 +351,10 @@ Recalibration recalibrate_files(const RecalibrationFiles& files) {
     }
   }
   std::optional<Clock> clock;
-  if (!files.pair_sensor.empty()) clock = add_pair(files, log_of(files.pair_sensor), request, notes);
+  if (!files.pair_sensor.empty()) {
+    const auto time = recording::times_of_pair(files.pair_sensor, files.pair_camera, files.time);
+    clock = add_pair(files, time, log_of(files.pair_sensor, time), request, notes);
+  }
   Recalibration out = recalibrate(request);
   out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
   out.clock = clock;

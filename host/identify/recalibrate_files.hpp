@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "host/identify/recalibrate.hpp"
-#include "host/recording/recording.hpp"
-#include "host/recording/time.hpp"
+#include "host/recording/log.hpp"
 
 namespace flexor::identify {
 

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 namespace flexor::io {
 namespace fs = std::filesystem;
@@ -127,12 +128,17 @@ std::string read_file(const fs::path& path, std::size_t most_bytes) {
   return content;
 }
 
-void require_folder(const fs::path& folder) {
+void require_folder(const fs::path& folder, std::string_view kind) {
   std::error_code error;
   if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
     throw InputError(
         fmt::format("{}: cannot make this folder: there is a file of that name", folder.string()));
   }
+  const fs::path results = folder / "results.json";
+  if (kind.empty() || !fs::exists(results, error)) return;
+  const auto json = nlohmann::json::parse(read_file(results), nullptr, false);
+  if (!json.is_object() || !json.contains("kind") || json["kind"] != std::string(kind))
+    throw InputError(fmt::format("{}: holds what another job found: choose another folder", folder.string()));
 }
 
 void make_folder(const fs::path& folder) {

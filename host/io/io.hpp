@@ -59,8 +59,8 @@ std::string read_file(const std::filesystem::path& path, std::size_t most_bytes 
 // after it.
 void require_writable(const std::filesystem::path& path);
 
-// Likewise for a folder that will be made.
-void require_folder(const std::filesystem::path& folder);
+// Likewise for a folder that will be made; and where it has the results.json of another job than `kind`.
+void require_folder(const std::filesystem::path& folder, std::string_view kind = "");
 
 // Who may read what is written.
 enum class Access {

@@ -97,6 +97,9 @@ TEST_F(Io, OutputsAreCheckedBeforeTheWork) {
   EXPECT_NO_THROW(require_folder(folder_ / "a" / "b"));
   write_file(folder_ / "file", "x");
   EXPECT_THROW(require_folder(folder_ / "file"), InputError);
+  write_file(folder_ / "results.json", R"({"kind": "hand"})");
+  EXPECT_NO_THROW(require_folder(folder_, "hand"));
+  EXPECT_THROW(require_folder(folder_, "experiment"), InputError);
 }
 
 TEST(ShellWord, IsQuotedOnlyWhereItMustBe) {

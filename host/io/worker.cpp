@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <array>
@@ -253,41 +254,50 @@ class Server {
 
   void run() {
     for (std::optional<std::string> line; (line = next());) {
-      const Json reply = answer([&] { return run(*line); });
-      {
-        const std::lock_guard lock(mutex_);
-        busy_ = false;
-      }
-      say(reply);
+      say(answer([&] { return run(*line); }));
     }
+    note(is_done_);
   }
 
  private:
   void read() {
     std::string buffer;
-    while (const std::optional<std::string> line = read_line(requests_, buffer)) {
-      const std::lock_guard lock(mutex_);
-      if (is_cancellation(*line)) {
-        cancelled_ = true;
-        continue;
-      }
-      cancelled_ = false;
-      waiting_.push_back(*line);
-      arrived_.notify_all();
-    }
+    while (const std::optional<std::string> line = read_line(requests_, buffer)) take(*line);
+    if (!buffer.empty()) take(buffer);
+    note(ended_);
+    end_with_reader();
+  }
+
+  void note(bool& what) {
     const std::lock_guard lock(mutex_);
-    ended_ = true;
-    if (busy_) end_now();
+    what = true;
     arrived_.notify_all();
+  }
+
+  void take(const std::string& line) {
+    const std::lock_guard lock(mutex_);
+    cancelled_ = is_cancellation(line);
+    if (cancelled_) return;
+    waiting_.push_back(line);
+    arrived_.notify_all();
+  }
+
+  // No more jobs come; those that came are done, unless nobody reads what they say any more.
+  void end_with_reader() {
+    constexpr std::chrono::milliseconds kApart(50);
+    pollfd replies{replies_, 0, 0};
+    std::unique_lock lock(mutex_);
+    while (!arrived_.wait_for(lock, kApart, [this] { return is_done_; })) {
+      if (poll(&replies, 1, 0) > 0) end_now();
+    }
   }
 
   std::optional<std::string> next() {
     std::unique_lock lock(mutex_);
     arrived_.wait(lock, [this] { return ended_ || !waiting_.empty(); });
-    if (waiting_.empty() || ended_) return std::nullopt;
+    if (waiting_.empty()) return std::nullopt;
     std::string line = std::move(waiting_.front());
     waiting_.pop_front();
-    busy_ = true;
     return line;
   }
 
@@ -317,8 +327,8 @@ class Server {
   std::mutex mutex_;
   std::condition_variable arrived_;
   std::deque<std::string> waiting_;
-  bool busy_ = false;
   bool ended_ = false;
+  bool is_done_ = false;
   std::atomic<bool> cancelled_ = false;
   std::jthread reader_;
 };

@@ -8,8 +8,9 @@
 //                     {"result": ...}                       or, as the last line of a job,
 //                     {"error": {"kind": "input" | "job" | "cancelled" | "doubt", "text": ...}}
 //
-// One job at a time, any number one after the other; the end of its input ends a worker, also in the middle of
-// a job. What goes wrong in a worker is thrown here as what it was there: InputError, JobError, Cancelled, Doubt.
+// One job at a time, any number one after the other; a worker ends when its input has ended and all is done, or once nobody
+// reads its output any more, also in the middle of a job. What goes wrong in a worker is thrown here as what it was there:
+// InputError, JobError, Cancelled, Doubt.
 // Numbers keep their bits. A file name that is no UTF-8 is the list of its bytes.
 //
 // A worker has the standard error of whoever started it, and with kUserStreams the standard input and output
@@ -102,7 +103,7 @@ nlohmann::ordered_json answer(const std::function<nlohmann::ordered_json()>& job
 using Event = std::function<bool(const nlohmann::ordered_json& event)>;
 using AnyJob = std::function<nlohmann::ordered_json(
     const std::string& name, const nlohmann::ordered_json& arguments, const Event& event)>;
-// Runs jobs until the standard input ends, which is this program's no more, as its standard output.
+// Runs jobs until the standard input ends and all are done; the input is this program's no more, as its standard output.
 void serve(bool has_user_streams, const AnyJob& job);
 
 // So much of how much is done (0: not known); false: stop.

@@ -1,5 +1,6 @@
 #include "host/io/worker.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -193,6 +194,22 @@ TEST_F(WorkerFolder, AnAskerThatThrowsLeavesNothingEither) {
                  Enough);
     EXPECT_FALSE(worker.is_usable());
   }
+}
+
+TEST_F(WorkerFolder, AllJobsOfAFileAreDone) {
+  std::ofstream(folder_ / "jobs") << R"({"job": "count", "arguments": {"of": 5, "pause_ms": 20}})" << '\n'
+                                  << R"({"job": "echo", "arguments": 1})" << '\n'
+                                  << R"({"job": "echo", "arguments": 2})";
+  const int jobs = ::open((folder_ / "jobs").c_str(), O_RDONLY | O_CLOEXEC);
+  const int replies = ::open((folder_ / "replies").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+  Process worker(kProgram, {kProgram}, {{jobs, STDIN_FILENO}, {replies, STDOUT_FILENO}});
+  EXPECT_EQ(worker.wait(), 0);
+  ::close(jobs);
+  ::close(replies);
+  const std::string said = read_file(folder_ / "replies");
+  EXPECT_TRUE(
+      said.ends_with("{\"result\":{\"counted\":5,\"stopped\":false}}\n{\"result\":1}\n{\"result\":2}\n"))
+      << said;
 }
 
 TEST_F(WorkerFolder, TheUsersStreamsAreTheJobs) {

@@ -354,7 +354,8 @@ class LineDecoder : public Decoder {
   bool is_piece_ = false;
   recording::LineSplitter splitter_{kLongestLine};
   recording::Line line_;
-  recording::TableReader table_{{.columns = {}, .holes = true, .from = recording::From::port}};
+  recording::TableReader table_{
+      {.columns = {}, .holes = recording::Holes::all, .from = recording::From::port}};
 };
 
 // None: too little of it for this format.

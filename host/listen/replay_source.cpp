@@ -17,7 +17,7 @@ ReplaySource::ReplaySource(const std::filesystem::path& file, double speed,
   constexpr double kFastest = 1000;
   if (!(speed >= kSlowest && speed <= kFastest))
     throw io::InputError(fmt::format("--speed {}: must lie between {} and {}", speed, kSlowest, kFastest));
-  recording::CsvReader reader(file, {{}, time, true});
+  recording::CsvReader reader(file, {{}, time, recording::Holes::all});
   recording::Recording recording = recording::read(reader);
   for (recording::Column& column : recording.columns) {
     if (column.name == "host_s") continue;

@@ -168,13 +168,16 @@ Numbers numbers(const Hardware& hardware) { return numbers(const_cast<Hardware&>
 void check(const Hardware& h) {
   check(numbers(h));
   for (std::size_t i = 0; i < kFingers; ++i) {
-    if (h.hand_lower_deg[i] < h.hand_upper_deg[i]) continue;
-    throw InputError(fmt::format("hand.lower_deg of {}, {:g}, must be below hand.upper_deg, {:g}",
-                                 finger_names()[i], h.hand_lower_deg[i], h.hand_upper_deg[i]));
+    for (const auto& [lower, lower_deg] :
+         {std::pair("hand.lower_deg", h.hand_lower_deg[i]), std::pair("loop.lower_deg", h.loop_lower_deg)}) {
+      for (const auto& [upper, upper_deg] : {std::pair("hand.upper_deg", h.hand_upper_deg[i]),
+                                             std::pair("loop.upper_deg", h.loop_upper_deg)}) {
+        if (!(lower_deg < upper_deg))
+          throw InputError(fmt::format("{}: {}, {:g}, must be below {}, {:g}", finger_names()[i], lower,
+                                       lower_deg, upper, upper_deg));
+      }
+    }
   }
-  if (h.loop_lower_deg >= h.loop_upper_deg)
-    throw InputError(fmt::format("loop.lower_deg, {:g}, must be below loop.upper_deg, {:g}", h.loop_lower_deg,
-                                 h.loop_upper_deg));
   check_pins(h.pins);
 }
 

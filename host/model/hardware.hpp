@@ -95,7 +95,8 @@ Hardware hardware(const std::string& preset_or_file);
 Hardware hardware_of(const nlohmann::ordered_json& document, const std::string& source);
 nlohmann::ordered_json to_json(const Hardware& hardware);
 nlohmann::ordered_json hardware_schema();
-// Ranges, and the rules that two of its members may break.
+// Ranges, and the rules that two of its members may break: each lower limit is below each upper one, of hand and loop, and no pin
+// has two users.
 void check(const Hardware& hardware);
 
 }  // namespace flexor::model

@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "host/model/standard_error.hpp"
+
 namespace flexor::model {
 namespace {
 
@@ -68,6 +70,18 @@ TEST(RangeCount, ADividerTheOtherWayRoundIsFoundThoughAllReadingsAreWithinTheRan
   EXPECT_TRUE(mirrored(-1, 1023));
   EXPECT_FALSE(mirrored(1, 0));
   EXPECT_FALSE(mirrored(1, 40)) << "put on anew";
+}
+
+TEST(StandardErrors, GrowBeyondTheReadingsThatWereSeen) {
+  Model model;
+  model.inputs = {{"bend", "", "", "", 0, 1000}};
+  model.inputs[0].readings = Spread{{0, 1}, {100, 300}};
+  model.blocks = {{{"bend"}, "index angle", Saturation{0, 90}}};
+  model.joints = {{"index", "index angle", 0, Accuracy{{10, 60}, {3, 3}}}};
+  const StandardErrors errors(model);
+  EXPECT_EQ(errors.of(0, 30, std::vector{200.}), 3);
+  EXPECT_EQ(errors.of(0, 60, std::vector{316.}), 5);  // 4 degrees further, 0.25 degrees a count
+  EXPECT_EQ(errors.of(0, 60, std::vector{std::numeric_limits<double>::quiet_NaN()}), 3);
 }
 
 }  // namespace

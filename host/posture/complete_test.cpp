@@ -219,7 +219,7 @@ Completion completion_of(
     const std::string& content, const CompleteOptions& options,
     const std::function<void(const std::string&)>& sink = [](const auto&) {}) {
   std::istringstream stream(content);
-  recording::CsvReader table(stream, "x.csv", {{}, {}, true});
+  recording::CsvReader table(stream, "x.csv", {{}, {}, recording::Holes::all});
   return complete_table(known(), table, options, sink, [](auto) {});
 }
 

@@ -69,7 +69,7 @@ TEST(StandardErrors, CoverWhatTheyClaim) {
 
 TEST(TablesOfAngles, KeepEveryRow) {
   std::istringstream text("object;t_s;a_deg;b_deg\ncup;1;2;\ncup;1;nan;4\ncup;0.5;5;6\n");
-  recording::CsvReader table(text, "x.csv", {{"b_deg", "a_deg"}, {}, true});
+  recording::CsvReader table(text, "x.csv", {{"b_deg", "a_deg"}, {}, recording::Holes::all});
   recording::Row row;
   ASSERT_TRUE(table.next(row));
   EXPECT_TRUE(std::isnan(row.value[0]));

@@ -89,17 +89,16 @@ Clock agreed(const std::vector<Opinion>& opinions) {
   if (of_drift > 0) out.drift_ppm /= of_drift;
   if (of_drift > 0) out.drift_se_ppm = 1 / std::sqrt(of_drift);
   double squares = 0;
-  double doubt = 1;
   for (const Opinion& o : opinions) {
     const double error_s =
         o.weight() * std::max(o.error_s(), std::abs(o.alignment.clock_offset_s - out.offset_s));
     squares += error_s * error_s;
-    doubt *= 1 - confidence_of(o);
+    // No more than the surest: fingers of one hand repeat themselves together.
+    out.confidence = std::max(out.confidence, confidence_of(o));
     if (o.alignment.drift_se_ppm)
       out.drift_se_ppm = std::max(out.drift_se_ppm, std::abs(*o.alignment.drift_ppm - out.drift_ppm) / 2);
   }
   out.standard_error_s = std::sqrt(squares) / all;
-  out.confidence = 1 - doubt;
   return out;
 }
 
@@ -142,6 +141,8 @@ Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> gi
     Clock clock = agreed(one_of_each_sensor(opinions));
     if (round == kMostRounds || !is_clear(clock.drift_ppm, clock.drift_se_ppm)) {
       clock.drift_ppm = taken_out_ppm;
+      const Opinion& surest = *std::ranges::max_element(opinions, {}, confidence_of);
+      warnings.insert(warnings.end(), surest.alignment.warnings.begin(), surest.alignment.warnings.end());
       if (clock.confidence < kUnsure) {
         warnings.push_back(
             fmt::format("the clock offset of {:+.2f} s is unsure (confidence {:.2f}): are these recordings "

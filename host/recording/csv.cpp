@@ -21,8 +21,10 @@ std::unique_ptr<std::istream> open(const std::filesystem::path& path) {
   return std::make_unique<std::ifstream>(path, std::ios::binary);
 }
 
+bool is_file(const std::filesystem::path& path) { return std::filesystem::is_regular_file(path); }
+
 TableOptions of_file(TableOptions options, const std::filesystem::path& path) {
-  if (!std::filesystem::is_regular_file(path)) options.from = From::pipe;
+  if (!is_file(path)) options.from = From::pipe;
   return options;
 }
 
@@ -34,13 +36,13 @@ std::string message(const Problem& p, const std::string& source) {
 }  // namespace
 
 CsvReader::CsvReader(std::istream& stream, std::string source, const TableOptions& options)
-    : lines_(stream, source), source_(std::move(source)), table_(options) {
+    : lines_(stream, source, options.from != From::file), source_(std::move(source)), table_(options) {
   begin();
 }
 
 CsvReader::CsvReader(const std::filesystem::path& path, const TableOptions& options)
     : file_(path == "-" ? nullptr : open(path)),
-      lines_(file_ ? *file_ : std::cin, file_ ? path.string() : "standard input"),
+      lines_(file_ ? *file_ : std::cin, file_ ? path.string() : "standard input", !is_file(path)),
       source_(file_ ? path.string() : "standard input"),
       table_(of_file(options, path)) {
   begin();
@@ -109,8 +111,10 @@ namespace {
 
 void check_times(const Recording& recording) {
   if (recording.t_s.size() < 2) {
-    throw InputError(fmt::format("{}: {} row(s) of data; a recording needs at least two", recording.source,
-                                 recording.t_s.size()));
+    const auto& notes = recording.warnings;
+    throw InputError(fmt::format("{}: {} row(s) of data; a recording needs at least two{}", recording.source,
+                                 recording.t_s.size(),
+                                 notes.empty() ? "" : notes.back().substr(recording.source.size())));
   }
   if (recording.t_s.front() == recording.t_s.back()) {
     throw InputError(fmt::format("{}: row 3: time does not increase: it is {:g} s in every row",
@@ -133,7 +137,10 @@ std::vector<Recording> segments_of(LogReader& reader, Resets resets) {
     for (std::size_t i = 0; i < row.value.size(); ++i) out.back().columns[i].value.push_back(row.value[i]);
   }
   out.front().warnings = stream.notes();
-  for (Recording& one : out) one.digest = reader.digest();
+  for (Recording& one : out) {
+    one.digest = reader.digest();
+    one.time_column = reader.time_column();
+  }
   return out;
 }
 

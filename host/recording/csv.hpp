@@ -30,6 +30,7 @@ class CsvReader : public LogReader {
   // Other columns than before, while no row was read; none: as of TableOptions.
   void choose(const std::vector<std::string>& columns) override;
   bool has(const std::string& column) const override { return table_.has(column); }
+  std::string time_column() const override { return table_.time_column(); }
 
   const std::string& name() const override { return source_; }
   const std::vector<std::string>& columns() const override { return table_.columns(); }
@@ -39,8 +40,9 @@ class CsvReader : public LogReader {
   double wrap_s() const override { return table_.wrap_s(); }
   double time_unit_s() const override { return table_.time_unit_s(); }
   bool guesses_time() const override { return table_.guesses_time(); }
+  std::string other_time() const override { return table_.other_time(); }
+  bool is_live() const override { return table_.is_live(); }
   bool is_unit_known() const override { return table_.is_unit_known(); }
-  const std::string& left_out() const { return table_.left_out(); }
   bool splits_by_clock() const override { return table_.splits_by_clock(); }
   // Once a row was read: its times are dates, in seconds since 1970.
   bool is_dated() const { return table_.is_dated(); }

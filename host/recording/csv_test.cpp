@@ -4,6 +4,7 @@
 #include <rapidcheck.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "host/io/io.hpp"
 #include "host/recording/resample.hpp"
@@ -29,6 +30,14 @@ TEST(Csv, ALineWithoutEndIsRefusedAndNotTakenIntoMemory) {
     EXPECT_NE(what, "no error");
     EXPECT_LT(what.size(), 300u);
   }
+}
+
+TEST(Csv, OfALiveLogALineWithoutEndIsAMalformedRow) {
+  std::istringstream lines("t_s,a\n0,1\n1,2\n2," + std::string(1'100'000, '3') + "\n3,4\n");
+  CsvReader reader(lines, "log.csv", {{}, {}, Holes::none, From::pipe});
+  const Recording r = read(reader);
+  EXPECT_EQ(r.t_s, (std::vector{0.0, 1.0, 3.0}));
+  EXPECT_NE(r.warnings.at(0).find("1 row(s) are malformed"), std::string::npos) << r.warnings[0];
 }
 
 TEST(Csv, ALongCellIsShownWithoutCuttingALetterInTwo) {

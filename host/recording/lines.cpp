@@ -102,10 +102,11 @@ int LineReader::byte() {
 bool LineReader::next(std::string& line) {
   splitter_.cut();
   bool is_whole = false;
-  for (int c = 0; !is_whole && c >= 0 && !splitter_.is_too_long();) {
+  for (int c = 0; !is_whole && c >= 0 && (is_live_ || !splitter_.is_too_long());) {
     c = byte();
     is_whole = c >= 0 && splitter_.push(static_cast<std::uint8_t>(c));
   }
+  if (splitter_.is_too_long() && is_live_ && is_whole) splitter_.line() = "too_long";
   if (splitter_.is_too_long()) {
     throw io::InputError(
         fmt::format("{}: row {} does not end within a million bytes (\"{}\"): is this a log of text?",

@@ -63,10 +63,11 @@ class LineSplitter {
 // The lines of a file or pipe.
 class LineReader {
  public:
-  // The stream must outlive the reader; errors name `source`.
-  LineReader(std::istream& stream, std::string source) : stream_(stream), source_(std::move(source)) {}
+  // The stream must outlive the reader; errors name `source`. `is_live`: no line of it ends the reader.
+  LineReader(std::istream& stream, std::string source, bool is_live)
+      : stream_(stream), source_(std::move(source)), is_live_(is_live) {}
 
-  // The next line without its end; false when there is none.
+  // The next line without its end; false when there is none. In place of one that is too long a live log has a word.
   bool next(std::string& line);
 
   std::size_t number() const { return number_; }  // of the line that next() gave, counted from 1
@@ -80,6 +81,7 @@ class LineReader {
 
   std::istream& stream_;
   std::string source_;
+  bool is_live_;
   LineSplitter splitter_{1'000'000};
   std::uint64_t hash_ = 0xcbf29ce484222325;  // FNV-1a
   std::size_t number_ = 0;

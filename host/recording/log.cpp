@@ -1,7 +1,6 @@
 #include "host/recording/log.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -47,33 +46,37 @@ bool MemoryReader::next(Row& row) {
   while (next_ < recording_->t_s.size()) {
     const std::size_t k = next_++;
     row = {recording_->t_s[k], {}, next_, 0};
-    bool is_whole = true;
     for (const Column* column : chosen_) {
       const double value = column->value[k];
       row.value.push_back(value);
-      is_whole &= !std::isnan(value);
       if (!std::isnan(value) && !is_measurement(value))
         throw io::InputError(
             fmt::format("{}: row {}: column \"{}\": {} is no reading", name(), next_, column->name, value));
     }
-    if (is_whole || holes_) return true;
-    if (unmeasured_++ == 0) first_unmeasured_ = next_;
+    if (holes_.keeps(row.value, next_)) return true;
   }
   return false;
 }
 
 std::vector<std::string> MemoryReader::notes() const {
   std::vector<std::string> out = recording_->warnings;
-  if (unmeasured_ > 0)
-    out.push_back(fmt::format("{}: {} of {} rows have no {} and were left out, the first is row {}", name(),
-                              unmeasured_, recording_->t_s.size(), fmt::join(names_, " or "),
-                              first_unmeasured_));
+  for (const std::string& note : holes_.notes(names_)) out.push_back(name() + ": " + note);
   return out;
 }
 
 std::unique_ptr<LogReader> open_log(const Log& log, const TableOptions& options) {
   if (log.memory()) return std::make_unique<MemoryReader>(log.memory(), options);
   return std::make_unique<CsvReader>(log, options);
+}
+
+TimeOptions times_of_pair(const Log& sensor, const Log& reference, TimeOptions time) {
+  const auto has_host_clock = [&](const Log& log) {
+    if (log.memory()) return log.memory()->time_column == kHostClock;
+    return std::filesystem::is_regular_file(log) && CsvReader(log, {{}, time}).has(kHostClock);
+  };
+  if (sensor != reference && time.columns.empty() && has_host_clock(sensor) && has_host_clock(reference))
+    time.columns = {kHostClock};
+  return time;
 }
 
 }  // namespace flexor::recording

@@ -38,6 +38,7 @@ class LogReader : public Source {
   virtual bool has(const std::string& column) const = 0;
   virtual const std::vector<std::string>& units() const = 0;  // of each column; empty: not stated
   virtual std::string digest() const = 0;
+  virtual std::string time_column() const = 0;
   virtual bool splits_by_clock() const { return false; }
 };
 
@@ -54,18 +55,20 @@ class MemoryReader : public LogReader {
   bool next(Row& row) override;
   std::vector<std::string> notes() const override;
   std::string digest() const override { return recording_->digest; }
+  std::string time_column() const override { return recording_->time_column; }
 
  private:
   std::shared_ptr<const Recording> recording_;
-  bool holes_;
   std::vector<const Column*> chosen_;
   std::vector<std::string> names_;
   std::vector<std::string> units_;
   std::size_t next_ = 0;
-  std::size_t unmeasured_ = 0;
-  std::size_t first_unmeasured_ = 0;
+  HoleCounter holes_;
 };
 
 std::unique_ptr<LogReader> open_log(const Log& log, const TableOptions& options);
+
+// How the two logs of a pair are read: by kHostClock where both have it and nothing else is asked for.
+TimeOptions times_of_pair(const Log& sensor, const Log& reference, TimeOptions time);
 
 }  // namespace flexor::recording

@@ -30,7 +30,7 @@ TEST(LogInMemory, RowsWithoutAReadingOfTheColumnsAreLeftOut) {
   EXPECT_EQ(one.column("index_V").unit, "V");
   EXPECT_EQ(one.warnings.size(), 1U);
   EXPECT_EQ(read_all(log, {{}, {}}).t_s, (std::vector<double>{0, 3}));
-  EXPECT_EQ(read_all(log, {{}, {}, true}).t_s.size(), 4U);
+  EXPECT_EQ(read_all(log, {{}, {}, Holes::all}).t_s.size(), 4U);
 }
 
 TEST(LogInMemory, IsRefusedAsAFileIs) {

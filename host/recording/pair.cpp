@@ -43,12 +43,33 @@ Series until(const Series& series, double end_s) {
 Range valid_range(const Series& fitted, const std::string& unit) {
   const auto [low, high] = without_spikes(fitted.value);
   if (unit == "count" && low >= 0) {
-    double top = kAdcTop;
-    while (top < high) top = 2 * top + 1;  // 10 bits, or as many as it takes
-    return {1, top - 1};
+    return {1, adc_top(high) - 1};
   }
   const double margin = kRangeMargin * (high - low);
   return {low - margin, high + margin};
+}
+
+void refuse_other_unit(const Series& fitted, const Range& valid, const Recording& sensor,
+                       const Column& column) {
+  constexpr double kMost = 0.99;
+  const auto outside = std::ranges::count_if(
+      fitted.value, [&](double value) { return value < valid.min || value > valid.max; });
+  if (static_cast<double>(outside) <= kMost * static_cast<double>(fitted.value.size())) return;
+  const auto [low, high] = without_spikes(fitted.value);
+  throw InputError(fmt::format(
+      "{}: column \"{}\" reads {:g} to {:g}, outside of what counts can be ({:g} to {:g}): is it in "
+      "another unit?",
+      sensor.source, column.name, low, high, valid.min, valid.max));
+}
+
+// Holes of the log are what was read before, or else first, and gaps.
+void hold_over_holes(Aligned& a) {
+  const auto first = std::ranges::find_if(a.input, [](double value) { return !std::isnan(value); });
+  double last = first == a.input.end() ? 0 : *first;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    a.gap[k] |= std::isnan(a.input[k]);
+    last = a.input[k] = std::isnan(a.input[k]) ? last : a.input[k];
+  }
 }
 
 // The reference at the sensor's instants; a gap where its neighbours are far apart or missing.
@@ -123,6 +144,12 @@ std::optional<Alignment> find_alignment(Pair& pair, bool given, std::vector<std:
 
 }  // namespace
 
+double adc_top(double greatest) {
+  double out = kAdcTop;
+  while (out < greatest) out = 4 * out + 3;
+  return out;
+}
+
 void leave_out_lost(Recording& r, const std::string& name) {
   constexpr double kLost = 3;
   const auto quality = std::ranges::find(r.columns, quality_column(name), &Column::name);
@@ -135,6 +162,14 @@ void leave_out_lost(Recording& r, const std::string& name) {
     r.warnings.push_back(fmt::format("{}: {} of {} rows of {} are lost and left out", r.source,
                                      q.size() - r.t_s.size(), q.size(), name));
   }
+}
+
+Recording without_holes(const Recording& r, const std::string& name) {
+  const Column& read = r.column(name);
+  Recording out{r.source, r.t_s, {read}, r.warnings, r.digest};
+  keep_rows(out, [&](std::size_t k) { return !std::isnan(read.value[k]); });
+  if (out.t_s.size() < 2) throw JobError(fmt::format("{}: {} has hardly any reading", r.source, name));
+  return out;
 }
 
 void leave_out_spikes(Recording& r, const std::string& name) {
@@ -230,19 +265,17 @@ void check_clock(double rate_hz, std::optional<double> clock_offset_s, double le
     throw InputError("the clock offset must be a number of seconds");
 }
 
-Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
-                   double split) {
-  check_clock(rate_hz, clock_offset_s, lead_s);
+Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset_s) {
+  check_clock(rate_hz, clock_offset_s, 0);
   require_change(pair.sensor, pair.input, "is the sensor plugged in?");
   require_change(pair.reference, pair.output, "does the camera see the marks?");
   Aligned a;
   a.warnings = pair.sensor.warnings;
   a.warnings.insert(a.warnings.end(), pair.reference.warnings.begin(), pair.reference.warnings.end());
-  const bool one_file = !pair.sensor.digest.empty() && pair.sensor.digest == pair.reference.digest;
-  if (one_file && !clock_offset_s) {
+  if (share_a_clock(pair.sensor, pair.reference) && !clock_offset_s) {
     clock_offset_s = 0;
     a.warnings.emplace_back(
-        "readings and angles come from one file: one clock, and no offset is searched for");
+        "readings and angles have one clock, of one file or host_s of both: no offset is searched for");
   } else {
     a.alignment = find_alignment(pair, clock_offset_s.has_value(), a.warnings);
   }
@@ -252,8 +285,7 @@ Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset
       if (auto warning = disagreement(*clock_offset_s, *a.alignment)) a.warnings.push_back(*warning);
     }
   }
-  sample_pair(pair, rate_hz, clock_offset_s ? *clock_offset_s : a.alignment->clock_offset_s, lead_s, split,
-              a);
+  sample_pair(pair, rate_hz, clock_offset_s ? *clock_offset_s : a.alignment->clock_offset_s, 0, 1, a);
   return a;
 }
 
@@ -286,12 +318,14 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   a.max_gap_s = default_max_gap_s(seen.t_s);
   const auto column = std::ranges::find(pair.sensor.columns, pair.input, &Column::name);
   a.valid = valid_range(seen, column->unit);
+  refuse_other_unit(seen, a.valid, pair.sensor, *column);
   Samples samples = resample(sensor, a.period_s, a.max_gap_s, a.valid);
   samples.value.resize(size);
   a.input = std::move(samples.value);
   sample_reference(reference, shift_s, default_max_gap_s(until(reference, end_s + shift_s).t_s), a);
   a.gap = a.unseen;
   for (std::size_t k = 0; k < size; ++k) a.gap[k] |= samples.pause[k];
+  hold_over_holes(a);
 }
 
 Recording to_recording(const Aligned& a, const Pair& pair) {

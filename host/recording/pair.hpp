@@ -27,9 +27,15 @@ struct Pair {
   std::string output;  // column, degrees
 };
 
+// The greatest count of a converter that reads as much: of 10 bits, 12, 14 ...
+double adc_top(double greatest);
+
 // Takes out the rows whose angle a tracker lost: NAME_deg has NAME_quality beside it, 3 where it is lost, and
 // that column goes too. Says how many rows. Throws io::JobError when fewer than two are left.
 void leave_out_lost(Recording& recording, const std::string& column);
+
+// One column alone, in the rows that have a reading of it. Throws io::JobError where these are fewer than two.
+Recording without_holes(const Recording& recording, const std::string& column);
 
 // Takes out the rows whose angle is a spike (resample.hpp, without_spikes), and says so.
 void leave_out_spikes(Recording& recording, const std::string& column);
@@ -74,14 +80,14 @@ struct Aligned {
   std::size_t held_end() const { return holdout_end.value_or(size()); }
 };
 
+// Of the whole overlap. Throws io::InputError and io::JobError.
+Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset_s);
+
+// The samples of a pair whose clock offset is known; fills in all but the alignment.
 // lead_s: the angle is the one so far ahead; a compensator that is fitted to it predicts. 0 to 1.
 // split: the share of the overlap, from its start, that a fit sees. What counts as a pause and as a reading
 // is learnt from the rows of that part alone: counts between an ADC's rails, or in any other unit what was
 // read and a quarter of that range on either side. Throws io::InputError and io::JobError.
-Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset_s, double lead_s,
-                   double split = 1);
-
-// The samples of a pair whose clock offset is known; fills in all but the alignment.
 void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double lead_s, double split,
                  Aligned& out);
 

@@ -38,7 +38,7 @@ TEST(Pair, AColumnInRadiansIsConvertedOnceAndCalledDegreesFromThenOn) {
     pair.reference.columns[0].unit = "rad";
     for (double& v : pair.reference.columns[0].value) v *= 3.14159265358979323846 / 180;
     to_degrees(pair.reference, pair.output, "");
-    const Recording written = to_recording(align_pair(pair, 20, 3.0, 0), pair);
+    const Recording written = to_recording(align_pair(pair, 20, 3.0), pair);
     const std::string column = written.columns[1].name;
     EXPECT_TRUE(column == "angle_deg" || column == "Angle_deg") << column;
     Recording read = parse_csv(to_csv(written), "aligned.csv", {});
@@ -65,7 +65,7 @@ TEST(Pair, AColumnThatSaysDegreesIsNotToldSoTwice) {
       pair.output = pair.reference.columns[0].name = column;
       pair.reference.columns[0].unit = unit_of(column);
       to_degrees(pair.reference, pair.output, "");
-      const Recording aligned = to_recording(align_pair(pair, 20, 3.0, 0), pair);
+      const Recording aligned = to_recording(align_pair(pair, 20, 3.0), pair);
       column = parse_csv(to_csv(aligned), "aligned.csv", {}).columns[1].name;
       EXPECT_EQ(column, written) << name;
     }
@@ -114,8 +114,10 @@ TEST(Pair, WhatIsHeldOutDecidesNeitherWhatAPauseIsNorWhatAReadingIs) {
     pair.sensor.t_s.push_back(fast.sensor.t_s[i]);
     pair.sensor.columns[0].value.push_back(3000);  // an ADC of twelve bits, all of a sudden
   }
-  const Aligned before = align_pair(slow, 20, 3.0, 0, 0.5);
-  const Aligned after = align_pair(pair, 20, 3.0, 0, 0.5);
+  Aligned before;
+  sample_pair(slow, 20, 3.0, 0, 0.5, before);
+  Aligned after;
+  sample_pair(pair, 20, 3.0, 0, 0.5, after);
   EXPECT_EQ(after.max_gap_s, 2.5);
   EXPECT_EQ(after.max_gap_s, before.max_gap_s);
   EXPECT_EQ(after.valid.max, 1022);

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "host/io/io.hpp"
 #include "host/recording/line_format.hpp"
+#include "host/recording/time.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::recording {
@@ -19,13 +21,21 @@ const Column& Recording::column(std::string_view name) const {
   throw io::InputError(fmt::format("{}: no column \"{}\"; there are: {}", source, name, listed(names)));
 }
 
+bool share_a_clock(const Recording& one, const Recording& other) {
+  return (!one.digest.empty() && one.digest == other.digest) ||
+         (one.time_column == kHostClock && other.time_column == kHostClock);
+}
+
 bool is_video(const std::filesystem::path& file) {
   constexpr std::array kEndings = {".mp4", ".m4v", ".avi", ".mkv", ".mov", ".webm", ".mjpeg"};
   return std::ranges::count(kEndings, lower(file.extension().string())) > 0;
 }
 
 void require_change(const Recording& recording, std::string_view name, std::string_view hint) {
-  const auto& values = recording.column(name).value;
+  std::vector<double> values = recording.column(name).value;
+  std::erase_if(values, [](double value) { return std::isnan(value); });
+  if (values.empty())
+    throw io::InputError(fmt::format("{}: column \"{}\" has no reading; {}", recording.source, name, hint));
   const auto [low, high] = std::ranges::minmax(values);
   if (high > low) return;
   throw io::InputError(

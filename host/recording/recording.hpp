@@ -27,11 +27,15 @@ struct Recording {
   std::vector<Column> columns;
   std::vector<std::string> warnings;  // what was repaired on the way in
   std::string digest;                 // of the file's bytes
+  std::string time_column = {};       // that t_s was read from
 
   // Throws io::InputError, listing the columns there are.
   const Column& column(std::string_view name) const;
   Series series(std::string_view name) const { return {t_s, column(name).value}; }
 };
+
+// One file, or two whose times are kHostClock.
+bool share_a_clock(const Recording& one, const Recording& other);
 
 bool is_video(const std::filesystem::path& file);  // by its ending
 

@@ -83,6 +83,8 @@ Range without_spikes(std::span<const double> value) {
   constexpr double kSpikes = 0.01;  // share of the readings at either end that may be spikes
   constexpr double kFar = 3;
   std::vector<double> sorted(value.begin(), value.end());
+  std::erase_if(sorted, [](double v) { return std::isnan(v); });
+  if (sorted.empty()) return {};
   std::ranges::sort(sorted);
   const auto tail = static_cast<std::size_t>(kSpikes * static_cast<double>(sorted.size()));
   const double low = sorted[tail];

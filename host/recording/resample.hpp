@@ -104,7 +104,7 @@ struct Samples {
 };
 Samples resample(const Series& series, double period_s, double max_gap_s, const Range& range = {});
 
-// Of the readings, without the few that lie three times as far from all others as these are wide: a malformed line, a spike.
+// Of the readings, without holes and without the few that lie three times as far from all others as these are wide: a malformed line, a spike.
 Range without_spikes(std::span<const double> value);
 
 // What counts as a pause of this log: five of its steps, at least 0.3 s. Its step is the one in which half of

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <sstream>
 
 #include "host/io/refusal_test.hpp"
@@ -53,7 +54,7 @@ TEST(Shapes, AMalformedRowAmongGoodOnesIsLeftOutAndCounted) {
     std::string text = "t_s,flex\n";
     for (int k = 0; k < 60; ++k) text += std::to_string(k * 0.05) + ",10\n" + (k == 30 ? bad : "");
     std::istringstream stream(text);
-    CsvReader reader(stream, "log.csv", {{"flex"}, {}, false, From::pipe});
+    CsvReader reader(stream, "log.csv", {{"flex"}, {}, Holes::none, From::pipe});
     const Recording r = read(reader);
     EXPECT_EQ(r.t_s.size(), 60U) << bad;
     EXPECT_EQ(r.warnings, std::vector<std::string>{
@@ -88,10 +89,24 @@ TEST(Shapes, OfViconsSectionsTheOneWithTheColumnIsRead) {
 }
 
 TEST(Shapes, ColumnsAreOfNumbersByTheFirstCellThatIsNotMissing) {
-  std::istringstream stream("t_s,a_deg,event,b_deg,c_deg\n0,,,,x\n1,2,grasp,,y\n2,,,,z\n");
+  std::istringstream stream("t_s,a_deg,event,b_deg,c_count\n0,,,,x\n1,2,grasp,,y\n2,,,,z\n");
   CsvReader reader(stream, "log.csv", {});
   EXPECT_EQ(reader.columns(), std::vector<std::string>{"a_deg"});
-  EXPECT_EQ(reader.notes(), std::vector<std::string>{"log.csv: without numbers, and left out: b_deg, c_deg"});
+  EXPECT_NE(reader.notes().at(0).find("left out: b_deg, c_count;"), std::string::npos);
+}
+
+TEST(Shapes, AMissingReadingIsNaNAndTheOthersOfItsRowStay) {
+  const std::string text = "t_s,a,b,c\n0,1,,7\n0.05,nan,2,8\n0.1,,,\n0.15,3,4,9\n";
+  std::istringstream some(text);
+  CsvReader reader(some, "log", {{"a", "b"}, {}, Holes::some});
+  const Recording r = read(reader);
+  EXPECT_EQ(r.t_s, (std::vector{0.0, 0.05, 0.15}));
+  EXPECT_TRUE(r.columns[0].value[0] == 1 && std::isnan(r.columns[0].value[1]));
+  EXPECT_TRUE(std::isnan(r.columns[1].value[0]) && r.columns[1].value[1] == 2);
+  EXPECT_EQ(r.warnings.at(0), "log: 1 of 3 rows have no a");
+  EXPECT_EQ(r.warnings.at(2), "log: 1 of 4 rows have no a or b and were left out, the first is row 4");
+  EXPECT_EQ(parse_csv("t_s,a,b\n0,1,\n1,2,3\n2,3,4\n", "log", {}).warnings.at(0),
+            "log: 1 of 3 rows have no b and were left out, the first is row 2");
 }
 
 TEST(Shapes, AUnitComesFromTheNameAndFromTheRowOfUnits) {

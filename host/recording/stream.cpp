@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "host/io/io.hpp"
@@ -16,13 +17,21 @@ using io::InputError;
 constexpr std::size_t kOddRows = 3;  // so many odd rows are forgiven, and
 constexpr double kOddShare = 0.01;   // one in a hundred
 constexpr const char* kNoTimes = "if the log has no times, --log-rate 50 gives the rows a second";
+constexpr const char* kSort = "sort the log by time";
 constexpr double kLongestStep_s = 5;
 constexpr double kShortestStep_s = 1e-4;
 constexpr double kLongestUnsaid_s =
     0.99;  // where nothing says the unit: 1, 2, 3 and 4, 8, 12 may be rows or milliseconds
+constexpr double kLate_s = 1;         // a board that was reset has been silent for longer
 constexpr double kFirstDay = 20'000;  // of a spreadsheet's calendar: of 1954 to 2091
 constexpr double kLastDay = 70'000;
 constexpr double kWrapShare = 0.98;  // of its range: a counter that goes back by so much has wrapped
+
+// A missing reading is as good as another.
+bool is_same(const std::vector<double>& a, const std::vector<double>& b) {
+  return std::ranges::equal(a, b,
+                            [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); });
+}
 
 std::string row_name(std::size_t line) { return line > 0 ? fmt::format("row {}", line) : "a row"; }
 
@@ -116,12 +125,14 @@ void Stream::judge(Row row) {
 
 void Stream::accept(Row row) {
   const double step = row.t_s - last_s_;
+  if (started_ && step == 0 && is_same(row.value, last_value_)) return doubled_.add(row);
   if (started_ && step == 0) repeated_.add(row);
   if (started_ && step > 0) {
     if (step <= kJump_s) last_step_s_ = step;
   }
   started_ = true;
   last_s_ = row.t_s;
+  last_value_ = row.value;
   row.segment = segment_;
   ready_.push_back(std::move(row));
 }
@@ -140,17 +151,16 @@ void Stream::start_again(Row row) {
     row.t_s -= shift_s_;
     return begin_segment(std::move(row));
   }
+  const bool too_often = !is_forgiven(resets_seen_.rows + 1);
+  if (source_.is_live() && (too_often || last_s_ - row.t_s < kLate_s)) return leave_out(row, back_);
   resets_seen_.add(row);
-  const bool too_often = static_cast<double>(resets_seen_.rows) >
-                         static_cast<double>(kOddRows) + kOddShare * static_cast<double>(rows_);
   if (resets_ == Resets::refuse || too_often) {
     throw InputError(
         fmt::format("{}: {}: time does not increase ({:g} s, then {:g} s, and it goes on from there): {}",
                     source_.name(), row_name(row.line), last_s_, row.t_s,
-                    source_.guesses_time() ? kNoTimes
-                    : too_often            ? "sort the log by time"
-                                : "the clock was reset; cut the log there and use one part, or let "
-                                  "identify take each for a trial: --segment clock"));
+                    mend(too_often ? kSort
+                                   : "the clock was reset; cut the log there and use one part, or let "
+                                     "identify take each for a trial: --segment clock")));
   }
   shift_s_ += last_s_ + last_step_s_ - row.t_s;
   row.t_s = last_s_ + last_step_s_;
@@ -159,13 +169,22 @@ void Stream::start_again(Row row) {
 
 void Stream::leave_out(const Row& row, Count& count) {
   count.add(row);
-  const double forgiven = static_cast<double>(kOddRows) + kOddShare * static_cast<double>(rows_);
-  if (static_cast<double>(ahead_.rows + back_.rows) <= forgiven) return;
+  if (source_.is_live() || is_forgiven(ahead_.rows + back_.rows)) return;
   if (steps_ >= 2) check_unit();
   throw InputError(
-      fmt::format("{}: {}: time does not increase ({} rows that do not follow the one before); {}",
-                  source_.name(), row_name(count.first_line), ahead_.rows + back_.rows,
-                  source_.guesses_time() ? kNoTimes : "sort the log by time"));
+      fmt::format("{}: {}: time does not increase (at least {} rows do not follow the one before); {}",
+                  source_.name(), row_name(count.first_line), ahead_.rows + back_.rows, mend(kSort)));
+}
+
+bool Stream::is_forgiven(std::size_t odd) const {
+  return static_cast<double>(odd) <= static_cast<double>(kOddRows) + kOddShare * static_cast<double>(rows_);
+}
+
+std::string Stream::mend(const std::string& by_hand) const {
+  if (source_.guesses_time()) return kNoTimes;
+  const std::string other = source_.other_time();
+  return by_hand +
+         (other.empty() ? "" : fmt::format("; or take the other time: --time-column \"{}\"", other));
 }
 
 // A time column in another unit than it says makes steps of which no glove log is made; the mend is one with which it would.
@@ -210,6 +229,7 @@ std::vector<std::string> Stream::notes() const {
         count.first_line > 0 ? fmt::format(", the first is row {}", count.first_line) : "";
     out.push_back(fmt::format("{}: {} row(s) {}{}", source_.name(), count.rows, what, first));
   };
+  say(doubled_, "repeat the time and the readings of the row before and were left out");
   say(repeated_, "repeat the time of the row before and are taken as a burst");
   say(ahead_, fmt::format("with a time far ahead of all around ({:.10g} s) were left out", ahead_.first_s));
   say(back_, "with a time that goes backwards were left out");

@@ -2,14 +2,14 @@
 // read, from a file, from standard input or from memory.
 //
 // Clock repair looks one row ahead, and only where something is odd:
-//  - the same time again: the row stays, a burst.
+//  - the same time again: the row stays, a burst; where its readings are the same, too, it is left out.
 //  - a row far ahead (more than kJump_s) that the next row does not confirm by following it closely: left out.
 //  - a row that goes back, after which the clock goes on as before: left out.
 //  - a clock that starts again (the board was reset): refused, or followed: what comes after it is placed one
 //    step after what came before, because nobody knows how long the board was off.
 //  - a 32-bit counter of microseconds or milliseconds that wraps, or midnight: goes on, where the next row
 //    confirms it by following it closely.
-// Each is told with its row. What is kept does not grow with the log.
+// Of a log that comes as it is made no row that goes back is refused: it is left out. Each is told with its row. What is kept does not grow with the log.
 #pragma once
 
 #include <array>
@@ -36,9 +36,11 @@ class Source {
   virtual bool next(Row& row) = 0;
   // After how many seconds the clock starts from 0 again; 0: never.
   virtual double wrap_s() const { return 0; }
-  virtual double time_unit_s() const { return 1; }     // in which its times are written
-  virtual bool is_unit_known() const { return true; }  // of the times
-  virtual bool guesses_time() const { return false; }  // nothing says that the column of times is one
+  virtual double time_unit_s() const { return 1; }       // in which its times are written
+  virtual bool is_unit_known() const { return true; }    // of the times
+  virtual bool guesses_time() const { return false; }    // nothing says that the column of times is one
+  virtual std::string other_time() const { return ""; }  // another column that could be
+  virtual bool is_live() const { return false; }         // its rows come as they are made
   // What was assumed or left out, a line each.
   virtual std::vector<std::string> notes() const { return {}; }
 };
@@ -53,7 +55,7 @@ class Stream {
   Stream(Source& source, Resets resets) : source_(source), resets_(resets) {}
 
   // False at the end. Throws io::InputError, naming source and row: a reset that is to be refused, a clock
-  // that goes back again and again, steps so long that the unit of the time must be another.
+  // that goes back again and again (of a file), steps so long that the unit of the time must be another.
   bool next(Row& row);
 
   // The source's notes and what was repaired so far.
@@ -76,6 +78,8 @@ class Stream {
   void start_again(Row row);
   void begin_segment(Row row);
   void leave_out(const Row& row, Count& count);
+  bool is_forgiven(std::size_t odd) const;
+  std::string mend(const std::string& by_hand) const;  // of times that go back
   void check_unit() const;
 
   Source& source_;
@@ -85,12 +89,14 @@ class Stream {
   bool started_ = false;
   double written_s_ = 0;  // of the newest row, as it stands in the log
   double last_s_ = 0;     // of the newest row that was accepted
+  std::vector<double> last_value_;
   double last_step_s_ = 0.05;
   double shift_s_ = 0;
   std::size_t rows_ = 0;
   std::size_t segment_ = 0;
   std::size_t source_segment_ = 0;
   Count repeated_;
+  Count doubled_;
   Count ahead_;
   Count back_;
   Count resets_seen_;

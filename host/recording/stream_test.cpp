@@ -1,7 +1,10 @@
 #include "host/recording/stream.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
+
+#include <sstream>
 
 #include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
@@ -172,6 +175,34 @@ TEST(Stream, RowsInNoOrderAreRefused) {
   std::vector<double> falling;
   for (int k = 0; k < 100; ++k) falling.push_back(10 - 0.05 * k);
   EXPECT_NE(all(falling).error.find("time does not increase"), std::string::npos);
+}
+
+// Twice in the log, once in a grid point's mean and once in the next one's.
+TEST(Stream, ARowThatRepeatsTheOneBeforeWhollyIsLeftOut) {
+  const Recording r = parse_csv("t_s,a\n0,1\n0,1\n0.05,2\n0.05,2\n0.1,3\n0.1,4\n", "log", {});
+  EXPECT_EQ(r.t_s, (std::vector{0.0, 0.05, 0.1, 0.1}));
+  EXPECT_EQ(r.columns[0].value, (std::vector{1.0, 2.0, 3.0, 4.0}));
+  ASSERT_EQ(r.warnings.size(), 2U);
+  EXPECT_NE(r.warnings[0].find("2 row(s) repeat the time and the readings"), std::string::npos);
+}
+
+TEST(Stream, OfALiveLogRowsThatComeLateAreLeftOutHoweverMany) {
+  std::string text = "t_s,a\n";
+  for (int k = 0; k < 200; ++k) {
+    text += fmt::format("{},1\n", 1 + 0.05 * k);
+    if (k % 10 == 9) text += fmt::format("{},-1\n{},-1\n", 0.87 + 0.05 * k, 0.92 + 0.05 * k);
+  }
+  for (const From from : {From::pipe, From::file}) {
+    std::istringstream lines(text);
+    CsvReader reader(lines, "log", {{}, {}, Holes::none, from});
+    if (from == From::file) {
+      EXPECT_THROW((void)read(reader, Resets::follow), io::InputError);
+      continue;
+    }
+    const Recording r = read(reader, Resets::follow);
+    EXPECT_EQ(r.columns[0].value, std::vector<double>(200, 1));
+    EXPECT_NEAR(r.t_s.back(), 1 + 0.05 * 199, 1e-9);
+  }
 }
 
 TEST(Stream, MillisecondsTakenForSecondsAreRefusedEarly) {

@@ -445,6 +445,9 @@ class Finder : public TableState {
     const auto named = std::ranges::find_if(asked, [this](const auto& name) { return has(name); });
     if (!asked.empty()) {
       const auto place = place_of(named != asked.end() ? *named : asked.front());
+      if (!place && named == asked.end())
+        problem_->detail +=
+            "; each file takes the first that it has: --time-column " + asked.front() + " t_s";
       if (!place) return;
       const auto by_name = seconds_in(cut_name(header_[*place]).unit);
       arrow_ = false;
@@ -453,7 +456,23 @@ class Finder : public TableState {
       other.reset();
     }
     choose_time(best, other);
+    if (other) other_time_ = header_[other->place];
+    for (std::size_t i = 0; best && other_time_.empty() && i < header_.size(); ++i) {
+      const bool is_time = seconds_in(header_units_[i]) || seconds_in(cut_name(header_[i]).unit);
+      if (i != best->place && is_time && never_falls(i)) other_time_ = header_[i];
+    }
     if (best && !best->unit_s && options_.time.unit.empty()) find_packed_clock(first, second);
+  }
+
+  bool never_falls(std::size_t place) {
+    double last = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < kTitles && at(k) != nullptr; ++k) {
+      split_line(at(k)->text);
+      const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;
+      if (!number || number->value < last) return false;
+      last = number->value;
+    }
+    return true;
   }
 
   // By the clock only where no column is asked for that the file has: its counterpart may have one.
@@ -560,9 +579,9 @@ class Finder : public TableState {
     std::vector<std::size_t> out;
     std::vector<std::string> left;
     for (std::size_t i = 0; i < header_.size(); ++i) {
-      if (of[i] == Of::numbers || (of[i] == Of::missing && options_.holes)) {
+      if (of[i] == Of::numbers || (of[i] == Of::missing && options_.holes == Holes::all)) {
         out.push_back(i);
-      } else if (time_place_ != i && (of[i] == Of::missing || header_units_[i] == "deg")) {
+      } else if (time_place_ != i && (of[i] == Of::missing || !header_units_[i].empty())) {
         left.push_back(header_[i]);
       }
     }
@@ -721,7 +740,7 @@ bool TableReader::is_anothers() {
 // Whether line_ has the header's cells. Without a reason it is what a restarting board leaves behind.
 bool TableReader::is_whole(Problem& why) {
   cut_blanks(cells_, header_.size());
-  if (cells_.size() > header_.size() && rows_ == 0) {
+  if (cells_.size() > header_.size() && rows_.kept() == 0) {
     why.detail =
         fmt::format("{} cells, the header has {}{}", cells_.size(), header_.size(),
                     separator_ == ',' ? "; decimal commas need another separator, such as a semicolon" : "");
@@ -767,7 +786,7 @@ bool TableReader::read_values(std::vector<double>& value, Problem& why) {
 // False with a reason, or without one where no time stands.
 bool TableReader::read_time(double& t_s, Problem& why) {
   if (!has_time()) {
-    t_s = static_cast<double>(rows_ + malformed_ + unmeasured_) / options_.time.log_rate_hz;
+    t_s = static_cast<double>(rows_.rows() + malformed_) / options_.time.log_rate_hz;
     return true;
   }
   const std::string& text = arrow_ ? line_.time : cells_[*time_place_];
@@ -814,7 +833,7 @@ bool TableReader::read_time(double& t_s, Problem& why) {
 void TableReader::leave_out() {
   if (malformed_++ == 0) first_malformed_ = line_.number;
   too_long_ += cells_.size() > header_.size() ? 1 : 0;
-  const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_);
+  const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_.kept());
   if (static_cast<double>(malformed_) <= forgiven || options_.from == From::port) return;
   const bool has_commas = 2 * too_long_ > malformed_ && separator_ == ',';
   refuse(
@@ -822,7 +841,7 @@ void TableReader::leave_out() {
       fmt::format(
           "{} of the first {} rows are malformed: too short or too long, without a time, or with text for a "
           "number; mend or remove them{}",
-          malformed_, rows_ + malformed_, has_commas ? "; decimal commas need another separator" : ""),
+          malformed_, rows_.kept() + malformed_, has_commas ? "; decimal commas need another separator" : ""),
       first_malformed_);
 }
 
@@ -846,8 +865,7 @@ TableReader::Take TableReader::take(Row& row) {
   const auto is_none = [](double value) { return std::isnan(value); };
   is_good =
       is_good && (options_.from != From::port || has_time() || !std::ranges::all_of(row.value, is_none));
-  if (is_good && (options_.holes || std::ranges::none_of(row.value, is_none))) {
-    ++rows_;
+  if (is_good && rows_.keeps(row.value, line_.number)) {
     is_fresh_ = false;
     if (segment_place_ && std::exchange(segment_, cells_[*segment_place_]) != cells_[*segment_place_])
       ++segments_;
@@ -856,10 +874,7 @@ TableReader::Take TableReader::take(Row& row) {
     return Take::row;
   }
   if (line_.is_cut_off) return Take::aside;
-  if (is_good) {
-    if (unmeasured_++ == 0) first_unmeasured_ = line_.number;
-    return Take::unmeasured;
-  }
+  if (is_good) return Take::unmeasured;
   if (is_header_again()) {
     headers_ += refusal_.empty() ? 1 : 0;
     return Take::aside;
@@ -875,6 +890,35 @@ TableReader::Take TableReader::take(Row& row) {
   return problem_ ? Take::none : Take::malformed;
 }
 
+bool HoleCounter::keeps(const std::vector<double>& value, std::size_t line) {
+  std::size_t missing = 0;
+  missing_.resize(value.size());
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (!std::isnan(value[i])) continue;
+    ++missing_[i];
+    ++missing;
+  }
+  const std::size_t most = holes_ == Holes::none ? 0 : value.size() - 1;
+  const bool is_kept = holes_ == Holes::all || missing <= most;
+  if (!is_kept && without_ == 0) first_without_ = line;
+  ++(is_kept ? kept_ : without_);
+  return is_kept;
+}
+
+std::vector<std::string> HoleCounter::notes(const std::vector<std::string>& columns) const {
+  std::vector<std::string> out;
+  std::vector<std::string> missing;
+  for (std::size_t i = 0; i < missing_.size(); ++i) {
+    if (missing_[i] > 0) missing.push_back(columns[i]);
+    if (holes_ == Holes::some && missing_[i] > without_)
+      out.push_back(fmt::format("{} of {} rows have no {}", missing_[i] - without_, kept_, columns[i]));
+  }
+  if (without_ > 0)
+    out.push_back(fmt::format("{} of {} rows have no {} and were left out, the first is row {}", without_,
+                              rows(), fmt::join(missing, " or "), first_without_));
+  return out;
+}
+
 std::vector<std::string> TableReader::notes() const {
   std::vector<std::string> out = notes_;
   const auto say = [&](const std::string& what) { out.push_back(what); };
@@ -883,16 +927,14 @@ std::vector<std::string> TableReader::notes() const {
   if (!has_header_ && time_place_) say(fmt::format("{} is the time", header_[*time_place_]));
   if (!has_time()) say(fmt::format("{} rows are a second", options_.time.log_rate_hz));
   if (!title_unit_.empty()) say(fmt::format("what states no unit is in {} by the titles", title_unit_));
-  if (!left_out_.empty()) say(fmt::format("without numbers, and left out: {}", left_out_));
+  if (!left_out_.empty())
+    say(fmt::format("without numbers, and left out: {}; a sensor among them is dead", left_out_));
   if (decimal_ == ',') say("commas in numbers are decimal commas");
   if (headers_ > 0) say(fmt::format("{} row(s) repeat the header", headers_));
   if (malformed_ > 0)
     say(fmt::format("{} row(s) are malformed and were left out, the first is row {}", malformed_,
                     first_malformed_));
-  if (unmeasured_ > 0) {
-    say(fmt::format("{} of {} rows have no {} and were left out, the first is row {}", unmeasured_,
-                    rows_ + unmeasured_, fmt::join(columns_, " or "), first_unmeasured_));
-  }
+  std::ranges::move(rows_.notes(columns_), std::back_inserter(out));
   return out;
 }
 

@@ -31,10 +31,33 @@ enum class From {
   port   // a pipe that may begin anywhere and that nothing ends; it needs no times
 };
 
+enum class Holes {  // missing readings
+  none,             // a row with one is left out
+  some,             // it is NaN, and a row without any reading is left out
+  all               // it is NaN
+};
+
+// Which rows are kept, and what is said of those that lack a reading.
+class HoleCounter {
+ public:
+  explicit HoleCounter(Holes holes) : holes_(holes) {}
+  bool keeps(const std::vector<double>& value, std::size_t line);
+  std::vector<std::string> notes(const std::vector<std::string>& columns) const;
+  std::size_t kept() const { return kept_; }
+  std::size_t rows() const { return kept_ + without_; }
+
+ private:
+  Holes holes_;
+  std::vector<std::size_t> missing_;  // of each column
+  std::size_t kept_ = 0;
+  std::size_t without_ = 0;
+  std::size_t first_without_ = 0;
+};
+
 struct TableOptions {
   std::vector<std::string> columns;  // to read; none: all with more numbers than words at first
   TimeOptions time = {};
-  bool holes = false;  // a missing reading is NaN; else its row is left out
+  Holes holes = Holes::none;
   From from = From::file;
 };
 
@@ -68,6 +91,7 @@ class TableState {
   void refuse(Problem::Kind kind, const std::string& detail, std::size_t row = 0);
   void note(const std::string& text) { notes_.push_back(text); }
   void split_line(const std::string& text);
+  std::string time_column() const { return time_place_ ? header_[*time_place_] : std::string(); }
   bool has(const std::string& column) const { return std::ranges::count(header_, column) > 0; }
   bool has_time() const { return time_place_ || arrow_; }
 
@@ -97,6 +121,7 @@ class TableState {
   std::vector<std::string> units_;
   std::vector<std::size_t> places_;
   std::optional<std::size_t> time_place_;
+  std::string other_time_;  // a column that could be it, too
   std::optional<std::size_t> segment_place_;
   bool splits_by_clock_ = false;  // into trials
   double time_unit_s_ = 1;
@@ -130,18 +155,20 @@ class TableReader : TableState {
   // Of a live log, of which nothing is taken any more: the columns of the other glove; empty: none speaks.
   const std::string& refusal() const { return refusal_; }
   using TableState::has;
+  using TableState::time_column;
   const std::vector<std::string>& columns() const { return columns_; }
   const std::vector<std::string>& units() const { return units_; }  // from the name, or from the row of units
   std::size_t width() const { return header_.size(); }
   using TableState::has_time;
   bool guesses_time() const { return time_place_ && !has_header_; }
+  const std::string& other_time() const { return other_time_; }
+  bool is_live() const { return options_.from != From::file; }
   bool splits_by_clock() const { return splits_by_clock_; }
   double time_unit_s() const { return time_unit_s_; }
   // The time is no number, or its unit is stated.
   bool is_unit_known() const {
     return is_unit_known_ || (time_format_ && *time_format_ != TimeFormat::number);
   }
-  const std::string& left_out() const { return left_out_; }  // columns without numbers
   double wrap_s() const { return wrap_s_; }
   bool is_dated() const { return time_format_ && is_date(*time_format_); }
   std::vector<std::string> notes() const;
@@ -169,15 +196,13 @@ class TableReader : TableState {
   std::vector<double> last_;  // of each column, the last whole number
   double last_time_ = 0;
   char decimal_ = 0;  // what separates the fractions, once one was seen
-  std::size_t rows_ = 0;
   std::string segment_;
   std::size_t segments_ = 0;
   std::size_t malformed_ = 0;
   std::size_t first_malformed_ = 0;
   std::size_t too_long_ = 0;  // of the malformed ones
   std::size_t headers_ = 0;   // that came again
-  std::size_t unmeasured_ = 0;
-  std::size_t first_unmeasured_ = 0;
+  HoleCounter rows_{options_.holes};
 };
 
 }  // namespace flexor::recording

@@ -9,6 +9,9 @@
 namespace flexor::recording {
 
 // What a person says of a log's times.
+// Of this machine, monotonic: flexor record and live write it beside each row of a source.
+inline constexpr const char* kHostClock = "host_s";
+
 struct TimeOptions {
   TimeOptions() = default;
   TimeOptions(const char* unit_stated) : unit(unit_stated) {}

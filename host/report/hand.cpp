@@ -229,11 +229,12 @@ void tried_structures(Page& page, const Json& joint) {
     return page.paragraph(fmt::format("One alone: {}.", joint.at("structure").get<std::string>()));
   page.table(t);
   page.paragraph(
-      "Marked: the smallest of those whose loss over the folds is within 3 % of the least, inside the fitted "
-      "part that holds still when the "
-      "finger does and fits the glove's integers, or one that undoes a sensor's creep where that pays. "
-      "Drift: "
-      "of readings that are held for a minute. Parameters: how many the data determine. No drift: a better "
+      "Marked: the smallest of the sums whose loss over the folds of the fitted part is within 3 % of the "
+      "least, or a smaller chain within a standard error of it, that holds still when the finger does and "
+      "fits the glove's integers; or one that undoes a "
+      "sensor's creep "
+      "where that pays. Drift: of readings that are held for a minute. Parameters: how many the data "
+      "determine. No drift: a better "
       "one was found before.");
 }
 
@@ -396,13 +397,6 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
     rows_table(page, "Typical error (RMSE) of fits to all but one", joint["left_out"].at("rows"));
     if (const Json& verdict = joint["left_out"].at("verdict"); verdict.is_object())
       page.paragraph(verdict.at("words").get<std::string>() + ".");
-  }
-  if (const Json& donnings = joint.at("donnings"); donnings.is_object()) {
-    page.paragraph(fmt::format(
-        "Over {} recordings the angle's offset varies by {:.1f}° and its gain by {:.1f} % (standard "
-        "deviations).",
-        donnings.at("count").get<int>(), donnings.at("offset_sd_deg").get<double>(),
-        100 * donnings.at("gain_sd").get<double>()));
   }
   page.paragraph(fmt::format("Measured angle: {}. Structure of the saved model: {}.",
                              joint.at("reference").get<std::string>(),

@@ -5,7 +5,6 @@
 #include "host/study/boards.hpp"
 #include "host/study/builtin.hpp"
 #include "host/study/exact_json.hpp"
-#include "host/twin/exact_json.hpp"
 
 namespace flexor::study {
 namespace {
@@ -46,7 +45,7 @@ Bench::Bench(fs::path program, const BenchOptions& options)
     : glove_(glove_of(options)), link_(options.port_link), worker_(std::move(program)) {
   has_bootloader_ = fs::exists(kBootloader);
   const twin::TrialInput input{options.parameters, short_motion(), options.model, options.seed};
-  Json arguments = {{"glove", glove_}, {"input", twin::exact_json(input)}};
+  Json arguments = {{"glove", glove_}, {"input", input}};
   if (has_bootloader_) arguments["bootloader"] = io::bytes_to_json(kBootloader);
   if (!link_.empty()) arguments["link"] = io::bytes_to_json(fs::absolute(link_).string());
   terminal_ = worker_.run("bench_open", arguments).at("port").get<std::string>();

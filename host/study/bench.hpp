@@ -79,8 +79,6 @@ class Bench {
   // As it is opened: the link, or the pseudo-terminal; of that the last where it is unplugged.
   std::string port() const;
   const deploy::Key& key() const { return glove_.key; }
-  // What the glove was deployed as, for deploy::send_model and pages_with_model.
-  const deploy::Glove& glove() const { return glove_; }
   bool has_bootloader() const { return has_bootloader_; }
 
   // So much simulated time and, but for at most 50 ms that it lags behind, as much real time.

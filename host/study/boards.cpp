@@ -7,7 +7,6 @@
 
 #include "host/deploy/pair_key.hpp"
 #include "host/study/exact_json.hpp"
-#include "host/twin/exact_json.hpp"
 #include "host/twin/glove.hpp"
 
 namespace flexor::study {
@@ -62,10 +61,8 @@ Boards::Boards(std::filesystem::path program) : workers_(std::move(program)) {}
 
 std::vector<twin::Trial> Boards::simulate(const twin::TrialInput& input, std::uint64_t first,
                                           int count) const {
-  const Json trials =
-      workers_.run("simulate", {{"input", twin::exact_json(input)}, {"first", first}, {"count", count}});
-  std::vector<twin::Trial> out;
-  for (const Json& trial : trials) out.push_back(twin::trial_of(trial));
+  const auto out = workers_.run("simulate", {{"input", input}, {"first", first}, {"count", count}})
+                       .get<std::vector<twin::Trial>>();
   if (out.size() != static_cast<std::size_t>(count) || !std::ranges::all_of(out, is_sane)) {
     throw io::JobError(fmt::format(
         "the boards' simulation was asked for {} trials, and not as many of finite angles came back", count));
@@ -85,10 +82,8 @@ deploy::HandFigures Boards::run_hand(const model::Hardware& hardware, const depl
 
 std::vector<Latency> Boards::latency(const twin::Parameters& parameters, const model::Model& model, int edges,
                                      std::uint64_t seed) const {
-  const Json stages = workers_.run("latency", {{"parameters", Json::parse(twin::to_json(parameters))},
-                                               {"model", Json::parse(model::to_json(model))},
-                                               {"edges", edges},
-                                               {"seed", seed}});
+  const Json stages = workers_.run(
+      "latency", {{"parameters", parameters}, {"model", model}, {"edges", edges}, {"seed", seed}});
   return stages.get<std::vector<Latency>>();
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "host/deploy/deployment.hpp"
-#include "host/io/pipe_json.hpp"
+#include "host/twin/exact_json.hpp"
 
 namespace flexor::link {
 
@@ -12,12 +12,6 @@ FLEXOR_PIPE(Key, bytes)
 
 namespace flexor::model {
 
-inline void to_json(nlohmann::ordered_json& json, const Model& model) {
-  json = nlohmann::ordered_json::parse(to_json(model));
-}
-inline void from_json(const nlohmann::ordered_json& json, Model& model) {
-  model = from_json(json.dump(), "pipe");
-}
 FLEXOR_PIPE(Pins, strip, joystick, button)
 
 }  // namespace flexor::model

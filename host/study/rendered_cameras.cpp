@@ -1,7 +1,6 @@
 #include "host/study/rendered_cameras.hpp"
 
 #include "host/study/builtin.hpp"
-#include "host/twin/exact_json.hpp"
 #include "host/twin/random.hpp"
 
 namespace flexor::study {
@@ -26,10 +25,10 @@ std::vector<twin::Trial> RenderedCameras::simulate(const twin::TrialInput& input
         workers_.run("see", {{"joints", Json::parse(builtin("joints/paper_hand.json"))},
                              {"seed", twin::seed_of(input.seed, first + t, twin::seed_of(1, 'f'))},
                              {"rate_hz", input.parameters.camera_rate_hz},
-                             {"glove_deg", twin::exact_json(trials[t].glove_deg)},
-                             {"hand_deg", twin::exact_json(trials[t].hand_deg)}});
-    trials[t].glove_deg = twin::angles_of(seen.at("glove_deg"));
-    trials[t].hand_deg = twin::angles_of(seen.at("hand_deg"));
+                             {"glove_deg", trials[t].glove_deg},
+                             {"hand_deg", trials[t].hand_deg}});
+    seen.at("glove_deg").get_to(trials[t].glove_deg);
+    seen.at("hand_deg").get_to(trials[t].hand_deg);
   }
   return trials;
 }

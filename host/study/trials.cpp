@@ -411,7 +411,7 @@ std::string settings_of(const Plan& plan) {
   Json names = Json::array();
   for (const twin::Motion& m : plan.motions) {
     names.push_back(m.name());
-    motions += twin::exact_json(m).dump();
+    motions += Json(m).dump();
   }
   Json json = {{"version", FLEXOR_VERSION},
                {"rows_version", kRowsVersion},

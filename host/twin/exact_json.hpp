@@ -1,29 +1,44 @@
-// A trial's plan and its result on their way through a pipe: the same bits on the other side.
-//
-// No documents: nobody edits them, and only the same version reads them. Numbers that JSON has no word for are
-// "nan", "inf" and "-inf". Readers throw io::InputError, or nlohmann's exceptions where a member is missing.
+// A trial's plan and its result on their way through a pipe: the same bits on the other side. Numbers are finite.
 #pragma once
 
-#include <nlohmann/json.hpp>
-
+#include "host/io/pipe_json.hpp"
 #include "host/twin/simulation.hpp"
+
+namespace flexor::model {
+
+inline void to_json(nlohmann::ordered_json& json, const Model& model) {
+  json = nlohmann::ordered_json::parse(to_json(model));
+}
+inline void from_json(const nlohmann::ordered_json& json, Model& model) {
+  model = from_json(json.dump(), "pipe");
+}
+FLEXOR_PIPE(Poses, open, fist)
+FLEXOR_PIPE(TrackedRange, poses, range_deg, valid_min, valid_max)
+
+}  // namespace flexor::model
 
 namespace flexor::twin {
 
-nlohmann::ordered_json exact_json(double number);
-double number_of(const nlohmann::ordered_json& json);
-
-nlohmann::ordered_json exact_json(const Motion& motion);
-Motion motion_of(const nlohmann::ordered_json& json);
-
-nlohmann::ordered_json exact_json(const TrialInput& input);
-TrialInput trial_input_of(const nlohmann::ordered_json& json);
-
-// One vector for each finger.
-nlohmann::ordered_json exact_json(const std::array<std::vector<float>, kFingers>& angles);
-std::array<std::vector<float>, kFingers> angles_of(const nlohmann::ordered_json& json);
-
-nlohmann::ordered_json exact_json(const Trial& trial);
-Trial trial_of(const nlohmann::ordered_json& json);
+inline void to_json(nlohmann::ordered_json& json, const Parameters& parameters) {
+  json = nlohmann::ordered_json::parse(to_json(parameters));
+}
+inline void from_json(const nlohmann::ordered_json& json, Parameters& parameters) {
+  parameters = from_json(json.dump(), "pipe");
+}
+inline void to_json(nlohmann::ordered_json& json, const Motion& motion) {
+  json = {{"document", motion.document()}};
+  if (motion.document().empty())
+    json = {{"name", motion.name()}, {"t_s", motion.t_s()}, {"angle_deg", motion.sample_deg()}};
+}
+inline void from_json(const nlohmann::ordered_json& json, Motion& motion) {
+  motion = json.contains("document")
+               ? Motion::from_json(json.at("document").get<std::string>(), "pipe")
+               : Motion::from_samples(json.at("name"), json.at("t_s"), json.at("angle_deg"));
+}
+FLEXOR_PIPE(Worn, motion, duration_s, drift_turns_s)
+FLEXOR_PIPE(Tracking, strip)
+FLEXOR_PIPE(TrialInput, parameters, motion, compensator, seed, record_samples, worn, tracking)
+FLEXOR_PIPE(Trial, glove_deg, hand_deg, error_deg_s, impacts, impact_deg_s, pressed_s, frames_sent,
+            frames_lost, sample_s, reading, beta_deg, true_deg)
 
 }  // namespace flexor::twin

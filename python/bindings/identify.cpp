@@ -130,8 +130,8 @@ nb::tuple align(const nb::object& sensor, const nb::object& reference, const std
   const identify::SourceFiles logs{
       log, sensor.is(reference) ? log : to_log(reference), input, output, output_unit, {}};
   const auto [pair, aligned] = run(show, [&](Progress&) {
-    recording::Pair loaded = identify::load_pair(logs);
-    recording::Aligned found = recording::align_pair(loaded, rate_hz, clock_offset_s, 0);
+    recording::Pair loaded = identify::load_pair(logs, clock_offset_s.has_value());
+    recording::Aligned found = recording::align_pair(loaded, rate_hz, clock_offset_s);
     return std::pair(std::move(loaded), std::move(found));
   });
   return nb::make_tuple(to_python(to_json(aligned)), to_python(recording::to_recording(aligned, pair)));

@@ -27,7 +27,8 @@ nb::tuple complete(const nb::object& log, const std::string& document, const std
       options.ends_deg[joint.name] = {ends.open_deg, ends.fist_deg};
     }
   }
-  const std::unique_ptr<recording::LogReader> reader = recording::open_log(to_log(log), {{}, {}, true});
+  const std::unique_ptr<recording::LogReader> reader =
+      recording::open_log(to_log(log), {{}, {}, recording::Holes::all});
   return to_python(run(show, [&](Progress& progress) {
     std::string text;
     const posture::Completion done = posture::complete_table(

@@ -73,7 +73,7 @@ nb::tuple read(const std::string& path, const std::vector<std::string>& columns,
   recording::TimeOptions time(time_unit.c_str());
   if (time_column) time.columns = {*time_column};
   time.log_rate_hz = log_rate_hz;
-  recording::CsvReader reader(path, {columns, time, true});
+  recording::CsvReader reader(path, {columns, time, recording::Holes::all});
   return to_python(recording::read(reader));
 }
 

@@ -1,4 +1,4 @@
-// What was identified: the error of each finger's model beside a straight line's and the published form's, all on the held-out part.
+// What was identified: the error of each finger's model beside a straight line's and the best baseline's, all on the held-out part.
 import { errorLine, say } from './action';
 import type { App } from './app';
 import { fingerColour } from './colours';
@@ -12,7 +12,7 @@ export function createResult(app: App) {
     'Finger',
     'Model',
     'Straight line',
-    'Published form',
+    'Best baseline',
     'Fit',
     'Verdict',
   ]);
@@ -61,7 +61,7 @@ export function createResult(app: App) {
         ({ text }) => text,
         ({ text }) => h('li', {}, text),
       );
-      const most = Math.max(1, ...result.fingers.flatMap(baselinesOf));
+      const most = Math.max(1, ...result.fingers.flatMap(errorsOf));
       const nameOf = (finger: FingerResult): string => finger.name;
       keyed(body, result.fingers, nameOf, makeRow, (row, finger) => fillRow(row, finger, most));
       const reference_deg = Math.max(...result.fingers.map((finger) => finger.reference_error_deg ?? 0));
@@ -85,7 +85,7 @@ function makeRow({ name }: FingerResult): HTMLTableRowElement {
     h('th', { scope: 'row' }, title(name)),
     bar('bar-model'),
     bar('bar-line'),
-    bar('bar-published'),
+    bar('bar-baseline'),
     h('td', {}),
     h('td', { class: 'wrap' }),
   );
@@ -94,19 +94,19 @@ function makeRow({ name }: FingerResult): HTMLTableRowElement {
 }
 
 function fillRow(row: HTMLTableRowElement, finger: FingerResult, most: number): void {
-  const set = (cell: Element, value: number | null): void => {
-    setText(cell.querySelector('.bar-number')!, degrees(value, 1));
+  const set = (cell: Element, value: number | null, name = ''): void => {
+    setText(cell.querySelector('.bar-number')!, `${degrees(value, 1)} ${name}`);
     setProperty(cell.querySelector<HTMLElement>('.bar')!, 'width', `${Math.round((100 * (value ?? 0)) / most)}%`);
   };
   set(row.cells[1]!, finger.error_deg);
   set(row.cells[2]!, finger.line_deg);
-  set(row.cells[3]!, finger.published_deg);
+  set(row.cells[3]!, finger.baseline_deg, finger.baseline?.replaceAll('_', ' '));
   setText(row.cells[4]!, finger.fit_percent === null ? '–' : `${number(finger.fit_percent)} %`);
   setText(row.cells[5]!, finger.verdict ? kVerdicts[finger.verdict] : '');
 }
 
-function baselinesOf({ error_deg, line_deg, published_deg }: FingerResult): number[] {
-  return [error_deg ?? 0, line_deg ?? 0, published_deg ?? 0];
+function errorsOf({ error_deg, line_deg, baseline_deg }: FingerResult): number[] {
+  return [error_deg ?? 0, line_deg ?? 0, baseline_deg ?? 0];
 }
 
 const kVerdicts: Record<Verdict, string> = {

@@ -43,9 +43,10 @@ export interface FingerResult {
   name: string;
   error_deg: Maybe;
   line_deg: Maybe;
-  published_deg: Maybe;
+  baseline: string | null; // the best of five, which the verdict is beside
+  baseline_deg: Maybe;
   fit_percent: Maybe;
-  verdict: Verdict | null; // beside the best of five baselines
+  verdict: Verdict | null;
   reference_error_deg?: Maybe; // of the reference itself, where it is known to err
 }
 

@@ -19,7 +19,7 @@ describe('words', () => {
     expect(askWords('failed', calibration({ failed: 'no angle' }))).toContain('no angle');
   });
   it('name the fingers that a model does not follow', () => {
-    const finger = { error_deg: 40, line_deg: 5, published_deg: 5, fit_percent: -60 };
+    const finger = { error_deg: 40, line_deg: 5, baseline: 'line', baseline_deg: 5, fit_percent: -60 };
     const fingers = [{ name: 'index', verdict: 'better' as const }, { name: 'ring', verdict: 'astray' as const }];
     const result = { fingers: fingers.map((f) => ({ ...finger, ...f })), plot: null };
     expect(askWords('result', calibration({ result }))).toContain('does not follow Ring');

@@ -27,7 +27,6 @@ using Eigen::VectorXd;
 constexpr std::size_t kLeastBlocks = 6;  // of the bootstrap
 constexpr double kClamped = 1e-4;        // weight of what of an estimate lies beyond the limits, squared
 constexpr double kOpen = 1;              // of the range, how far an open angle may go on
-constexpr double kEnds = 0.01;           // share of the angles beyond the first guess of either limit
 constexpr double kLeastAtEnd = 20;       // samples that tell a limit
 constexpr int kSteps = 8;                // of the iteration
 constexpr double kDone = 1e-3;           // relative decrease of the loss

@@ -151,25 +151,39 @@ Limits limits_at_rest(const Stack& stack, const Limits& ends, double beyond) {
           rests([&](double y) { return y > ends.upper - kEnd_deg; }) ? ends.upper : angle.maxCoeff()};
 }
 
+double range_of(const Stack& stack, Index sensor) {
+  const std::vector<double> u = sorted(stack.input(stack.used, sensor));
+  return quantile(u, 1 - kTail) - quantile(u, kTail);
+}
+
 System::System(const Stack& stack, const Branches& branches, double period_s, const Limits& ends) {
   for (Index s = 0; s < stack.input.cols(); ++s) {
     const std::vector<double> u = sorted(stack.input(stack.used, s));
     knots_.push_back(knots_of(u, branches.knots));
     radii_.emplace_back();
-    const double range = quantile(u, 1 - kTail) - quantile(u, kTail);
+    const double range = range_of(stack, s);
     for (const double share : branches.radii) radii_.back().push_back(share * range);
   }
-  make_rows(stack, ends);
-  fill(stack, branches, period_s);
+  const Donnings donnings(ends, stack.begin.size() - 1, knots_.size());
+  make_rows(stack, donnings);
+  fill(stack, branches, donnings, period_s);
   fill_donnings(stack);
   make_penalties(branches);
 }
 
-// Sigma points: the sample as it was, then each sensor shifted down and up; they have the mean and the variance
-// of donnings.
-void System::make_rows(const Stack& stack, const Limits& ends) {
+// From the donnings that were recorded to the next one.
+Donnings::Donnings(Limits of, std::size_t recordings, std::size_t count)
+    : ends(of),
+      sensors(static_cast<double>(count)),
+      spread(std::max(3.0, sensors)),
+      step(std::sqrt(spread) * kDonning * std::sqrt(1 + 1 / static_cast<double>(recordings))) {}
+
+bool Donnings::tells(double angle_deg) const {
+  return angle_deg < ends.lower + kEnd_deg || angle_deg > ends.upper - kEnd_deg;
+}
+
+void System::make_rows(const Stack& stack, const Donnings& donnings) {
   const Index sensors = stack.input.cols();
-  const double spread = std::max<double>(3, static_cast<double>(sensors));
   Index rows = 0;
   std::vector<double> weights;
   std::vector<double> angles;
@@ -183,9 +197,9 @@ void System::make_rows(const Stack& stack, const Limits& ends) {
   for (const Index k : stack.used) {
     first_.push_back(rows);
     const double angle = stack.angle(k);
-    const bool at_end = angle < ends.lower + kEnd_deg || angle > ends.upper - kEnd_deg;
-    add(angle, at_end ? 1 - static_cast<double>(sensors) / spread : 1, true);
-    for (Index s = 0; at_end && s < 2 * sensors; ++s) add(angle, 1 / (2 * spread), false);
+    const bool at_end = donnings.tells(angle);
+    add(angle, at_end ? donnings.as_it_was() : 1, true);
+    for (Index s = 0; at_end && s < 2 * sensors; ++s) add(angle, donnings.shifted(), false);
   }
   first_.push_back(rows);
   angle_ = Eigen::Map<const VectorXd>(angles.data(), rows);
@@ -193,7 +207,7 @@ void System::make_rows(const Stack& stack, const Limits& ends) {
   as_it_was_ = Eigen::Map<const VectorXd>(as_it_was.data(), rows);
 }
 
-void System::fill(const Stack& stack, const Branches& branches, double period_s) {
+void System::fill(const Stack& stack, const Branches& branches, const Donnings& of, double period_s) {
   const Index sensors = stack.input.cols();
   const Index knots = branches.knots;
   const Index rows = first_.back();
@@ -204,13 +218,9 @@ void System::fill(const Stack& stack, const Branches& branches, double period_s)
   const auto donnings = static_cast<Index>(stack.begin.size()) - 1;
   donning_columns_ = donnings > 1 ? donnings * (1 + sensors) : 0;
   dense_ = Matrix::Zero(rows, sensors * lags * knots + donning_columns_);
-  // From those that were recorded to the next one.
-  const double spread = kDonning * std::sqrt(1 + 1 / static_cast<double>(stack.begin.size() - 1));
   for (Index s = 0; s < sensors; ++s) {
     const auto own = static_cast<std::size_t>(s);
-    const double range = knots_[own].back() - knots_[own].front();
-    const double step =
-        std::sqrt(std::max<double>(3, static_cast<double>(sensors))) * spread * range / (1 + 2 * kBeyond);
+    const double step = of.step * (knots_[own].back() - knots_[own].front()) / (1 + 2 * kBeyond);
     for (const double shift : {0.0, -step, step}) {
       // Where the sample as it was and those of the other sensors' shifts have the same columns.
       const auto put = [&](const auto& into_row) {

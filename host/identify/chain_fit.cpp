@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "host/identify/additive_system.hpp"
 #include "host/identify/folds.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/joint_fit.hpp"
@@ -108,14 +109,39 @@ class ChainFitter {
   Data behind(const Chain& chain) const {
     Data out = raw_;
     if (chain.lag_s) out.input = lagged(raw_.input, sessions_, 1 - std::exp(-raw_.period_s / *chain.lag_s));
+    if (chain.blocks != Structure{}) add_donnings(out);  // a line is fitted as anybody draws it
     return out;
+  }
+
+  // The recording twice more, as it may read put on anew.
+  void add_donnings(Data& data) const {
+    const Stack stack(sessions_);
+    const Donnings donnings(limits_of(stack, kEnds), sessions_.size(), 1);
+    const double shift = donnings.step * range_of(stack, 0);
+    const Index n = data.input.size();
+    VectorXd input(3 * n);
+    input << data.input, data.input.array() - shift, data.input.array() + shift;
+    data.input = std::move(input);
+    data.angle_deg = raw_.angle_deg.replicate(3, 1);
+    data.own = n;
+    data.weight = VectorXd::Ones(3 * n);
+    const auto settled = static_cast<Index>(remembers(wanted_) ? kNotFitted_s / data.period_s : 0);
+    data.use.resize(static_cast<std::size_t>(3 * n));
+    for (Index k = 0; k < n; ++k) {
+      const bool told = raw_.use[static_cast<std::size_t>(k)] != 0 && donnings.tells(raw_.angle_deg(k));
+      if (told) data.weight(k) = donnings.as_it_was();
+      for (const Index copy : {n + k, 2 * n + k}) {
+        data.weight(copy) = donnings.shifted();
+        data.use[static_cast<std::size_t>(copy)] = told && k >= settled;
+      }
+    }
   }
 
   // None where the chain without a lag fits as well.
   std::optional<double> best_lag_s() {
     Options quick;
     quick.only_start = 0;
-    double least = (1 - kLagIsWorth) * fit(wanted_.blocks, raw_, quick).rmse_deg;
+    double least = (1 - kLagIsWorth) * fit(wanted_.blocks, behind(wanted_), quick).rmse_deg;
     std::optional<double> best;
     const auto look = [&](double lag_s) {
       Chain chain = wanted_;
@@ -225,7 +251,7 @@ class ChainFitter {
 
   void validate(const Chain& chain, const Data& data, const Options& options, JointFit& out) {
     std::vector<Index> used;
-    for (std::size_t k = 0; k < data.use.size(); ++k) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(data.size()); ++k) {
       if (data.use[k]) used.push_back(static_cast<Index>(k));
     }
     const std::vector<Fold> folds = folds_of(used, begin_, data.period_s);

@@ -44,9 +44,9 @@ bool both_curves(const Structure& structure) {
   return structure.input_knots > 0 && structure.output_knots > 0;
 }
 
-std::vector<Index> used_rows(const Data& data) {
+std::vector<Index> used_rows(const Data& data, bool own = false) {
   std::vector<Index> rows;
-  for (std::size_t k = 0; k < data.use.size(); ++k) {
+  for (std::size_t k = 0; k < (own ? static_cast<std::size_t>(data.size()) : data.use.size()); ++k) {
     if (data.use[k]) rows.push_back(static_cast<Index>(k));
   }
   return rows;
@@ -80,6 +80,8 @@ class Problem {
  public:
   Problem(const Predictor& predictor, const Data& data, const Options& options)
       : predictor_(predictor), rows_(used_rows(data)), angle_(data.angle_deg(rows_)) {
+    root_ = data.own > 0 ? VectorXd(data.weight(rows_).cwiseSqrt()) : VectorXd::Ones(angle_.size());
+    own_ = std::ranges::lower_bound(rows_, data.size()) - rows_.begin();
     set_bounds(data, options);
   }
 
@@ -92,14 +94,17 @@ class Problem {
   const model::Saturation& plausible() const { return plausible_; }
 
   VectorXd residual(const VectorXd& theta) const {
-    return predictor_.predict(theta, nullptr)(rows_) - angle_;
+    return root_.cwiseProduct(predictor_.predict(theta, nullptr)(rows_) - angle_);
+  }
+  VectorXd own_residual(const VectorXd& theta) const {
+    return (predictor_.predict(theta, nullptr)(rows_) - angle_).head(own_);
   }
 
   VectorXd residual_and_jacobian(const VectorXd& theta, const std::vector<int>& free,
                                  MatrixXd& jacobian) const {
     const VectorXd predicted = predictor_.predict(theta, &all_);
-    jacobian = all_(rows_, free);
-    return predicted(rows_) - angle_;
+    jacobian = root_.asDiagonal() * all_(rows_, free);
+    return root_.cwiseProduct(predicted(rows_) - angle_);
   }
 
  private:
@@ -133,7 +138,7 @@ class Problem {
     curve_values(layout.output_curve, structure.output_knots);
     if (structure.order > 0) {
       // From a time constant that the recording shows ten times over to one that has settled within a sample.
-      const double duration_s = static_cast<double>(data.input.size()) * data.period_s;
+      const double duration_s = static_cast<double>(data.size()) * data.period_s;
       const double limit_s = options.slowest_s > 0 ? options.slowest_s : duration_s / kSlowestPerRecording;
       bound(layout.log_rates, structure.order, std::log(1 / limit_s), std::log(6 / data.period_s));
     }
@@ -148,6 +153,8 @@ class Problem {
 
   const Predictor& predictor_;
   std::vector<Index> rows_;
+  Index own_ = 0;
+  VectorXd root_;
   VectorXd angle_;
   VectorXd lower_;
   VectorXd upper_;
@@ -405,7 +412,7 @@ class Fitter {
   Fitter(const Structure& structure, const Data& data, const Options& options)
       : data_(data),
         options_(options),
-        predictor_(structure, place_knots(structure, data, used_rows(data), options), data.input,
+        predictor_(structure, place_knots(structure, data, used_rows(data, true), options), data.input,
                    data.period_s),
         problem_(predictor_, data, options),
         free_(static_cast<std::size_t>(predictor_.layout().size)) {
@@ -441,7 +448,7 @@ class Fitter {
       throw io::JobError(fmt::format("{}: {}: no start converged; is the motion rich enough?", data_.channel,
                                      text_of(predictor_.structure())));
     }
-    const VectorXd r = problem_.residual(best_.theta);
+    const VectorXd r = problem_.own_residual(best_.theta);
     delta_ = std::max(kRobustScale * robust_deviation(r), 1e-3 * root_mean_square(r));
     if (!(delta_ > 0) || predictor_.structure() == Structure{})
       delta_ = kInfinity;  // a line: as anybody draws it
@@ -605,7 +612,7 @@ class Fitter {
     s.free_parameters = static_cast<int>(free_.size());
     s.best_start = best_start_;
     s.iterations = iterations_;
-    s.rmse_deg = root_mean_square(problem_.residual(best_.theta));
+    s.rmse_deg = root_mean_square(problem_.own_residual(best_.theta));
     s.condition = uncertainty_.condition;
     const std::vector<NamedParameter> all = predictor_.named(best_.theta);
     const std::vector<NamedParameter> initial = predictor_.named(initial_);

@@ -39,6 +39,12 @@ struct Data {
   Eigen::VectorXd input;      // raw sensor reading
   Eigen::VectorXd angle_deg;  // measured
   std::vector<std::uint8_t> use;
+  // Behind these samples may lie copies of the recording, as it could read put on anew: how many samples are its own, and what
+  // each sample counts.
+  Eigen::Index own = 0;  // 0: all are, and count alike
+  Eigen::VectorXd weight = {};
+
+  Eigen::Index size() const { return own > 0 ? own : input.size(); }
 };
 
 struct Options {

@@ -46,9 +46,10 @@ std::vector<Summary> fit_folds(const Structure& structure, const Data& data, con
   for (const Fold& fold : folds) {
     Data rest = data;
     for (const Block& block : fold) {
-      const Index end = std::min(block.last + block.guard + 1, std::ssize(rest.use));
+      const Index end = std::min(block.last + block.guard + 1, data.size());
       for (Index k = std::max<Index>(block.first - block.guard, 0); k < end; ++k)
-        rest.use[static_cast<std::size_t>(k)] = 0;
+        for (Index copy = k; copy < std::ssize(rest.use); copy += data.size())
+          rest.use[static_cast<std::size_t>(copy)] = 0;
     }
     out.push_back(fit(structure, rest, options));
   }

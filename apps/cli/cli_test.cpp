@@ -278,7 +278,12 @@ TEST_F(Cli, ScorePairsTheColumnsOfOneName) {
   const auto joints = nlohmann::json::parse(r.out).at("joints");
   EXPECT_NEAR(joints.at("thumb").at("rmse_deg").get<double>(), 2, 1e-3);
   EXPECT_NEAR(joints.at("index").at("rmse_deg").get<double>(), 0, 1e-3);
-  EXPECT_EQ(run("export '" + path("a.csv") + "' --to mot --out '" + path("a.mot") + "'").exit, 0);
+  std::string motion = "motion\nversion=1\ninDegrees=yes\nendheader\ntime\tthumb\tindex\n";
+  for (int k = 0; k < 200; ++k) {
+    const double a_deg = 50 + 40 * std::sin(0.1 * k);
+    motion += std::to_string(0.1 * k) + "\t" + std::to_string(a_deg) + "\t" + std::to_string(a_deg) + "\n";
+  }
+  write("a.mot", motion);
   const std::string own = run("score '" + path("b.csv") + "' '" + path("a.mot") + "' --json").out;
   EXPECT_NEAR(nlohmann::json::parse(own).at("joints").at("thumb").at("rmse_deg").get<double>(), 2, 1e-3);
 }

@@ -58,18 +58,20 @@ class Redonned : public Command {
   void SetUp() override {
     if (!fs::exists(kRealData / "donning"))
       GTEST_SKIP() << "needs ../shared/data, which is not part of the repository";
-    std::string sessions;
-    for (const auto& entry : fs::directory_iterator(kRealData / "donning")) {
-      if (entry.path().filename().string().starts_with("P6"))
-        sessions += fmt::format(" '{}'", fs::absolute(entry.path()).string());
-    }
-    const auto said = nlohmann::json::parse(run("donning --json" + sessions));
-    for (const auto& session : said.at("sessions")) {
-      for (const auto& sensor : session.at("sensors")) {
-        moved_.push_back({sensor.at("shift").at("value").get<double>(),
-                          std::exp(sensor.at("log_gain").at("value").get<double>())});
-      }
-    }
+  }
+
+  // Of one glove between its sessions.
+  void read_moves() {
+    const fs::path moves = folder_ / "moves.json";
+    const std::string command = fmt::format(
+        "PYTHONPATH=python build/python/bin/python -c \"import glob, pandas; from flexor.donning import "
+        "compare; "
+        "compare({{file: pandas.read_csv(file) for file in glob.glob('{}/donning/P6*.csv')}}).to_json('{}', "
+        "orient='records')\"",
+        kRealData.string(), moves.string());
+    ASSERT_EQ(std::system(command.c_str()), 0) << command;
+    for (const auto& one : nlohmann::json::parse(io::read_file(moves)))
+      moved_.push_back({one.at("shift").get<double>(), std::exp(one.at("log_gain").get<double>())});
   }
 
   std::string run(const std::string& arguments) {
@@ -240,6 +242,7 @@ TEST_F(Redonned, TrackingCostsAGloveThatWasNotPutOnAnewAtMostThreePercent) {
 }
 
 TEST_F(Redonned, WholeBendsBringARealFingerBack) {
+  read_moves();
   ASSERT_GE(moved_.size(), 27U);
   const std::vector<std::vector<double>> most = {{6.8, 3.6, 2.9}, {7.6, 5, 4.7}};  // degrees
   for (std::size_t f = 0; f < kRealFingers.size(); ++f) {

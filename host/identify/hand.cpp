@@ -31,7 +31,6 @@
 #include "host/model/correction.hpp"
 #include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
-#include "host/score/least_squares.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -316,26 +315,6 @@ void score_baseline(const std::string& name, const std::string& structure, const
   }
 }
 
-// A curve of each sensor by least squares: what anybody would draw first.
-std::vector<double> static_curve(const std::vector<Sampled>& samples, std::size_t j) {
-  const std::size_t sensors = samples.front().sensor[j].size();
-  std::vector<std::vector<double>> reading(sensors);
-  std::vector<std::vector<double>> held(sensors);
-  const std::vector<Session> fitted = sessions_of(samples, j);
-  for (std::size_t s = 0; s < sensors; ++s) {
-    for (const Session& one : fitted) {
-      const std::vector<double> used = used_readings(one, static_cast<Eigen::Index>(s));
-      reading[s].insert(reading[s].end(), used.begin(), used.end());
-    }
-    for (const Sampled& sampled : samples) {
-      const recording::Aligned& a = sampled.sensor[j][s];
-      for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k)
-        held[s].push_back(std::clamp(a.input[k], a.valid.min, a.valid.max));
-    }
-  }
-  return score::least_squares_curves(reading, used_angles(fitted), held);
-}
-
 // Of the measured angle outside pauses.
 double span_deg(const JointSamples& s, std::size_t begin, std::size_t end) {
   std::optional<std::pair<double, double>> seen;
@@ -395,13 +374,11 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
 HeldOut baselines_of(const HandRequest& request, const std::vector<Files>& files,
                      const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
   HeldOut out;
-  out["static_curve"] = static_curve(samples, j);
   const model::Model inputs = start_model(request, files, samples);
   const std::size_t sensors = request.map[j].sensors.size();
   for (const score::Baseline& one : score::kBaselines) {
     // A chain has one sensor: where there are several it is no peer.
-    if (one.structure != nullptr &&
-        (sensors == 1 || std::holds_alternative<Candidates>(parse_structure(one.structure, sensors))))
+    if (sensors == 1 || std::holds_alternative<Candidates>(parse_structure(one.structure, sensors)))
       score_baseline(one.name, one.structure, request.map[j], inputs, files, samples, j, joint, out);
   }
   return out;
@@ -457,7 +434,7 @@ score::Verdict judged(const HandRequest& request, const std::vector<double>& err
   for (const score::Baseline& one : score::kBaselines) {
     const auto at = baseline_error_deg.find(one.name);
     if (at == baseline_error_deg.end()) continue;
-    const bool is_asked_for = one.structure != nullptr && one.structure == request.structure;
+    const bool is_asked_for = one.structure == request.structure;
     if (!is_asked_for && !alike(at->second, error_deg)) continue;
     if (itself.empty()) itself = one.name;
     baseline_error_deg.erase(at);

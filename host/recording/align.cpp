@@ -486,10 +486,6 @@ Repetition find_repetition(const Series& sensor, const Series& reference, const 
     found.rival_eta_squared = scanned.eta_squared[*rival];
     result.rival_offset_s = start_difference + lag_s(*rival);
   }
-  for (std::size_t i = 0; i < scanned.lag.size(); ++i) {
-    result.scan_offset_s.push_back(start_difference + lag_s(i));
-  }
-  result.scan_eta_squared = scanned.eta_squared;
   return found;
 }
 

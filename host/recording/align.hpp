@@ -55,9 +55,6 @@ struct Alignment {
   // has an error for it.
   std::optional<double> drift_ppm;
   std::optional<double> drift_se_ppm;
-  // Stage 1, for a picture: eta^2 over the offset.
-  std::vector<double> scan_offset_s;
-  std::vector<double> scan_eta_squared;
   std::vector<std::string> warnings;
 };
 

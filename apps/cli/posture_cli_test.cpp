@@ -2,7 +2,7 @@
 #include <sstream>
 
 #include "apps/cli/command_test.hpp"
-#include "host/posture/test_people.hpp"
+#include "host/posture/people_test.hpp"
 
 namespace flexor::cli {
 namespace posture_cli_test {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/io/numbers.hpp"
+
 namespace flexor::live {
 namespace {
 
@@ -25,8 +27,7 @@ double noise_of(const std::vector<float>& v) {
   std::vector<double> d;
   for (std::size_t i = 2; i < v.size(); ++i) d.push_back(std::abs(v[i] - 2.0 * v[i - 1] + v[i - 2]));
   if (d.empty()) return 0;
-  std::ranges::nth_element(d, d.begin() + static_cast<std::ptrdiff_t>(d.size() / 2));
-  return d[d.size() / 2] / (0.6745 * std::sqrt(6.0));
+  return io::median(std::move(d)) / (0.6745 * std::sqrt(6.0));
 }
 
 // 0 at the lower end of the span, 1 at the upper one; empty: it did not move.

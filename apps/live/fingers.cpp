@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "host/io/io.hpp"
+#include "host/io/numbers.hpp"
 #include "host/model/standard_error.hpp"
 #include "host/recording/unit.hpp"
 
@@ -19,10 +20,6 @@ constexpr double kSilent_s = 1;
 constexpr double kUncertain_deg = 5;
 constexpr double kVeryUncertain_deg = 10;
 constexpr double kBeyond = 0.1;  // of the span, beyond what the model was made from
-
-double median(const std::array<double, 3>& v) {
-  return std::max(std::min(v[0], v[1]), std::min(std::max(v[0], v[1]), v[2]));
-}
 
 // "index" of "index_deg", as models name their joints.
 std::string shown_name(const std::string& column) {
@@ -105,7 +102,7 @@ void Fingers::remember(Column& column, double reading) {
   if (std::isnan(reading)) return;
   column.last = {reading, column.last[0], column.last[1]};
   if (++column.count < 3) return;
-  const double middle = median(column.last);
+  const double middle = io::median({column.last.begin(), column.last.end()});
   const bool first = column.count == 3;
   column.least = first ? middle : std::min(column.least, middle);
   column.most = first ? middle : std::max(column.most, middle);

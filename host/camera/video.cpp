@@ -14,6 +14,7 @@
 #include "host/camera/container.hpp"
 #include "host/camera/jpeg.hpp"
 #include "host/camera/opencv.hpp"
+#include "host/io/numbers.hpp"
 #include "host/io/output.hpp"
 
 namespace flexor::camera {
@@ -199,10 +200,8 @@ int DropFinder::add(double t_s) {
   if (first) return 0;
   int missing = 0;
   if (steps_.size() >= 3) {
-    std::vector<double> sorted = steps_;
-    const auto half = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::ranges::nth_element(sorted, half);
-    if (step > 1.5 * *half) missing = static_cast<int>(std::lround(step / *half)) - 1;
+    const double usual = io::median(steps_);
+    if (step > 1.5 * usual) missing = static_cast<int>(std::lround(step / usual)) - 1;
   }
   if (steps_.size() < kSteps) {
     steps_.push_back(step);

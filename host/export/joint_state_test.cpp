@@ -12,7 +12,7 @@
 #include <cstring>
 #include <numbers>
 
-#include "host/export/test_recording.hpp"
+#include "host/export/recording_test.hpp"
 #include "host/io/refusal_test.hpp"
 
 namespace flexor::exports {

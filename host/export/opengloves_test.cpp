@@ -10,7 +10,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "host/export/test_recording.hpp"
+#include "host/export/recording_test.hpp"
 #include "host/io/refusal_test.hpp"
 #include "host/io/terminal_test.hpp"
 

@@ -158,12 +158,6 @@ class Fit {
   mutable MatrixXd gram_;  // empty: not computed since the last step
 };
 
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v;
-  return sum / static_cast<double>(values.size());
-}
-
 // What may be drawn in any order: whole recordings, or seconds enough for errors to forget each other.
 std::vector<std::size_t> blocks_of(const Stack& stack, double period_s) {
   std::vector<std::size_t> out = {0};

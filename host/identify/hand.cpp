@@ -31,6 +31,7 @@
 #include "host/model/correction.hpp"
 #include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
+#include "host/score/least_squares.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -315,6 +316,26 @@ void score_baseline(const std::string& name, const std::string& structure, const
   }
 }
 
+// A curve of each sensor by least squares: what anybody would draw first.
+std::vector<double> static_curve(const std::vector<Sampled>& samples, std::size_t j) {
+  const std::size_t sensors = samples.front().sensor[j].size();
+  std::vector<std::vector<double>> reading(sensors);
+  std::vector<std::vector<double>> held(sensors);
+  const std::vector<Session> fitted = sessions_of(samples, j);
+  for (std::size_t s = 0; s < sensors; ++s) {
+    for (const Session& one : fitted) {
+      const std::vector<double> used = used_readings(one, static_cast<Eigen::Index>(s));
+      reading[s].insert(reading[s].end(), used.begin(), used.end());
+    }
+    for (const Sampled& sampled : samples) {
+      const recording::Aligned& a = sampled.sensor[j][s];
+      for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k)
+        held[s].push_back(std::clamp(a.input[k], a.valid.min, a.valid.max));
+    }
+  }
+  return score::least_squares_curves(reading, used_angles(fitted), held);
+}
+
 // Of the measured angle outside pauses.
 double span_deg(const JointSamples& s, std::size_t begin, std::size_t end) {
   std::optional<std::pair<double, double>> seen;
@@ -374,11 +395,13 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
 HeldOut baselines_of(const HandRequest& request, const std::vector<Files>& files,
                      const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
   HeldOut out;
+  out["static_curve"] = static_curve(samples, j);
   const model::Model inputs = start_model(request, files, samples);
   const std::size_t sensors = request.map[j].sensors.size();
   for (const score::Baseline& one : score::kBaselines) {
     // A chain has one sensor: where there are several it is no peer.
-    if (sensors == 1 || std::holds_alternative<Candidates>(parse_structure(one.structure, sensors)))
+    if (one.structure != nullptr &&
+        (sensors == 1 || std::holds_alternative<Candidates>(parse_structure(one.structure, sensors))))
       score_baseline(one.name, one.structure, request.map[j], inputs, files, samples, j, joint, out);
   }
   return out;
@@ -409,14 +432,15 @@ void score_pairs(const HandRequest& request, const std::vector<Sampled>& samples
   }
 }
 
-// RMSE of what is held out where what follows the compensator takes `later_s` more than the lead that it was fitted with.
-double rmse_later_deg(const JointResult& joint, double later_s) {
+// Of all samples, or of those held out; where what follows the compensator takes `later_s` more than the lead that it was fitted with.
+double rmse_deg(const std::vector<JointSamples>& pairs, bool held_out, double later_s) {
   std::vector<double> errors;
-  for (const JointSamples& s : joint.samples) {
-    for (std::size_t k = s.holdout_begin; k < s.t_s.size(); ++k) {
+  for (const JointSamples& s : pairs) {
+    for (std::size_t k = held_out ? s.holdout_begin : 0; k < s.t_s.size(); ++k) {
       const double at_s = s.t_s[k] + later_s;
       if (s.gap[k] != 0 || at_s < s.t_s.front() || at_s > s.t_s.back()) continue;
-      errors.push_back(s.estimated_deg[k] - io::interpolate(s.t_s, s.measured_deg, at_s));
+      const double error_deg = s.estimated_deg[k] - io::interpolate(s.t_s, s.measured_deg, at_s);
+      if (std::isfinite(error_deg)) errors.push_back(error_deg);
     }
   }
   return score::rms(errors);
@@ -434,7 +458,7 @@ score::Verdict judged(const HandRequest& request, const std::vector<double>& err
   for (const score::Baseline& one : score::kBaselines) {
     const auto at = baseline_error_deg.find(one.name);
     if (at == baseline_error_deg.end()) continue;
-    const bool is_asked_for = one.structure == request.structure;
+    const bool is_asked_for = one.structure != nullptr && one.structure == request.structure;
     if (!is_asked_for && !alike(at->second, error_deg)) continue;
     if (itself.empty()) itself = one.name;
     baseline_error_deg.erase(at);
@@ -455,8 +479,8 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
     Held held = held_of(samples, j);
     const std::vector<double> own = held_out(estimated[j], samples, j);
     joint.holdout = held.score(own);
-    joint.sooner_deg = rmse_later_deg(joint, -kLeadOff_s);
-    joint.later_deg = rmse_later_deg(joint, kLeadOff_s);
+    joint.sooner_deg = rmse_deg(joint.samples, true, -kLeadOff_s);
+    joint.later_deg = rmse_deg(joint.samples, true, kLeadOff_s);
     score_pairs(request, samples, j, own, baselines, joint);
     if (std::ranges::count(held.unseen, 0) == 0)
       std::ranges::fill(held.unseen, 0);  // then all counts, as in the score
@@ -751,17 +775,6 @@ std::vector<std::string> asked_for(const HandRequest& request) {
   return out;
 }
 
-double rmse_deg(const std::vector<JointSamples>& pairs) {
-  std::vector<double> errors;
-  for (const JointSamples& s : pairs) {
-    for (std::size_t k = 0; k < s.gap.size(); ++k) {
-      const double error_deg = s.estimated_deg[k] - s.measured_deg[k];
-      if (s.gap[k] == 0 && std::isfinite(error_deg)) errors.push_back(error_deg);
-    }
-  }
-  return errors.empty() ? 0 : score::rms(errors);
-}
-
 // What was proven on a part, the same structures once more from all; the figures stay those of the part. A joint of it that errs
 // more on all than what was proven stays as that is; of a refitted model all do: false.
 bool fit_again(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
@@ -782,8 +795,8 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
     again.model.joints.clear();
   }
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
-    const double part_deg = rmse_deg(r.joints[j].samples);
-    const double all_deg = rmse_deg(series_of(samples, j, estimated[j]));
+    const double part_deg = rmse_deg(r.joints[j].samples, false, 0);
+    const double all_deg = rmse_deg(series_of(samples, j, estimated[j]), false, 0);
     const auto chosen = std::ranges::find(again.joints[j].rows, true, &CandidateRow::chosen);
     const bool fits_board = chosen == again.joints[j].rows.end() || chosen->refusal.empty();
     if (fits_board && all_deg <= kWorse * part_deg) {

@@ -40,17 +40,20 @@ INSTANTIATE_TEST_SUITE_P(Logs, AppliedIsScored,
                                          Take{120, 7, 9, 2, true, true}));
 
 TEST_F(Hand, TwoLogsOfOneMachineHaveOneClock) {
-  std::string glove = "t_s,host_s,bend_count\n";
-  std::string camera = "t_s,host_s,index_deg\n";
-  for (int k = 0; k < 400; ++k) {
-    const double t_s = 0.05 * k;
-    const auto angle = [](double s) { return 40 + 30 * std::sin(2 * s) * std::sin(0.7 * s); };
-    glove += fmt::format("{:.3f},{:.3f},{:.0f}\n", 3 + t_s, 1000 + t_s,
-                         500 - angle(t_s - 0.15));  // a lag, no offset
-    camera += fmt::format("{:.3f},{:.3f},{:.2f}\n", 17 + t_s, 1000 + t_s, angle(t_s));
-  }
-  io::write_file(folder_ / "glove.csv", glove);
-  io::write_file(folder_ / "camera.csv", camera);
+  const auto write_logs = [&](double host_s, double late_s) {
+    std::string glove = "t_s,host_s,bend_count\n";
+    std::string camera = "t_s,host_s,index_deg\n";
+    for (int k = 0; k < 400; ++k) {
+      const double t_s = 0.05 * k;
+      const auto angle = [](double s) { return 40 + 30 * std::sin(2 * s) * std::sin(0.7 * s); };
+      glove += fmt::format("{:.3f},{:.3f},{:.0f}\n", 3 + t_s, host_s + t_s,
+                           500 - angle(t_s - 0.15));  // a lag, no offset
+      camera += fmt::format("{:.3f},{:.3f},{:.2f}\n", 17 + t_s, host_s + t_s, angle(t_s + late_s));
+    }
+    io::write_file(folder_ / "glove.csv", glove);
+    io::write_file(folder_ / "camera.csv", camera);
+  };
+  write_logs(1000, 0);
   const SourceFiles files{folder_ / "glove.csv", folder_ / "camera.csv", "bend_count", "index_deg"};
   const recording::Aligned one_clock = recording::align_pair(load_pair(files), 20, {});
   EXPECT_EQ(one_clock.clock_offset_s, 0);
@@ -59,6 +62,8 @@ TEST_F(Hand, TwoLogsOfOneMachineHaveOneClock) {
   HandRequest request = Hand::request({{files.sensor, files.reference}}, "index=bend_count:index_deg");
   request.structure = "line";
   EXPECT_EQ(identify_hand(request, {}).clocks.front().offset_s, 0);
+  write_logs(0, 2);  // each counted from its own start: no common clock
+  EXPECT_NEAR(identify_hand(request, {}).clocks.front().offset_s, 12, 0.3);
 }
 
 class OneJointOf : public Hand {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "host/identify/chain_fit.hpp"
 #include "host/identify/hold.hpp"
+#include "host/identify/robust.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
 #include "host/model/correction.hpp"
@@ -148,10 +148,6 @@ std::vector<CandidateRow> rows_of(const std::vector<Additive>& all, const std::v
   return out;
 }
 
-double sum_of(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0);
-}
-
 // Why a row that looks better than the chosen one was passed over, where nothing says so yet.
 void explain(const std::vector<CandidateRow>& rows, CandidateRow& row, const std::string& why) {
   const auto chosen = std::ranges::find(rows, true, &CandidateRow::chosen);
@@ -209,12 +205,12 @@ SumFit fit_sum(const Candidates& candidates, const std::vector<Session>& session
   JointFit& out = sum.still;
   out.untried = untried;
   out.rows = rows_of(all, refusals, at);
-  const auto donned_loss = [&](std::size_t k) { return sum_of(all[k].fold_loss); };
+  const auto donned_loss = [&](std::size_t k) { return mean(all[k].fold_loss); };
   for (std::size_t k = 0; k < all.size(); ++k) {
     explain(out.rows, out.rows[k],
-            sum_of(all[k].plain_loss) > sum_of(all[at].plain_loss) ? "its loss over the folds is larger"
-            : donned_loss(k) > donned_loss(at)                     ? "put on a little otherwise it errs more"
-                                                                   : "larger, for too small a gain");
+            mean(all[k].plain_loss) > mean(all[at].plain_loss) ? "its loss over the folds is larger"
+            : donned_loss(k) > donned_loss(at)                 ? "put on a little otherwise it errs more"
+                                                               : "larger, for too small a gain");
   }
   return sum;
 }
@@ -296,7 +292,7 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
 
 // One sensor where it is as good as several, with the rows of both.
 JointFit better(JointFit several, JointFit one) {
-  const bool fewer = sum_of(one.fold_loss) <= (1 + kAsGood) * (1 + kAsGood) * sum_of(several.fold_loss);
+  const bool fewer = mean(one.fold_loss) <= (1 + kAsGood) * (1 + kAsGood) * mean(several.fold_loss);
   for (CandidateRow& row : one.rows) row.structure = one.sensors.front() + " alone: " + row.structure;
   JointFit& other = fewer ? several : one;
   for (CandidateRow& row : other.rows) row.chosen = false;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "host/io/io.hpp"
+#include "host/io/numbers.hpp"
 
 namespace flexor::posture {
 namespace {
@@ -65,10 +66,7 @@ void Shiver::push(double reading_deg) {
 double Shiver::variance_deg2() const {
   constexpr std::size_t kEnough = 12;
   if (size_.size() < kEnough) return 0;
-  std::vector<double> sizes(size_.begin(), size_.end());
-  const auto median = sizes.begin() + std::ssize(sizes) / 2;
-  std::ranges::nth_element(sizes, median);
-  const double deviation = *median / (0.6745 * std::sqrt(20.0));
+  const double deviation = io::median({size_.begin(), size_.end()}) / (0.6745 * std::sqrt(20.0));
   return deviation * deviation;
 }
 

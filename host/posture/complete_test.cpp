@@ -9,7 +9,7 @@
 
 #include "host/io/refusal_test.hpp"
 #include "host/posture/complete_file.hpp"
-#include "host/posture/test_people.hpp"
+#include "host/posture/people_test.hpp"
 
 namespace flexor::posture {
 namespace {

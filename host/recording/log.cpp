@@ -11,6 +11,8 @@
 namespace flexor::recording {
 namespace {
 
+constexpr double kOwnClock_s = 1;  // a clock that begins before it is the log's own
+
 bool holds_numbers(const Column& column) {
   const auto holes = std::ranges::count_if(column.value, [](double v) { return std::isnan(v); });
   return 2 * holes < std::ssize(column.value);
@@ -72,7 +74,11 @@ std::unique_ptr<LogReader> open_log(const Log& log, const TableOptions& options)
 TimeOptions times_of_pair(const Log& sensor, const Log& reference, TimeOptions time) {
   const auto has_host_clock = [&](const Log& log) {
     if (log.memory()) return log.memory()->time_column == kHostClock;
-    return std::filesystem::is_regular_file(log) && CsvReader(log, {{}, time}).has(kHostClock);
+    if (!std::filesystem::is_regular_file(log) || !CsvReader(log, {{}, time}).has(kHostClock)) return false;
+    TimeOptions by_host = time;
+    by_host.columns = {kHostClock};
+    Row first;
+    return CsvReader(log, {{}, by_host, Holes::all}).next(first) && first.t_s >= kOwnClock_s;
   };
   if (sensor != reference && time.columns.empty() && has_host_clock(sensor) && has_host_clock(reference))
     time.columns = {kHostClock};

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "host/io/io.hpp"
+#include "host/io/numbers.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::recording {
@@ -189,22 +190,20 @@ std::string Stream::mend(const std::string& by_hand) const {
 
 // A time column in another unit than it says makes steps of which no glove log is made; the mend is one with which it would.
 void Stream::check_unit() const {
-  std::vector<double> steps(first_steps_s_.begin(),
-                            first_steps_s_.begin() + static_cast<std::ptrdiff_t>(steps_));
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
+  const double middle =
+      io::median({first_steps_s_.begin(), first_steps_s_.begin() + static_cast<std::ptrdiff_t>(steps_)});
   const double longest_s = source_.is_unit_known() ? kLongestStep_s : kLongestUnsaid_s;
-  if (*middle >= kShortestStep_s && *middle <= longest_s) return;
-  if (*middle >= kShortestStep_s && *middle <= kLongestStep_s)
+  if (middle >= kShortestStep_s && middle <= longest_s) return;
+  if (middle >= kShortestStep_s && middle <= kLongestStep_s)
     throw InputError(fmt::format(
         "{}: time steps of {:.4g}, and nothing says of what: milliseconds, --time-unit ms; seconds, "
         "--time-unit s; or rows, which --log-rate 50 gives a second",
-        source_.name(), *middle));
+        source_.name(), middle));
   std::string mend = "is the time column in the unit that it states?";
   static constexpr std::array<std::pair<const char*, const char*>, 4> kUnits = {
       {{"s", "seconds"}, {"ms", "milliseconds"}, {"us", "microseconds"}, {"ns", "nanoseconds"}}};
   for (const auto& [unit, name] : kUnits) {
-    const double step_s = *middle / source_.time_unit_s() * *seconds_in(unit);
+    const double step_s = middle / source_.time_unit_s() * *seconds_in(unit);
     if (step_s < kShortestStep_s || step_s > 0.2 * kLongestStep_s) continue;
     mend = fmt::format(
         "if the time column is in {0}, name it time_{1} or add --time-unit {1} where the command has it",
@@ -212,13 +211,13 @@ void Stream::check_unit() const {
     break;
   }
   if (const double days = written_s_ / source_.time_unit_s();
-      days > kFirstDay && days < kLastDay && *middle < kShortestStep_s)
+      days > kFirstDay && days < kLastDay && middle < kShortestStep_s)
     mend =
         "are these days, as a spreadsheet counts them? show them there as hh:mm:ss.000, or as seconds, and "
         "save anew";
   if (source_.guesses_time()) mend += std::string("; ") + kNoTimes;
   throw InputError(
-      fmt::format("{}: time steps of {:.4g} s, which no glove log has: {}", source_.name(), *middle, mend));
+      fmt::format("{}: time steps of {:.4g} s, which no glove log has: {}", source_.name(), middle, mend));
 }
 
 std::vector<std::string> Stream::notes() const {

@@ -127,7 +127,7 @@ std::string in_words(const Verdict& v) {
                      v.high_deg);
   if (v.word == Verdict::Word::better) return out;
   out += "; record more";
-  if (!v.advises) return out;
+  if (baseline->structure == nullptr || !v.advises) return out;
   const std::string_view structure = baseline->structure;
   const char* quote = structure.find(' ') == std::string_view::npos ? "" : "'";
   return out + fmt::format(", or take that: --structure {0}{1}{0}", quote, structure);

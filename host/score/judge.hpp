@@ -40,13 +40,13 @@ double rms(std::span<const double> error);
 struct Baseline {
   const char* name;
   const char* words;
-  const char* structure;  // that gives it
+  const char* structure;  // that gives it; null: none does
 };
 inline constexpr std::array kBaselines = {
     Baseline{"line", "a straight line", "line"},
     Baseline{"limited_line", "a straight line between limits", "limited-line"},
     Baseline{"line_lead", "a straight line with a lead", "line-lead"},
-    Baseline{"static_curve", "a static curve", "curve"},
+    Baseline{"static_curve", "a static curve by least squares", nullptr},
     Baseline{"published_form", "the published form", "dead-zone > gain > lti(1) > saturation"}};
 
 // Errors at the same samples, degrees, at least two; baselines by their names. `part_ends`: of parts, one after the other, that are drawn whole in place of blocks, as persons are; none: blocks.
@@ -55,7 +55,7 @@ Verdict judge(const std::vector<double>& error_deg,
               const std::vector<std::size_t>& part_ends = {});
 
 // "2.31 deg (95 %: 2.12 to 2.50) on data it never saw; the best baseline, a straight line, 2.94: better (difference -0.63, 95 %: -0.81 to -0.44)".
-// Where it is not better, which baseline to take.
+// Where it is not better, which baseline to take, if a structure gives that.
 std::string in_words(const Verdict& verdict);
 
 nlohmann::ordered_json to_json(const Verdict& verdict);

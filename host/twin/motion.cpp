@@ -200,15 +200,4 @@ double Motion::angle(int finger, double t_s, const Variation& v) const {
   return angle + v.lower_offset_deg[i] + share * (v.upper_offset_deg[i] - v.lower_offset_deg[i]);
 }
 
-double Motion::travel_deg() const {
-  double sum = 0;
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    for (const Move& move : moves_[i]) sum += std::abs(move.to_deg - move.from_deg);
-    for (std::size_t k = 1; k < sample_deg_[i].size(); ++k) {
-      sum += std::abs(sample_deg_[i][k] - sample_deg_[i][k - 1]);
-    }
-  }
-  return sum;
-}
-
 }  // namespace flexor::twin

@@ -47,8 +47,6 @@ class Motion {
   const std::string& document() const { return document_; }  // it was read from; of samples there is none
   const std::vector<double>& t_s() const { return t_s_; }    // of samples
   const std::array<std::vector<double>, kFingers>& sample_deg() const { return sample_deg_; }
-  // Degrees that all fingers travel together: times a lag, the error that the lag alone costs.
-  double travel_deg() const;
 
  private:
   struct Move {

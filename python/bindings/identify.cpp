@@ -159,8 +159,9 @@ nb::tuple recalibrate(const Compensator& compensator, const nb::object& motion,
 // (model, warnings)
 nb::tuple from_poses(const nb::object& log, double rate_hz, const Ends& ends_deg,
                      const std::vector<std::string>& joints) {
-  const identify::FromPoses found = identify::model_from_poses(
-      recording::read(*recording::open_log(to_log(log), {})), {rate_hz, to_ends(ends_deg), joints});
+  const recording::Recording poses = recording::read(*recording::open_log(to_log(log), {}));
+  identify::FromPoses found = identify::model_from_poses(poses, {rate_hz, to_ends(ends_deg), joints});
+  found.warnings.insert(found.warnings.begin(), poses.warnings.begin(), poses.warnings.end());
   return nb::make_tuple(Compensator(found.model), found.warnings);
 }
 

@@ -99,7 +99,8 @@ nb::tuple predict(const Compensator& compensator, const nb::handle& log,
                   const std::vector<std::string>& inputs, bool intervals, bool track,
                   const nb::object& show) {
   const model::Model& model = compensator.model();
-  const auto reader = recording::open_log(to_log(log), {model::columns_of(model, inputs), {}});
+  const auto reader =
+      recording::open_log(to_log(log), {model::columns_of(model, inputs), {}, recording::Holes::some});
   std::vector<std::string> notes;
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     if (auto note =

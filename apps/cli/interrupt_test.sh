@@ -62,7 +62,8 @@ once() {
 often() {
   local times=$1 i start whole_ms before=$interrupted
   shift
-  mkdir -p "$work/out"
+  rm -rf "$work/out" # the report of a run before that was not interrupted is another job's
+  mkdir "$work/out"
   start=$(date +%s%3N)
   TMPDIR=$work "$@" >/dev/null 2>"$work/err" </dev/null || fail "exit $? without a signal: $*"
   whole_ms=$(($(date +%s%3N) - start))

@@ -30,7 +30,7 @@ struct Options {
 class CsvSink {
  public:
   CsvSink(const model::Model& model, bool live, bool intervals)
-      : model_(model), errors_(model), live_(live), intervals_(intervals) {
+      : errors_(model), live_(live), intervals_(intervals) {
     fmt::format_to(std::back_inserter(out_), "t_s");
     for (const model::Joint& joint : model.joints) {
       fmt::format_to(std::back_inserter(out_), ",{0}_deg,{0}_status", joint.name);
@@ -58,7 +58,6 @@ class CsvSink {
 
  private:
   static constexpr std::size_t kPiece = 1 << 16;
-  const model::Model& model_;
   model::StandardErrors errors_;
   bool live_;
   bool intervals_;

@@ -6,6 +6,7 @@
 
 #include "host/identify/map_check.hpp"
 #include "host/io/json.hpp"
+#include "host/model/standard_error.hpp"
 #include "python/bindings/job.hpp"
 #include "python/bindings/rooms.hpp"
 
@@ -73,13 +74,14 @@ recording::Recording follow(const model::Model& model, Estimator& estimator, boo
     out.columns.push_back({joint.name + "_status", {}});
     if (intervals) out.columns.push_back({joint.name + "_se_deg", {}, "deg"});
   }
+  const model::StandardErrors errors(model);
   const auto keep = [&](const identify::Estimate& e) {
     out.t_s.push_back(e.t_s);
     auto column = out.columns.begin();
     for (std::size_t j = 0; j < e.angle_deg.size(); ++j) {
       (column++)->value.push_back(e.angle_deg[j]);
       (column++)->value.push_back(e.status[j]);
-      if (intervals) (column++)->value.push_back(model.joints[j].accuracy->at(e.angle_deg[j]));
+      if (intervals) (column++)->value.push_back(errors.of(j, e.angle_deg[j], e.reading));
     }
   };
   recording::Stream stream(reader, recording::Resets::follow);

@@ -34,12 +34,14 @@ def test_a_frame_gives_what_its_file_gives(files):
 def test_angles_are_the_commands(program, files, found, tmp_path):
     found.compensator.save(tmp_path / "m.json")
     for arithmetic in ("double", "fixed"):
-        command = json.loads(program("apply", tmp_path / "m.json", files / "glove-1.csv", "--json", "--arithmetic", arithmetic))
-        angles = flexor.Compensator.load(tmp_path / "m.json", arithmetic=arithmetic).predict(files / "glove-1.csv", progress=False)
+        command = json.loads(program("apply", tmp_path / "m.json", files / "glove-1.csv", "--json", "--arithmetic", arithmetic, "--intervals"))
+        compensator = flexor.Compensator.load(tmp_path / "m.json", arithmetic=arithmetic)
+        angles = compensator.predict(files / "glove-1.csv", intervals=True, progress=False)
         assert angles.t_s.tolist() == command["t_s"]
         for joint in found.compensator.joints:
             assert angles[f"{joint}_deg"].tolist() == command["channels"][joint]["angle_deg"]
             assert angles[f"{joint}_status"].tolist() == command["channels"][joint]["status"]
+            assert angles[f"{joint}_se_deg"].tolist() == command["channels"][joint]["se_deg"]
 
 
 def test_steps_are_the_prediction(donning, found):

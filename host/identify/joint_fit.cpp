@@ -54,12 +54,12 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
   return "";
 }
 
-// Of a converter's counts, which a board reads as they are. Readings in another unit may never meet one, and where they do, deploy
+// Of counts and degrees, which a board or the twin's reads. Readings in another unit may never meet one, and where they do, deploy
 // converts and judges them.
 std::string imprecision_of(const model::Model& identified) {
   const model::Model model = model::folded(identified).model;
   const auto is_counted = [](const model::Input& input) {
-    return input.unit == "count" && model::holds_readings(input);
+    return (input.unit == "count" || input.unit == "deg") && model::holds_readings(input);
   };
   if (!std::ranges::all_of(model.inputs, is_counted)) return "";
   model::ErrorSearch search;

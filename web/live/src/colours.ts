@@ -2,7 +2,6 @@
 // surface (colours.test.ts), so that it need not change with the scheme.
 import { fingerOf } from './mapping';
 import type { Quality } from './state';
-import { svg } from './dom';
 
 export const kFingerColours: Record<string, string> = {
   thumb: '#d55e00',
@@ -35,12 +34,10 @@ export function known(quality: string | null | undefined): Quality {
   return quality === 'good' || quality === 'fair' || quality === 'poor' ? quality : 'none';
 }
 
-// The mark of a quality: disc, triangle, square on its corner, ring. Drawn here for cards and in hand.ts in space.
-export function qualityShape(quality: Quality): SVGElement {
-  const picture = svg('svg', { viewBox: '0 0 16 16', class: `quality quality-${quality}`, 'aria-hidden': 'true' });
-  if (quality === 'good') picture.append(svg('circle', { cx: 8, cy: 8, r: 6 }));
-  else if (quality === 'fair') picture.append(svg('path', { d: 'M8 1.5 15 14H1z' }));
-  else if (quality === 'poor') picture.append(svg('path', { d: 'M8 .8 15.2 8 8 15.2.8 8z' }));
-  else picture.append(svg('circle', { cx: 8, cy: 8, r: 5.5, class: 'hollow' }));
-  return picture;
-}
+// The mark of a quality in a square of 16: disc, triangle, square on its corner, ring. Cards show it, and joints in space.
+export const kShapes: Record<Quality, string> = {
+  good: 'M8 2a6 6 0 0 1 0 12a6 6 0 0 1 0-12z',
+  fair: 'M8 1.5 15 14H1z',
+  poor: 'M8 .8 15.2 8 8 15.2.8 8z',
+  none: 'M8 2.5a5.5 5.5 0 0 1 0 11a5.5 5.5 0 0 1 0-11z',
+};

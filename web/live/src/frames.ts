@@ -2,14 +2,16 @@
 
 type Draw = (now_ms: number) => void;
 
-const draws: Draw[] = [];
+const draws = new Set<Draw>();
 let pending = false;
 let oldest_ms = NaN; // arrival of the first message that no frame has shown yet
 const latencies: number[] = [];
 const kKept = 500;
 
-export function onFrame(draw: Draw): void {
-  draws.push(draw);
+// Until what it returns is called.
+export function onFrame(draw: Draw): () => void {
+  draws.add(draw);
+  return () => draws.delete(draw);
 }
 
 export function wantFrame(): void {

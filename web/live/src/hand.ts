@@ -24,7 +24,7 @@ import {
   WebGLRenderer,
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { kFingerColours, kQualityColours } from './colours';
+import { kFingerColours, kQualityColours, kShapes } from './colours';
 import { kFingers, restPose, type FingerName, type HandPose } from './mapping';
 import { chainOf, jointAt, Skeleton } from './skeleton';
 import type { Quality, Side } from './state';
@@ -47,38 +47,24 @@ function markTexture(kind: MarkKind, dark: boolean): CanvasTexture {
   const canvas = document.createElement('canvas');
   canvas.width = canvas.height = 96;
   const c = canvas.getContext('2d')!;
-  c.translate(48, 48);
-  c.lineWidth = 8;
-  c.strokeStyle = '#ffffff';
+  const stroke = (colour: string, width: number): void => {
+    c.strokeStyle = colour;
+    c.lineWidth = width;
+    c.stroke(shape);
+  };
+  const shape = new Path2D(kShapes[kind === 'estimated' ? 'none' : kind]);
+  c.scale(6, 6);
   c.lineJoin = 'round';
-  c.beginPath();
-  if (kind === 'fair') {
-    c.moveTo(0, -34);
-    c.lineTo(34, 28);
-    c.lineTo(-34, 28);
-    c.closePath();
-  } else if (kind === 'poor') {
-    c.moveTo(0, -38);
-    c.lineTo(38, 0);
-    c.lineTo(0, 38);
-    c.lineTo(-38, 0);
-    c.closePath();
-  } else c.arc(0, 0, kind === 'estimated' ? 26 : 30, 0, 2 * Math.PI);
   if (kind === 'estimated') {
-    c.setLineDash([15.2, 12]);
-    c.lineWidth = 7;
-    c.strokeStyle = dark ? '#3a424a' : '#59626d'; // the hand is light in both schemes
-    c.stroke();
+    c.setLineDash([2.9, 2.3]);
+    stroke(dark ? '#3a424a' : '#59626d', 1.2); // the hand is light in both schemes
   } else if (kind === 'none') {
-    c.lineWidth = 16;
-    c.stroke();
-    c.lineWidth = 9;
-    c.strokeStyle = kQualityColours.none;
-    c.stroke();
+    stroke('#ffffff', 2.7);
+    stroke(kQualityColours.none, 1.5);
   } else {
     c.fillStyle = kQualityColours[kind];
-    c.fill();
-    c.stroke();
+    c.fill(shape);
+    stroke('#ffffff', 1.3);
   }
   const texture = new CanvasTexture(canvas);
   texture.colorSpace = SRGBColorSpace;
@@ -212,13 +198,12 @@ export class HandScene {
   setPose(pose: HandPose, quality: Partial<Record<FingerName, Quality>>): void {
     this.pose = pose;
     this.quality = quality;
-    this.change();
+    this.dirty = true;
   }
 
   setBionic(pose: HandPose | null): void {
-    if (pose === null && this.bionicPose === null) return;
     this.bionicPose = pose;
-    this.change();
+    this.dirty = true;
   }
 
   setView(view: View): void {

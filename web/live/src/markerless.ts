@@ -15,11 +15,10 @@ export class Markerless {
   private last_ms = 0;
   private sign: 1 | -1 = 1;
 
+  failed: (error: string) => void = () => {};
+
   // `seen` gets null where no hand was found.
-  constructor(
-    private readonly seen: (captured_ms: number, angles: Record<string, number> | null) => void,
-    private readonly failed: (error: string) => void,
-  ) {
+  constructor(private readonly seen: (captured_ms: number, angles: Record<string, number> | null) => void) {
     this.overlay.setAttribute('aria-hidden', 'true');
     this.overlay.dataset['testid'] = 'camera-skeleton';
   }

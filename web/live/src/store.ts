@@ -4,7 +4,7 @@ import { poseFromAngles, poseFromPosture, type HandPose } from './mapping';
 import { kept } from './kept';
 import type { Marker } from './socket';
 import { completed, type Finger, type Maybe, type State } from './state';
-import { kHandSamples, kPosture, kSamples, type Samples } from './wire';
+import { kHandSamples, kPosture, kSamples, type Picture, type Samples } from './wire';
 
 const kMostMarkers = 500; // as the program
 
@@ -36,6 +36,9 @@ class Channels {
 export class Store {
   state: State = completed({});
   connected = false;
+  isLost = false; // the connection, for longer than a blink
+  announced = '';
+  picture: Picture | null = null; // the newest of the program's camera
   readonly glove = new Channels();
   readonly hand = new Channels();
   markers: Marker[] = [];
@@ -46,6 +49,7 @@ export class Store {
     this.state = state;
     if (!state.posture) this.posture = null;
     if (!state.hand) this.hand.forget();
+    if (!state.calibration) this.picture = null;
   }
 
   takeSamples(samples: Samples): void {

@@ -11,6 +11,7 @@ export class Webcam {
   readonly video = document.createElement('video');
   sending = false;
   look: ((captured_ms: number) => void) | null = null;
+  changed: (error: string | null) => void = () => {}; // on, off, or why not
   private stream: MediaStream | null = null;
   private starting = false;
   private encoding = false;
@@ -18,13 +19,11 @@ export class Webcam {
   private lastFrame_ms = 0;
   private readonly canvas = document.createElement('canvas');
 
-  constructor(
-    private readonly send: (message: ArrayBuffer) => void,
-    private readonly changed: (error: string | null) => void,
-  ) {
+  constructor(private readonly send: (message: ArrayBuffer) => void) {
     this.video.muted = true;
     this.video.playsInline = true;
     this.video.setAttribute('aria-label', 'Picture of your camera');
+    this.video.dataset['testid'] = 'camera-video';
     // Where the browser tells of no frames (a page that is not looked at), a picture now and then is better than none.
     window.setInterval(() => {
       if (performance.now() - this.lastFrame_ms > 300) this.take(performance.now());

@@ -1,5 +1,5 @@
 // What the page says of what the program sends as kinds (SOCKET.md).
-import { title } from './dom';
+import { title } from './text';
 import type { Calibration, Next, State } from './state';
 
 const kNext: Record<string, string> = {

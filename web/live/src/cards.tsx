@@ -1,0 +1,139 @@
+// A card for each finger: angle with its uncertainty, quality, range covered, and the last seconds as a line.
+import { useRef } from 'preact/hooks';
+import { store, useFrame } from './app';
+import { fingerColour, known, kQualityWords } from './colours';
+import { keep } from './kept';
+import { Meter, QualityShape } from './parts';
+import type { Finger } from './state';
+import { degrees, number, percent, title } from './text';
+
+function Card({ finger, channel }: { finger: Finger; channel: number }) {
+  const { name, raw, unit, sd_deg, covered, remark, tracked } = finger;
+  const quality = known(finger.quality);
+  const [angle, closed, trace] = [
+    useRef<HTMLSpanElement>(null),
+    useRef<HTMLSpanElement>(null),
+    useRef<SVGPathElement>(null),
+  ];
+  useFrame('wear', () => {
+    const { angle: ring } = store.glove;
+    const isNew = ring.rows > 0 && ring.channels === store.state.fingers.length;
+    const angle_deg = isNew ? ring.last(channel) : finger.angle_deg;
+    const share = closedShare(finger, angle_deg);
+    angle.current!.textContent = degrees(store.called_deg(finger, angle_deg));
+    closed.current!.textContent = share === null ? '' : `${percent(share)} closed`;
+    if (isNew) trace.current!.setAttribute('d', lineOf(channel));
+  });
+  return (
+    <article
+      class="card"
+      data-testid={`card-${name}`}
+      aria-label={title(name)}
+      style={{ '--finger': fingerColour(name) }}
+    >
+      <div class="card-head">
+        <h3>{title(name)}</h3>
+        <span class="card-quality" data-testid={`quality-${name}`}>
+          <span class="card-shape">
+            <QualityShape quality={quality} />
+          </span>
+          <span>{kQualityWords[quality]}</span>
+        </span>
+      </div>
+      <p class="card-value">
+        <span class="card-angle" data-testid={`angle-${name}`} ref={angle} />
+        <span class="card-sd">{sd_deg === null ? '' : `± ${degrees(sd_deg, 1)}`}</span>
+        <span class="card-closed" data-testid={`closed-${name}`} ref={closed} />
+      </p>
+      <svg class="card-trace" viewBox={`0 -0.5 ${kTrace_s} 1`} preserveAspectRatio="none" aria-hidden="true">
+        <path ref={trace} />
+      </svg>
+      <div class="card-range">
+        <Meter share={covered} />
+        <p class="card-foot">
+          <span class="card-covered">{`Range ${percent(covered)}`}</span>
+          <span class="card-raw" data-testid={`raw-${name}`} title={unit ?? undefined}>
+            {raw === null ? '' : `raw ${number(raw)}`}
+          </span>
+        </p>
+      </div>
+      <p class="card-remark" hidden={!remark}>
+        {remark}
+      </p>
+      <p class="card-tracked muted" data-testid={`tracked-${name}`} hidden={!tracked}>
+        {tracked}
+      </p>
+    </article>
+  );
+}
+
+// Of the way from the joint's open hand to its fist, whatever its angles are called; null: not known.
+function closedShare({ open_deg, fist_deg }: Finger, angle_deg: number | null): number | null {
+  if (open_deg === null || fist_deg === null || angle_deg === null || Number.isNaN(angle_deg)) return null;
+  return Math.min(1, Math.max(0, (angle_deg - open_deg) / (fist_deg - open_deg)));
+}
+
+const kTrace_s = 6;
+const kTracePoints = 80;
+
+// The last seconds about the middle of a square as high as what they span; the reading where no angle is known.
+function lineOf(channel: number): string {
+  const { angle, first } = store.glove;
+  const hasAngles = !Number.isNaN(angle.last(channel));
+  const ring = hasAngles ? angle : first;
+  const from_s = ring.newest_s - kTrace_s;
+  const { t_s, value } = ring.slice(channel, from_s, ring.newest_s, kTracePoints);
+  const seen = value.filter((v) => v !== null);
+  const [least, most] = [Math.min(...seen), Math.max(...seen)];
+  const room = Math.max(hasAngles ? 20 : 10, most - least) * 1.2;
+  const points = value.map((v, i) => {
+    const move = v === null ? '' : i === 0 || value[i - 1] === null ? 'M' : 'L';
+    return move && `${move}${(t_s[i]! - from_s).toFixed(3)} ${(((least + most) / 2 - v!) / room).toFixed(4)}`;
+  });
+  return points.join('');
+}
+
+// What an open hand is called, in degrees.
+function OpenHand() {
+  const open = store.state.fingers.flatMap(({ open_deg }) => (open_deg === null ? [] : [number(open_deg)]));
+  const change = (input: HTMLInputElement): void => {
+    if (!input.checkValidity()) input.value = '';
+    store.openHand_deg = input.value || null;
+    keep('open_hand', input.value);
+  };
+  return (
+    <div class="open-hand" hidden={open.length === 0}>
+      <label for="open-hand">My open hand is</label>
+      <input
+        id="open-hand"
+        type="number"
+        min="-180"
+        max="180"
+        step="any"
+        defaultValue={store.openHand_deg ?? ''}
+        placeholder={[...new Set(open)].join(', ')}
+        data-testid="open-hand"
+        onChange={({ currentTarget }) => change(currentTarget)}
+      />
+      degrees
+      <span class="muted">Left empty, as the model has it. What is recorded, scored and sent stays as it is.</span>
+    </div>
+  );
+}
+
+export function Cards() {
+  const { fingers } = store.state;
+  return (
+    <section aria-label="Fingers">
+      <div class="cards" data-testid="cards">
+        {fingers.map((finger, channel) => (
+          <Card key={finger.name} finger={finger} channel={channel} />
+        ))}
+      </div>
+      <p class="empty" hidden={fingers.length > 0}>
+        No finger is sensed yet. A card for each appears as soon as a glove sends.
+      </p>
+      <OpenHand />
+    </section>
+  );
+}

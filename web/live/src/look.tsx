@@ -1,0 +1,384 @@
+// Look: scopes, the link, scores, the twin, sessions and their replay, and writing a board.
+import { useRef, useState } from 'preact/hooks';
+import { ask, store } from './app';
+import { drawLatency } from './frames';
+import { Button, Panel, Table, useLine } from './parts';
+import { Scopes } from './scopes';
+import type { Session, State } from './state';
+import { number, time } from './text';
+
+export function Look() {
+  return (
+    <div class="look">
+      <Replay />
+      <Scopes />
+      <Link />
+      <div class="look-parts">
+        <div class="look-column">
+          <Scores />
+          <Sessions />
+        </div>
+        <div class="look-column">
+          <Twin />
+          <Experiment />
+          <Flash />
+        </div>
+      </div>
+    </div>
+  );
+}
+
+function Link() {
+  const { link } = store.state;
+  const drawn = drawLatency();
+  const tiles = [
+    ['Rate', 'rate', number(link?.rate_hz, 0, ' Hz')],
+    ['Read to sent', 'latency', number(link?.latency_ms, 1, ' ms')],
+    ['Message to screen', 'screen', number(drawn.median_ms, 0, ' ms')],
+    ['Jitter of arrival', 'jitter', number(link?.jitter_ms, 1, ' ms')],
+    ['Frames lost', 'lost', link && link.lost === null ? 'not known' : number(link?.lost)],
+    ['Malformed', 'torn', number(link?.torn)],
+  ];
+  const spread = `99th percentile ${number(drawn.p99_ms)} ms of ${drawn.frames} frames`;
+  return (
+    <Panel id="link" name="Link">
+      <dl class="tiles">
+        {tiles.map(([name, id, value]) => (
+          <div class="tile">
+            <dt>{name}</dt>
+            <dd data-testid={`link-${id}`} title={id === 'screen' ? spread : undefined}>
+              {value}
+            </dd>
+          </div>
+        ))}
+      </dl>
+    </Panel>
+  );
+}
+
+function Replay() {
+  const line = useLine('replay-error');
+  const { replay } = store.state;
+  const [held_s, hold] = useState<number | null>(null); // while somebody drags the line
+  if (!replay) return null;
+  const t_s = held_s ?? replay.t_s ?? 0;
+  const clock = `${time(t_s)} of ${time(replay.of_s)}`;
+  const seek = async (to_s: number): Promise<void> => {
+    line.say(await ask('replay.seek', { t_s: to_s }));
+    hold(null);
+  };
+  return (
+    <Panel id="replay" name="Replay">
+      <p class="lead" data-testid="replay-file">
+        {replay.file}
+      </p>
+      <input
+        type="range"
+        min={0}
+        max={replay.of_s ?? 1}
+        step={0.01}
+        value={t_s}
+        aria-label="Time in the recording"
+        aria-valuetext={clock}
+        data-testid="replay-line"
+        onInput={({ currentTarget }) => hold(Number(currentTarget.value))}
+        onChange={({ currentTarget }) => void seek(Number(currentTarget.value))}
+      />
+      <p class="facts" data-testid="replay-clock">
+        {clock}
+      </p>
+      <div class="row">
+        <Button test="replay-play" line={line} act={() => ask('replay.play', { on: !store.state.replay?.playing })}>
+          {replay.playing ? 'Pause' : 'Play'}
+        </Button>
+        <Button test="replay-leave" kind="quiet" line={line} act={() => ask('device.leave')}>
+          Leave the replay
+        </Button>
+      </div>
+      {line.element}
+    </Panel>
+  );
+}
+
+type TwinPart = keyof NonNullable<State['twin']>;
+
+interface SliderOptions {
+  part: TwinPart;
+  name: string;
+  unit: string;
+  min: number;
+  max: number;
+  step: number;
+  digits: number;
+  scale: number;
+}
+
+const kSliders: SliderOptions[] = [
+  { part: 'slip_deg', name: 'Slip of the glove', unit: '°', min: -20, max: 20, step: 0.5, digits: 1, scale: 1 },
+  { part: 'drift_deg_per_min', name: 'Drift', unit: '° a minute', min: 0, max: 10, step: 0.1, digits: 1, scale: 1 },
+  { part: 'noise_counts', name: 'Noise', unit: ' counts', min: 0, max: 20, step: 0.5, digits: 1, scale: 1 },
+  { part: 'loss', name: 'Radio loss', unit: ' %', min: 0, max: 50, step: 1, digits: 0, scale: 100 },
+];
+
+function Twin() {
+  const line = useLine('twin-error');
+  const { twin } = store.state;
+  if (!twin) return null;
+  return (
+    <Panel id="twin" name="Twin">
+      <p class="muted">What goes wrong with real gloves, at will.</p>
+      {kSliders.map((slider) => (
+        <Slider key={slider.part} slider={slider} value={twin[slider.part]} say={line.say} />
+      ))}
+      {line.element}
+    </Panel>
+  );
+}
+
+const kSettles_ms = 600;
+
+interface MovedSlider {
+  slider: SliderOptions;
+  value: number | null;
+  say(error: string | null): void;
+}
+
+function Slider({ slider: { part, name, unit, min, max, step, digits, scale }, value, say }: MovedSlider) {
+  const [moved, move] = useState<number | null>(null); // what a state that was on its way does not move back
+  const wanted = useRef(0);
+  const isUnderWay = useRef(false);
+  const timer = useRef(0);
+  // At once, so that a score that is asked for next is one of the new value; while a hand is moving it, one at a time.
+  const send = async (to: number): Promise<void> => {
+    move(to);
+    wanted.current = to;
+    window.clearTimeout(timer.current);
+    if (isUnderWay.current) return;
+    isUnderWay.current = true;
+    let sent = NaN;
+    while (sent !== wanted.current) {
+      sent = wanted.current;
+      say(await ask('twin.set', { [part]: sent / scale }));
+    }
+    isUnderWay.current = false;
+    timer.current = window.setTimeout(() => move(null), kSettles_ms);
+  };
+  const shown = moved ?? (value ?? 0) * scale;
+  const words = number(shown, digits, unit);
+  return (
+    <div class="slider">
+      <label for={`twin-${part}`}>{name}</label>
+      <output for={`twin-${part}`}>{words}</output>
+      <input
+        type="range"
+        id={`twin-${part}`}
+        min={min}
+        max={max}
+        step={step}
+        value={shown}
+        aria-valuetext={words}
+        data-testid={`twin-${part}`}
+        onInput={({ currentTarget }) => void send(Number(currentTarget.value))}
+      />
+    </div>
+  );
+}
+
+const kScoreColumns = ['Label', 'Total', '', '1', '2', '3', '4', '5', '6'];
+
+function Scores() {
+  const line = useLine('score-error');
+  const label = useRef<HTMLInputElement>(null);
+  const { scores, twin } = store.state;
+  const most = Math.max(1, ...scores.map((s) => s.total_deg_s ?? 0));
+  const run = (): Promise<string | null> =>
+    ask('score.run', { label: label.current!.value.trim() || (store.state.model?.name ?? 'raw') });
+  return (
+    <Panel id="scores" name="Scores" hidden={scores.length === 0 && twin === null}>
+      <div class="row">
+        <label for="score-label" class="sr">
+          Label of the score
+        </label>
+        <input
+          id="score-label"
+          type="text"
+          placeholder="raw, compensated …"
+          maxlength={40}
+          data-testid="score-label"
+          ref={label}
+        />
+        <Button test="score-run" line={line} act={run}>
+          Run six gestures
+        </Button>
+      </div>
+      {line.element}
+      <div class="scroll" tabindex={0} role="region" aria-label="Scores" hidden={scores.length === 0}>
+        <Table
+          test="scores"
+          kind="scores"
+          caption="Integral of absolute error, degree seconds, gestures 1 to 6"
+          columns={kScoreColumns}
+        >
+          {scores.map(({ label: name, total_deg_s, gestures_deg_s }) => (
+            <tr data-testid="score-row">
+              <th scope="row">{name}</th>
+              <td class="total">{number(total_deg_s)}</td>
+              <td class="bar-cell">
+                <span class="bar" aria-hidden="true" style={{ width: `${(100 * (total_deg_s ?? 0)) / most}%` }} />
+              </td>
+              {gestures_deg_s.map((deg_s) => (
+                <td>{number(deg_s)}</td>
+              ))}
+            </tr>
+          ))}
+        </Table>
+      </div>
+      <p class="empty" hidden={scores.length > 0}>
+        No score yet. A score is the six gestures through what runs now.
+      </p>
+    </Panel>
+  );
+}
+
+function Experiment() {
+  const line = useLine('experiment-error');
+  const trials = useRef<HTMLInputElement>(null);
+  const { job, experiment } = store.state;
+  const run = (): Promise<string | null> => ask('experiment.run', { trials: Number(trials.current!.value) });
+  return (
+    <Panel id="experiment" name="Experiment">
+      <p class="muted">The published experiment in the simulator: six gestures, three compensators.</p>
+      <div class="row">
+        <label for="trials">Trials</label>
+        <input
+          id="trials"
+          type="number"
+          min={1}
+          max={10000}
+          defaultValue="10"
+          data-testid="experiment-trials"
+          ref={trials}
+        />
+        <Button test="experiment-run" line={line} act={run} disabled={job?.name === 'experiment'}>
+          Run
+        </Button>
+      </div>
+      {experiment && (
+        <Table
+          test="experiment-result"
+          caption="Six gestures together, degree seconds, means"
+          columns={['Compensator', 'Error']}
+        >
+          {experiment.map(({ compensator, total_deg_s }) => (
+            <tr key={compensator}>
+              <th scope="row">{compensator}</th>
+              <td>{number(total_deg_s)}</td>
+            </tr>
+          ))}
+        </Table>
+      )}
+      {line.element}
+    </Panel>
+  );
+}
+
+function Sessions() {
+  const line = useLine('sessions-error');
+  const { sessions } = store.state;
+  return (
+    <Panel id="sessions" name="Sessions">
+      <ul class="sessions" data-testid="sessions">
+        {sessions.map(({ name, person, side, seconds, files }) => (
+          <li key={name} data-testid="session">
+            <div class="session-head">
+              <strong>{name}</strong>
+              <span class="muted">
+                {[person, side && `${side} hand`, seconds !== null && time(seconds)].filter(Boolean).join(', ')}
+              </span>
+              {logOf(files) && (
+                <Button
+                  test={`replay-${name}`}
+                  kind="quiet"
+                  line={line}
+                  act={() => ask('replay.open', { session: name, file: logOf(files) })}
+                >
+                  Replay
+                </Button>
+              )}
+            </div>
+            <ul class="files">
+              {files.map((file) => (
+                <li key={file}>
+                  <a
+                    href={['files', name, ...file.split('/')].map(encodeURIComponent).join('/')}
+                    target="_blank"
+                    rel="noopener"
+                  >
+                    {file}
+                  </a>
+                </li>
+              ))}
+            </ul>
+          </li>
+        ))}
+      </ul>
+      <p class="empty" hidden={sessions.length > 0}>
+        No session yet. A recording or a calibration makes one.
+      </p>
+      {line.element}
+    </Panel>
+  );
+}
+
+// What can be replayed of a session.
+function logOf(files: Session['files']): string | undefined {
+  const logs = files.filter((name) => name.endsWith('.csv') && !name.startsWith('markers'));
+  return logs.find((name) => name === 'log.csv') ?? logs[0];
+}
+
+function Flash() {
+  const line = useLine('flash-error');
+  const board = useRef<HTMLSelectElement>(null);
+  const port = useRef<HTMLSelectElement>(null);
+  const { ports, device, twin } = store.state;
+  if (twin && device?.status !== 'boards') return null; // a twin without boards
+  const write = (): Promise<string | null> =>
+    ask('flash', { board: board.current!.value, ...(port.current!.value ? { port: port.current!.value } : {}) });
+  return (
+    <Panel id="flash" name="Flash a board">
+      <p class="muted">
+        Makes firmware of the model that is worn, for the pins of the wiring table and without tracking, and writes it
+        through the board’s bootloader. For another wiring: flexor deploy, then flexor flash.
+      </p>
+      <div class="row">
+        <div class="field">
+          <label for="flash-board">Board</label>
+          <select id="flash-board" data-testid="flash-board" ref={board}>
+            <option value="glove">Glove</option>
+            <option value="hand">Hand</option>
+          </select>
+        </div>
+        <div class="field">
+          <label for="flash-port">Port</label>
+          <select id="flash-port" data-testid="flash-port" ref={port}>
+            <option value="">Where it was heard</option>
+            {ports.map(({ path }) => (
+              <option key={path} value={path}>
+                {path}
+              </option>
+            ))}
+          </select>
+        </div>
+      </div>
+      <div class="row">
+        <Button test="flash" line={line} act={write}>
+          Write the board
+        </Button>
+      </div>
+      <p class="muted" hidden={ports.length > 0}>
+        No port is there. Plug in a board.
+      </p>
+      {line.element}
+    </Panel>
+  );
+}

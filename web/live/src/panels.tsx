@@ -1,0 +1,242 @@
+// What one does while wearing: record, connect, choose a model and send it, put the glove on anew.
+import { useRef } from 'preact/hooks';
+import { ask, store } from './app';
+import { kFingers } from './mapping';
+import { Button, Panel, Switch, Table, useLine, type Line } from './parts';
+import type { Device } from './state';
+import { degrees, number, time, title } from './text';
+
+const kStatus: Record<Device['status'], string> = {
+  none: 'No glove',
+  listening: 'Listening',
+  glove: 'Glove connected',
+  gone: 'Unplugged',
+  replay: 'Replaying a recording',
+  twin: 'Simulated glove',
+  boards: 'Simulated boards',
+};
+
+export function statusWord(device: Device | null): string {
+  return device ? (kStatus[device.status] ?? device.status) : 'No glove';
+}
+
+export function Glove() {
+  const line = useLine('device-error');
+  const port = useRef<HTMLSelectElement>(null);
+  const { device, ports } = store.state;
+  const isHere = device !== null && !['none', 'gone'].includes(device.status);
+  const facts = isHere ? [device.port, device.format].filter((fact) => fact && !device.says?.includes(fact)) : [];
+  const leave = isHere && (
+    <Button test="device-leave" kind="quiet" line={line} act={() => ask('device.leave')}>
+      Disconnect
+    </Button>
+  );
+  return (
+    <Panel id="glove" name="Glove" beside={leave}>
+      <p class="lead" data-testid="device-status">
+        {[statusWord(device), device?.name].filter(Boolean).join(': ')}
+      </p>
+      <p class="muted" data-testid="device-says" hidden={!device?.says}>
+        {device?.says}
+      </p>
+      <p class="facts" hidden={facts.length === 0}>
+        {facts.join(' · ')}
+      </p>
+      <Names />
+      <div class="row" hidden={isHere}>
+        <label for="port" class="sr">
+          Port
+        </label>
+        <select id="port" data-testid="port" ref={port}>
+          <option value="auto">What is there</option>
+          {ports.map(({ path, name }) => (
+            <option key={path} value={path}>
+              {name ? `${path} (${name})` : path}
+            </option>
+          ))}
+        </select>
+        <Button test="device-connect" line={line} act={() => ask('device.connect', { port: port.current!.value })}>
+          Connect
+        </Button>
+      </div>
+      {line.element}
+    </Panel>
+  );
+}
+
+// Which finger each column of a glove without names is: asked once, the program keeps it for that glove.
+function Names() {
+  const line = useLine('names-error');
+  const list = useRef<HTMLDivElement>(null);
+  const chosen = (): string[] => [...list.current!.querySelectorAll('select')].map(({ value }) => value);
+  const { next, fingers } = store.state;
+  return (
+    <div class="field" data-testid="names" hidden={next?.kind !== 'name'}>
+      <p>Its columns have no names. Bend one finger after the other: which reading moves? This is asked once.</p>
+      <div class="names" ref={list}>
+        {fingers.map(({ name }) => (
+          <label key={name} class="row">
+            <span>{title(name)}</span>
+            <select data-testid={`name-${name}`}>
+              <option value="">No finger</option>
+              {kFingers.map((finger) => (
+                <option value={finger}>{title(finger)}</option>
+              ))}
+            </select>
+          </label>
+        ))}
+      </div>
+      <div class="row">
+        <Button test="names-save" kind="primary" line={line} act={() => ask('columns.name', { names: chosen() })}>
+          These are the fingers
+        </Button>
+      </div>
+      {line.element}
+    </div>
+  );
+}
+
+export function Record() {
+  const line = useLine('record-error');
+  const { recording, device } = store.state;
+  const isHeard = device !== null && !['none', 'gone', 'listening'].includes(device.status);
+  return (
+    <Panel id="record" name="Record">
+      <Button
+        test="record"
+        kind={`primary record ${recording ? 'on' : ''}`}
+        line={line}
+        act={() => ask(store.state.recording ? 'record.stop' : 'record.start')}
+        disabled={!recording && !isHeard}
+      >
+        <span class="record-dot" aria-hidden="true" />
+        <span>{recording ? `Stop ${time(recording.seconds)}` : 'Start recording'}</span>
+      </Button>
+      <p class="muted" data-testid="record-file" hidden={!recording}>
+        {recording && `${recording.rows} rows in ${recording.file}`}
+      </p>
+      {line.element}
+    </Panel>
+  );
+}
+
+export function Model() {
+  const line = useLine('model-error');
+  const sendLine = useLine('send-error');
+  const { model, models, device } = store.state;
+  const known = model && !models.some((m) => m.path === model.path) ? [model, ...models] : models;
+  const select = useRef<HTMLSelectElement>(null);
+  const choose = async (path: string): Promise<void> => line.say(await ask('model.choose', { path: path || null }));
+  const takesModels = device !== null && ['glove', 'boards', 'twin'].includes(device.status);
+  const hint = !model
+    ? 'Choose a model, or calibrate, before there is something to send.'
+    : takesModels
+      ? ''
+      : 'Needs a glove with Flexor’s program.';
+  return (
+    <Panel id="model" name="Person and model">
+      <label for="model" class="sr">
+        Person and model
+      </label>
+      <select
+        id="model"
+        data-testid="model"
+        ref={select}
+        value={document.activeElement === select.current ? undefined : (model?.path ?? '')}
+        onChange={({ currentTarget }) => void choose(currentTarget.value)}
+      >
+        <option value="">No model: readings as they are</option>
+        {known.map(({ path, name }) => (
+          <option key={path} value={path}>
+            {known.filter((other) => other.name === name).length > 1 ? `${name} (${path})` : (name ?? path)}
+          </option>
+        ))}
+      </select>
+      {line.element}
+      <Button test="send" line={sendLine} act={() => ask('send')} disabled={!model}>
+        Send to the glove
+      </Button>
+      <p class="muted" hidden={hint === ''}>
+        {hint}
+      </p>
+      {sendLine.element}
+    </Panel>
+  );
+}
+
+const kMotion = 'Open and close every finger for ten seconds. Nothing changes before you accept.';
+const kPutOn = `Glove put on again? ${kMotion}`;
+const kSlipped = `The glove has slipped: it reads otherwise than when it was calibrated. ${kMotion}`;
+const kAnewColumns = ['Finger', 'Before', 'After', 'Verdict'];
+
+export function Anew() {
+  const line = useLine('anew-error');
+  const { anew, model, next } = store.state;
+  const fingers = anew?.fingers ?? [];
+  const seconds = anew?.seconds ?? 0;
+  const of = anew?.of_seconds ?? 10;
+  const isDone = fingers.some((finger) => finger.after_deg !== null || finger.verdict);
+  const isRunning = !isDone && seconds > 0 && seconds < of;
+  const isSlipped = next?.kind === 'slipped';
+  const control = (label: string, word: string, kind: string, disabled = false) => (
+    <Button test={`anew-${word}`} kind={kind} line={line} act={() => ask(`anew.${word}`)} disabled={disabled}>
+      {label}
+    </Button>
+  );
+  return (
+    <Panel id="anew" name="Put on anew" kind={isSlipped ? 'offered' : ''}>
+      <p class="muted" data-testid="anew-intro" hidden={isRunning || isDone}>
+        {isSlipped ? kSlipped : kPutOn}
+      </p>
+      {!isDone && control('Ten seconds of motion', 'start', isSlipped ? 'primary' : '', !model || isRunning)}
+      <progress
+        max={of}
+        value={Math.min(of, seconds)}
+        aria-label="Seconds of motion"
+        data-testid="anew-progress"
+        hidden={!isRunning}
+      />
+      <p class="facts" hidden={!isRunning}>
+        {`Keep moving: ${number(seconds)} of ${number(of)} s`}
+      </p>
+      {isDone && (
+        <Table test="anew-table" caption="How far off, degrees, by the new calibration" columns={kAnewColumns}>
+          {fingers.map(({ name, before_deg, after_deg, verdict }) => {
+            const uncertain = after_deg === null ? '' : `± ${degrees(after_deg, 1)}`;
+            return (
+              <tr key={name} data-testid={`anew-${name}`}>
+                <th scope="row">{title(name)}</th>
+                <td>{before_deg === null ? 'not known' : `${degrees(before_deg, 1)} ${uncertain}`}</td>
+                <td>{uncertain}</td>
+                <td class="wrap">{verdict}</td>
+              </tr>
+            );
+          })}
+        </Table>
+      )}
+      {isDone && (
+        <div class="row">
+          {control('Accept', 'accept', 'primary')}
+          {control('Keep as it was', 'keep', 'quiet')}
+        </div>
+      )}
+      <Tracking line={line} />
+      {line.element}
+    </Panel>
+  );
+}
+
+function Tracking({ line }: { line: Line }) {
+  const { tracking, tracking_remark: why } = store.state;
+  const turn = async (on: boolean): Promise<void> => line.say(await ask('tracking.set', { on }));
+  return (
+    <div>
+      <Switch test="tracking" on={tracking === true} disabled={!!why} turn={(on) => void turn(on)}>
+        Follow slow changes while worn
+      </Switch>
+      <p class="muted" data-testid="tracking-remark" hidden={!why}>
+        {why}
+      </p>
+    </div>
+  );
+}

@@ -1,0 +1,181 @@
+// What the page is built of: panels, tables, controls that ask the program for something, and the line on what went wrong.
+import type { ComponentChildren } from 'preact';
+import { useState } from 'preact/hooks';
+import { kShapes } from './colours';
+import type { Quality } from './state';
+import { title } from './text';
+
+// One line under a group of controls. Empty while all is well.
+export interface Line {
+  element: ComponentChildren;
+  say(error: string | null): void;
+}
+
+export function useLine(test: string): Line {
+  const [text, say] = useState<string | null>(null);
+  const element = (
+    <p class="error" role="alert" data-testid={test} hidden={text === null}>
+      {text}
+    </p>
+  );
+  return { element, say };
+}
+
+interface ButtonOptions {
+  test: string;
+  line: Line;
+  act: () => Promise<string | null>;
+  kind?: string; // primary, quiet
+  disabled?: boolean;
+  children: ComponentChildren;
+}
+
+// It waits while it waits, and what went wrong stands in its line.
+export function Button({ test, line, act, kind = '', disabled = false, children }: ButtonOptions) {
+  const [busy, setBusy] = useState(false);
+  const click = async (): Promise<void> => {
+    if (busy) return;
+    setBusy(true);
+    line.say(null);
+    line.say(await act());
+    setBusy(false);
+  };
+  return (
+    <button
+      type="button"
+      class={`button ${kind}`}
+      data-testid={test}
+      aria-busy={busy || undefined}
+      disabled={disabled && !busy}
+      onClick={() => void click()}
+    >
+      {children}
+    </button>
+  );
+}
+
+interface SwitchOptions {
+  test: string;
+  on: boolean;
+  disabled?: boolean;
+  turn: (on: boolean) => void;
+  children: ComponentChildren;
+}
+
+export function Switch({ test, on, disabled = false, turn, children }: SwitchOptions) {
+  return (
+    <button
+      type="button"
+      role="switch"
+      class="switch"
+      data-testid={test}
+      aria-checked={on}
+      disabled={disabled}
+      onClick={() => turn(!on)}
+    >
+      <span class="switch-knob" aria-hidden="true" />
+      {children}
+    </button>
+  );
+}
+
+interface SegmentedOptions<T> {
+  name: string;
+  test: string; // of each with its value
+  values: readonly T[];
+  pressed: T | null | undefined;
+  pick: (value: T) => void;
+  hidden?: boolean;
+  write?: (value: T) => string;
+}
+
+// Buttons of which one is pressed.
+export function Segmented<T extends string | number>(options: SegmentedOptions<T>) {
+  const { name, test, values, pressed, pick, hidden, write = (value: T) => title(String(value)) } = options;
+  return (
+    <div class="segmented" role="group" aria-label={name} hidden={hidden}>
+      {values.map((value) => (
+        <button
+          key={value}
+          type="button"
+          data-testid={`${test}-${value}`}
+          aria-pressed={value === pressed}
+          onClick={() => pick(value)}
+        >
+          {write(value)}
+        </button>
+      ))}
+    </div>
+  );
+}
+
+interface PanelOptions {
+  id: string;
+  name: string;
+  kind?: string;
+  hidden?: boolean;
+  beside?: ComponentChildren; // the heading
+  children: ComponentChildren;
+}
+
+// A part of a place, called by its heading.
+export function Panel({ id, name, kind = '', hidden, beside, children }: PanelOptions) {
+  const heading = <h2 id={`${id}-title`}>{name}</h2>;
+  return (
+    <section
+      class={`panel part-${id} ${kind}`}
+      aria-labelledby={`${id}-title`}
+      data-testid={`panel-${id}`}
+      hidden={hidden}
+    >
+      {beside === undefined ? (
+        heading
+      ) : (
+        <div class="panel-head">
+          {heading}
+          {beside}
+        </div>
+      )}
+      {children}
+    </section>
+  );
+}
+
+interface TableOptions {
+  test: string;
+  caption: string;
+  columns: readonly string[]; // an empty name is a column without a heading
+  kind?: string;
+  hidden?: boolean;
+  children: ComponentChildren; // rows
+}
+
+export function Table({ test, caption, columns, kind = '', hidden, children }: TableOptions) {
+  return (
+    <table class={`table ${kind}`} data-testid={test} hidden={hidden}>
+      <caption>{caption}</caption>
+      <thead>
+        <tr>{columns.map((name) => (name === '' ? <td /> : <th scope="col">{name}</th>))}</tr>
+      </thead>
+      <tbody>{children}</tbody>
+    </table>
+  );
+}
+
+// Of a share, in the colour of its finger.
+export function Meter({ share }: { share: number | null }) {
+  const width = `${Math.round(Math.min(1, Math.max(0, share ?? 0)) * 100)}%`;
+  return (
+    <span class="meter" aria-hidden="true">
+      <span class="meter-fill" style={{ width }} />
+    </span>
+  );
+}
+
+export function QualityShape({ quality }: { quality: Quality }) {
+  return (
+    <svg viewBox="0 0 16 16" class={`quality quality-${quality}`} aria-hidden="true">
+      <path d={kShapes[quality]} class={quality === 'none' ? 'hollow' : undefined} />
+    </svg>
+  );
+}

@@ -5,25 +5,23 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/write.hpp>
+#include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <cmath>
 #include <deque>
-#include <list>
 #include <map>
-#include <optional>
 #include <random>
-#include <type_traits>
-#include <unordered_map>
+#include <tuple>
 #include <utility>
-#include <vector>
 
 #include "apps/live/assets.hpp"
 #include "apps/live/request.hpp"
@@ -44,12 +42,11 @@ using Tcp = asio::ip::tcp;
 
 constexpr std::uint32_t kLongestHead = 8192;
 constexpr std::size_t kMostTurnedAway =
-    64;  // connections that are being told so; more are closed without a word
-constexpr std::uint64_t kTurnedAway = 0;  // the number of one more connection than there may be
-constexpr seconds kHeadTime{10};          // to send a head, and to agree on a WebSocket
-constexpr seconds kIdleTime{30};          // between two requests
-constexpr seconds kStallTime{30};         // for a part of an answer
-constexpr seconds kSilence{30};           // of a socket, which is asked after half of it
+    64;                            // connections that are being told so; more are closed without a word
+constexpr seconds kHeadTime{10};   // to send a head, and to agree on a WebSocket
+constexpr seconds kIdleTime{30};   // between two requests
+constexpr seconds kStallTime{30};  // for a part of an answer
+constexpr seconds kSilence{30};    // of a socket, which is asked after half of it
 constexpr seconds kFarewell{1};
 static_assert(kLongestText == kLongestBinary, "the limit is set before the kind is known");
 
@@ -86,31 +83,19 @@ struct Message {
   bool text = true;
 };
 
-class AnyConnection {
- public:
-  AnyConnection() = default;
-  virtual ~AnyConnection() = default;
-  AnyConnection(const AnyConnection&) = delete;
-  AnyConnection& operator=(const AnyConnection&) = delete;
-  virtual void send(const Message&) {}
-  virtual void give_up() = 0;      // at once
-  virtual void farewell() = 0;     // the program ends
-  virtual bool known() const = 0;  // has shown the token
-};
+// What is awaited gives its error beside its result; what a handler throws comes out of run().
+constexpr auto kResult = asio::as_tuple(asio::use_awaitable);
+void rethrow(const std::exception_ptr& thrown) {
+  if (thrown) std::rethrow_exception(thrown);
+}
 
 struct Watch {
   Watch(asio::io_context& context, int descriptor) : stream(context, descriptor) {}
   asio::posix::stream_descriptor stream;
-  std::function<void()> readable;
   bool ended = false;
 };
 
-struct Timer {
-  explicit Timer(asio::io_context& context) : timer(context) {}
-  asio::steady_timer timer;
-  std::chrono::steady_clock::duration period{};
-  std::function<void()> tick;
-};
+class Connection;
 
 std::string random_token() {
   constexpr const char* kSystem = "/dev/urandom";  // whatever the library's own choice may be
@@ -139,14 +124,9 @@ class Hub : public Server {
   const std::filesystem::path& files() const { return files_; }
   bool is_ours(std::string_view host) const;
 
-  void enter(std::uint64_t id, AnyConnection* connection) {
-    if (id == kTurnedAway)
-      ++turned_away_;
-    else
-      connections_[id] = connection;
-  }
-  void leave(std::uint64_t id, const AnyConnection* connection);
-  void opened(Client client, AnyConnection* connection);
+  void enter(Client id, Connection* connection) { connections_[id] = connection; }
+  void leave(Client id) { connections_.erase(id); }
+  void opened(Client client);
   void closed(Client client);
   void text(Client client, std::string_view text) {
     if (handlers_.text) handlers_.text(client, text);
@@ -176,18 +156,14 @@ class Hub : public Server {
 
  private:
   void open(unsigned short port);
-  void accept();
+  asio::awaitable<void> accept();
   void send_all(std::string bytes, bool text);
   void end();
   void accepted(Tcp::socket socket);
   bool make_room();
-  void wait(const std::shared_ptr<Watch>& watch);
-  void wait(const std::shared_ptr<Timer>& timer);
 
   // Before the context: what ends with it leaves these.
-  std::map<std::uint64_t, AnyConnection*> connections_;  // oldest first
-  std::map<Client, AnyConnection*> sockets_;             // those among them that are open sockets
-  std::size_t turned_away_ = 0;
+  std::map<Client, Connection*> connections_;  // oldest first
   Handlers handlers_;
   std::string token_;
   std::filesystem::path files_;
@@ -200,62 +176,30 @@ class Hub : public Server {
   Tcp::acceptor acceptor_{context};
   asio::steady_timer pause_{context};
   std::map<int, std::shared_ptr<Watch>> watches_;
-  std::vector<std::shared_ptr<Timer>> timers_;
-  std::uint64_t last_id_ = 0;
+  Client last_id_ = 0;
   bool stopping_ = false;
 };
 
-// After our last word: what the other side still sends is let go for a moment, so that it gets to read that word, and the line
-// ends with it, or without.
-void discard(beast::tcp_stream& stream, const std::shared_ptr<std::array<char, 4096>>& into,
-             const std::function<void()>& done) {
-  stream.async_read_some(asio::buffer(*into), [&stream, into, done](error_code error, std::size_t) {
-    if (error) return done();
-    discard(stream, into, done);
-  });
-}
-
-void end_in_order(beast::tcp_stream& tcp, const std::function<void()>& done) {
-  tcp.expires_after(kFarewell);
-  error_code ignored;
-  tcp.socket().shutdown(Tcp::socket::shutdown_send, ignored);
-  discard(tcp, std::make_shared<std::array<char, 4096>>(), done);
-}
-
-void close_at_once(beast::tcp_stream& stream) {
-  error_code ignored;
-  stream.socket().set_option(asio::socket_base::linger(true, 0),
-                             ignored);  // the kernel keeps nothing for it either
-  stream.close();
-}
-
-// One WebSocket.
-class Socket : public AnyConnection, public std::enable_shared_from_this<Socket> {
+// One connection, request after request, until it becomes a WebSocket.
+class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Socket(Hub& hub, Client id, beast::tcp_stream&& stream) : hub_(hub), id_(id), socket_(std::move(stream)) {
+  Connection(Hub& hub, Client id, Tcp::socket&& socket, bool place)
+      : has_place(place), hub_(hub), id_(id), socket_(std::move(socket)) {
     hub_.enter(id_, this);
   }
-  ~Socket() override {
-    if (open_) --hub_.clients;  // the program ends, or a handler threw
-    hub_.leave(id_, this);
+  ~Connection() {
+    if (is_open_) --hub_.clients;  // the program ends, or a handler threw
+    hub_.leave(id_);
   }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
 
-  void accept(http::request<http::empty_body> request) {
-    request_ = std::move(request);
-    beast::get_lowest_layer(socket_).expires_never();
-    socket_.set_option(websocket::stream_base::timeout{kHeadTime, kSilence, true});
-    socket_.read_message_max(kLongestText);
-    socket_.auto_fragment(false);
-    socket_.async_accept(request_, [self = shared_from_this()](error_code error) {
-      if (error) return;
-      self->open_ = true;
-      self->hub_.opened(self->id_, self.get());
-      self->read();
-    });
-  }
+  void start() { spawn(&Connection::serve); }
+  bool is_known() const { return is_known_; }  // has shown the token
+  bool is_open() const { return is_open_; }    // a WebSocket
 
-  void send(const Message& message) override {
-    if (!open_ || dropped_ || ending_) return;
+  void send(const Message& message) {
+    if (!is_open_ || dropped_ || ending_) return;
     if (waiting_bytes_ + message.bytes->size() > kLongestQueue) {
       dropped_ = true;
       ++hub_.dropped;
@@ -263,52 +207,225 @@ class Socket : public AnyConnection, public std::enable_shared_from_this<Socket>
     }
     waiting_bytes_ += message.bytes->size();
     queue_.push_back(message);
-    if (queue_.size() == 1) write();
+    if (queue_.size() == 1) spawn(&Connection::write);
   }
 
-  void give_up() override { close_at_once(beast::get_lowest_layer(socket_)); }
+  // At once.
+  void give_up() {
+    error_code ignored;
+    line().socket().set_option(asio::socket_base::linger(true, 0),
+                               ignored);  // the kernel keeps nothing for it either
+    line().close();
+  }
 
-  void farewell() override {
-    if (!open_ || dropped_) return give_up();
+  // The program ends: once what waits is written.
+  void farewell() {
+    if (!is_open_ || dropped_) return give_up();
     ending_ = true;
     if (queue_.empty()) close();
   }
 
-  bool known() const override { return true; }
+  const bool has_place;  // else it is told that there is none
 
  private:
-  void read() {
-    socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (error) return self->gone();
-      self->take();
-      self->read();
-    });
+  beast::tcp_stream& line() { return socket_.next_layer(); }
+
+  // A part of it, which it outlives.
+  void spawn(asio::awaitable<void> (Connection::*part)()) {
+    const auto run = [](std::shared_ptr<Connection> self, auto of) -> asio::awaitable<void> {
+      co_await (self.get()->*of)();
+    };
+    asio::co_spawn(socket_.get_executor(), run(shared_from_this(), part), rethrow);
   }
 
-  void take() {
-    const auto* bytes = static_cast<const std::uint8_t*>(buffer_.data().data());
-    const std::size_t size = buffer_.size();
+  asio::awaitable<void> serve() {
+    bool goes_on = has_place;
+    if (!goes_on) {
+      co_await say(http::status::service_unavailable, "too many connections: close a tab of this page",
+                   false);
+    }
+    for (seconds patience = kHeadTime; goes_on; patience = kIdleTime) goes_on = co_await next(patience);
+    if (!socket_.is_open() && line().socket().is_open()) co_await end_in_order();
+  }
+
+  // A request and its answer: whether another may follow.
+  asio::awaitable<bool> next(seconds patience) {
+    http::request_parser<http::empty_body> parser;
+    parser.header_limit(kLongestHead);
+    parser.body_limit(boost::none);  // a body is refused, not read
+    line().expires_after(patience);
+    const auto [error, bytes] = co_await http::async_read_header(line(), buffer_, parser, kResult);
+    head_ = parser.is_header_done() ? parser.get() : http::request<http::empty_body>();
+    if (error == http::error::header_limit || error == http::error::buffer_overflow)
+      co_return co_await refuse(http::status::request_header_fields_too_large,
+                                "the head is too long: 8192 bytes at most");
+    const bool is_http = error.category() == make_error_code(http::error::bad_target).category();
+    if (is_http && error != http::error::end_of_stream && error != http::error::partial_message)
+      co_return co_await refuse(http::status::bad_request, "this is no request that HTTP knows");
+    if (error) {
+      give_up();
+      co_return false;
+    }
+    co_return co_await answer(parser.is_done());
+  }
+
+  asio::awaitable<bool> answer(bool is_whole) {
+    if (const char* why = foreign()) co_return co_await refuse(http::status::forbidden, why);
+    const Target target = read_target({head_.target().data(), head_.target().size()}, hub_.token());
+    if (target.kind == Target::Kind::foreign)
+      co_return co_await refuse(http::status::forbidden,
+                                "the token is missing or another: open the address that the program printed");
+    is_known_ = true;
+    if (head_.method() != http::verb::get && head_.method() != http::verb::head)
+      co_return co_await refuse(http::status::method_not_allowed,
+                                "only GET and HEAD: everything else goes through the socket");
+    if (!is_whole) co_return co_await refuse(http::status::payload_too_large, "a request holds no body");
+    switch (target.kind) {
+      case Target::Kind::bare:
+        co_return co_await redirect();
+      case Target::Kind::asset:
+        co_return co_await give_asset(target.name);
+      case Target::Kind::file:
+        co_return co_await give_file(target.name);
+      case Target::Kind::socket:
+        co_return co_await upgrade();
+      default:
+        co_return co_await say(http::status::not_found, "there is no such file", head_.keep_alive());
+    }
+  }
+
+  // Why the request is not from our own page or a program of this machine; null where it may be.
+  const char* foreign() const {
+    if (head_.count(http::field::host) != 1) return "there must be one Host";
+    const auto host = head_[http::field::host];
+    if (!hub_.is_ours({host.data(), host.size()}))
+      return "another Host than the one that listens: open the address that the program printed";
+    const auto origins = head_.count(http::field::origin);
+    if (origins == 0) return nullptr;
+    const auto origin = head_[http::field::origin];
+    if (origins > 1 || !is_origin_of({origin.data(), origin.size()}, {host.data(), host.size()}))
+      return "a page of another Origin has no access";
+    return nullptr;
+  }
+
+  template <class Body>
+  http::response<Body> response(http::status status, std::string_view type, bool keep_alive) {
+    http::response<Body> out{status, head_.version() == 10 ? 10U : 11U};
+    set_headers(out, kPagePolicy);
+    out.set(http::field::content_type, {type.data(), type.size()});
+    out.keep_alive(keep_alive);
+    return out;
+  }
+
+  asio::awaitable<bool> refuse(http::status status, const char* why) {
+    ++hub_.refused;
+    return say(status, why, false);
+  }
+
+  asio::awaitable<bool> say(http::status status, const char* why, bool keep_alive) {
+    auto out = response<http::string_body>(status, "text/plain; charset=utf-8", keep_alive);
+    if (status == http::status::method_not_allowed) out.set(http::field::allow, "GET, HEAD");
+    if (status == http::status::upgrade_required) out.set(http::field::upgrade, "websocket");
+    out.body() = fmt::format("{}: {}\n", static_cast<unsigned>(status), why);
+    return give(std::move(out));
+  }
+
+  asio::awaitable<bool> redirect() {
+    auto out =
+        response<http::string_body>(http::status::permanent_redirect, "text/plain", head_.keep_alive());
+    out.set(http::field::location, fmt::format("/{}/", hub_.token()));
+    return give(std::move(out));
+  }
+
+  asio::awaitable<bool> give_asset(const std::string& name) {
+    const auto found = std::ranges::find(assets(), name, &Asset::name);
+    if (found == assets().end())
+      return say(http::status::not_found, "there is no such file", head_.keep_alive());
+    auto out = response<http::span_body<const char>>(http::status::ok, found->type, head_.keep_alive());
+    out.body() = {found->bytes.data(), found->bytes.size()};
+    return give(std::move(out));
+  }
+
+  asio::awaitable<bool> give_file(const std::string& name) {
+    const int descriptor = hub_.files().empty() ? -1 : io::open_beneath(hub_.files(), name);
+    if (descriptor < 0) return say(http::status::not_found, "there is no such file", head_.keep_alive());
+    beast::file_posix file;
+    file.native_handle(descriptor);
+    auto out = response<http::basic_file_body<beast::file_posix>>(http::status::ok, type_of_file(name),
+                                                                  head_.keep_alive());
+    out.set("Content-Security-Policy", file_policy());
+    error_code error;
+    out.body().reset(std::move(file), error);
+    if (error) return say(http::status::not_found, "the file cannot be read", head_.keep_alive());
+    return give(std::move(out));
+  }
+
+  template <class Body>
+  asio::awaitable<bool> give(http::response<Body> out) {
+    out.prepare_payload();
+    const bool head_only = head_.method() == http::verb::head;
+    http::response_serializer<Body> serializer{out};
+    serializer.split(head_only);
+    error_code error;
+    while (!error && !(head_only ? serializer.is_header_done() : serializer.is_done())) {
+      line().expires_after(kStallTime);
+      std::tie(error, std::ignore) = co_await http::async_write_some(line(), serializer, kResult);
+    }
+    if (error) give_up();
+    co_return !error && out.keep_alive();
+  }
+
+  // After our last word: what the other side still sends is let go for a moment, so that it gets to read that word, and the
+  // line ends with it, or without.
+  asio::awaitable<void> end_in_order() {
+    line().expires_after(kFarewell);
+    error_code error;
+    line().socket().shutdown(Tcp::socket::shutdown_send, error);
+    std::array<char, 4096> unread{};
+    while (!error)
+      std::tie(error, std::ignore) = co_await line().async_read_some(asio::buffer(unread), kResult);
+  }
+
+  asio::awaitable<bool> upgrade() {
+    if (!websocket::is_upgrade(head_))
+      co_return co_await say(http::status::upgrade_required, "this is the WebSocket", false);
+    if (buffer_.size() > 0)
+      co_return co_await refuse(http::status::bad_request, "nothing is sent before the socket is open");
+    line().expires_never();
+    socket_.set_option(websocket::stream_base::timeout{kHeadTime, kSilence, true});
+    socket_.read_message_max(kLongestText);
+    socket_.auto_fragment(false);
+    auto [error] = co_await socket_.async_accept(head_, kResult);
+    if (error) co_return false;
+    is_open_ = true;
+    hub_.opened(id_);
+    for (beast::flat_buffer message;; message.clear()) {
+      std::tie(error, std::ignore) = co_await socket_.async_read(message, kResult);
+      if (error) break;
+      take(message);
+    }
+    is_open_ = false;
+    hub_.closed(id_);
+    co_return false;
+  }
+
+  void take(const beast::flat_buffer& message) {
+    const auto* bytes = static_cast<const std::uint8_t*>(message.data().data());
     if (socket_.got_text())
-      hub_.text(id_, {reinterpret_cast<const char*>(bytes), size});
+      hub_.text(id_, {reinterpret_cast<const char*>(bytes), message.size()});
     else
-      hub_.binary(id_, {bytes, size});
-    buffer_.consume(size);
+      hub_.binary(id_, {bytes, message.size()});
   }
 
-  void write() {
-    socket_.text(queue_.front().text);
-    socket_.async_write(asio::buffer(*queue_.front().bytes),
-                        [self = shared_from_this()](error_code error, std::size_t) {
-                          if (error) return self->give_up();
-                          self->written();
-                        });
-  }
-
-  void written() {
-    waiting_bytes_ -= queue_.front().bytes->size();
-    queue_.pop_front();
-    if (dropped_) return;
-    if (!queue_.empty()) return write();
+  // Until nothing waits.
+  asio::awaitable<void> write() {
+    while (!queue_.empty()) {
+      socket_.text(queue_.front().text);
+      const auto [error, size] = co_await socket_.async_write(asio::buffer(*queue_.front().bytes), kResult);
+      if (error || dropped_) co_return give_up();
+      waiting_bytes_ -= size;
+      queue_.pop_front();
+    }
     if (ending_) close();
   }
 
@@ -316,209 +433,23 @@ class Socket : public AnyConnection, public std::enable_shared_from_this<Socket>
     socket_.async_close(websocket::close_code::going_away, [self = shared_from_this()](error_code) {});
   }
 
-  void gone() {
-    open_ = false;
-    hub_.closed(id_);
-  }
-
   Hub& hub_;
   const Client id_;
   websocket::stream<beast::tcp_stream> socket_;
-  http::request<http::empty_body> request_;
-  beast::flat_buffer buffer_;
-  std::deque<Message> queue_;  // the first is being written
-  std::size_t waiting_bytes_ = 0;
-  bool open_ = false;
-  bool dropped_ = false;
-  bool ending_ = false;  // once what waits is written
-};
-
-// One connection, request after request, until it becomes a socket.
-class Connection : public AnyConnection, public std::enable_shared_from_this<Connection> {
- public:
-  Connection(Hub& hub, std::uint64_t id, Tcp::socket&& socket)
-      : hub_(hub), id_(id), stream_(std::move(socket)), parser_(std::in_place) {
-    hub_.enter(id_, this);
-  }
-  ~Connection() override { hub_.leave(id_, this); }
-
-  void start() { read_head(kHeadTime); }
-  void turn_away() {
-    say(http::status::service_unavailable, "too many connections: close a tab of this page", false);
-  }
-
-  void give_up() override { close_at_once(stream_); }
-  void farewell() override { give_up(); }
-  bool known() const override { return known_; }
-
- private:
-  template <class Body>
-  struct Answer {
-    explicit Answer(http::response<Body>&& what) : response(std::move(what)) {}
-    http::response<Body> response;
-    http::response_serializer<Body> serializer{response};
-  };
-
-  void read_head(seconds time) {
-    parser_.emplace();
-    parser_->header_limit(kLongestHead);
-    parser_->body_limit(boost::none);  // a body is refused, not read
-    stream_.expires_after(time);
-    http::async_read_header(
-        stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
-          if (!error) return self->answer();
-          if (error == http::error::header_limit || error == http::error::buffer_overflow)
-            return self->refuse(http::status::request_header_fields_too_large,
-                                "the head is too long: 8192 bytes at most");
-          if (error.category() == make_error_code(http::error::bad_target).category() &&
-              error != http::error::end_of_stream && error != http::error::partial_message)
-            self->refuse(http::status::bad_request, "this is no request that HTTP knows");
-        });
-  }
-
-  void answer() {
-    const auto& head = parser_->get();
-    if (const char* why = foreign()) return refuse(http::status::forbidden, why);
-    Target target = read_target({head.target().data(), head.target().size()}, hub_.token());
-    if (target.kind == Target::Kind::foreign)
-      return refuse(http::status::forbidden,
-                    "the token is missing or another: open the address that the program printed");
-    known_ = true;
-    if (head.method() != http::verb::get && head.method() != http::verb::head)
-      return refuse(http::status::method_not_allowed,
-                    "only GET and HEAD: everything else goes through the socket");
-    if (!parser_->is_done()) return refuse(http::status::payload_too_large, "a request holds no body");
-    route(std::move(target));
-  }
-
-  // Why the request is not from our own page or a program of this machine; null where it may be.
-  const char* foreign() {
-    const auto& head = parser_->get();
-    if (head.count(http::field::host) != 1) return "there must be one Host";
-    const auto host = head[http::field::host];
-    if (!hub_.is_ours({host.data(), host.size()}))
-      return "another Host than the one that listens: open the address that the program printed";
-    const auto origins = head.count(http::field::origin);
-    if (origins == 0) return nullptr;
-    const auto origin = head[http::field::origin];
-    if (origins > 1 || !is_origin_of({origin.data(), origin.size()}, {host.data(), host.size()}))
-      return "a page of another Origin has no access";
-    return nullptr;
-  }
-
-  void route(Target target) {
-    switch (target.kind) {
-      case Target::Kind::bare:
-        return redirect();
-      case Target::Kind::asset:
-        return give_asset(target.name);
-      case Target::Kind::file:
-        return give_file(target.name);
-      case Target::Kind::socket:
-        return upgrade();
-      default:
-        return say(http::status::not_found, "there is no such file", keeps_alive());
-    }
-  }
-
-  bool keeps_alive() const { return parser_->get().keep_alive(); }
-
-  template <class Body>
-  http::response<Body> response(http::status status, std::string_view type, bool keep_alive) {
-    http::response<Body> out{status, parser_->get().version() == 10 ? 10U : 11U};
-    set_headers(out, kPagePolicy);
-    out.set(http::field::content_type, {type.data(), type.size()});
-    out.keep_alive(keep_alive);
-    return out;
-  }
-
-  void refuse(http::status status, const char* why) {
-    ++hub_.refused;
-    say(status, why, false);
-  }
-
-  void say(http::status status, const char* why, bool keep_alive) {
-    auto out = response<http::string_body>(status, "text/plain; charset=utf-8", keep_alive);
-    if (status == http::status::method_not_allowed) out.set(http::field::allow, "GET, HEAD");
-    if (status == http::status::upgrade_required) out.set(http::field::upgrade, "websocket");
-    out.body() = fmt::format("{}: {}\n", static_cast<unsigned>(status), why);
-    give(std::move(out));
-  }
-
-  void redirect() {
-    auto out = response<http::string_body>(http::status::permanent_redirect, "text/plain", keeps_alive());
-    out.set(http::field::location, fmt::format("/{}/", hub_.token()));
-    give(std::move(out));
-  }
-
-  void give_asset(const std::string& name) {
-    const auto all = assets();
-    const auto found =
-        std::find_if(all.begin(), all.end(), [&](const Asset& asset) { return asset.name == name; });
-    if (found == all.end()) return say(http::status::not_found, "there is no such file", keeps_alive());
-    auto out = response<http::span_body<const char>>(http::status::ok, found->type, keeps_alive());
-    out.body() = {found->bytes.data(), found->bytes.size()};
-    give(std::move(out));
-  }
-
-  void give_file(const std::string& name) {
-    const int descriptor = hub_.files().empty() ? -1 : io::open_beneath(hub_.files(), name);
-    if (descriptor < 0) return say(http::status::not_found, "there is no such file", keeps_alive());
-    beast::file_posix file;
-    file.native_handle(descriptor);
-    auto out = response<http::basic_file_body<beast::file_posix>>(http::status::ok, type_of_file(name),
-                                                                  keeps_alive());
-    out.set("Content-Security-Policy", file_policy());
-    error_code error;
-    out.body().reset(std::move(file), error);
-    if (error) return say(http::status::not_found, "the file cannot be read", keeps_alive());
-    give(std::move(out));
-  }
-
-  void upgrade() {
-    const auto& head = parser_->get();
-    if (!websocket::is_upgrade(head))
-      return say(http::status::upgrade_required, "this is the WebSocket", false);
-    if (buffer_.size() > 0)
-      return refuse(http::status::bad_request, "nothing is sent before the socket is open");
-    std::make_shared<Socket>(hub_, id_, std::move(stream_))->accept(parser_->release());
-  }
-
-  template <class Body>
-  void give(http::response<Body>&& response) {
-    response.prepare_payload();
-    const bool head_only = parser_->is_header_done() && parser_->get().method() == http::verb::head;
-    auto answer = std::make_shared<Answer<Body>>(std::move(response));
-    answer->serializer.split(head_only);
-    write(answer, head_only);
-  }
-
-  template <class Body>
-  void write(const std::shared_ptr<Answer<Body>>& answer, bool head_only) {
-    stream_.expires_after(kStallTime);
-    http::async_write_some(stream_, answer->serializer,
-                           [self = shared_from_this(), answer, head_only](error_code error, std::size_t) {
-                             if (error) return;
-                             auto& serializer = answer->serializer;
-                             if (!(head_only ? serializer.is_header_done() : serializer.is_done()))
-                               return self->write(answer, head_only);
-                             if (answer->response.keep_alive()) return self->read_head(kIdleTime);
-                             end_in_order(self->stream_, [self] {});
-                           });
-  }
-
-  Hub& hub_;
-  const std::uint64_t id_;
-  beast::tcp_stream stream_;
   beast::flat_buffer buffer_{2 * kLongestHead};
-  std::optional<http::request_parser<http::empty_body>> parser_;
-  bool known_ = false;
+  http::request<http::empty_body> head_;  // of the request that is answered
+  std::deque<Message> queue_;             // the first is being written
+  std::size_t waiting_bytes_ = 0;
+  bool is_known_ = false;
+  bool is_open_ = false;
+  bool dropped_ = false;
+  bool ending_ = false;
 };
 
 Hub::Hub(const ServerOptions& options, Handlers handlers)
     : handlers_(std::move(handlers)), token_(checked_token(options.token)), files_(options.files) {
   open(options.port);
-  accept();
+  asio::co_spawn(context, accept(), rethrow);
 }
 
 void Hub::open(unsigned short port) {
@@ -555,27 +486,27 @@ bool Hub::is_ours(std::string_view host) const {
   return host == "127.0.0.1" || host == "localhost" || host == "[::1]";
 }
 
-void Hub::accept() {
-  acceptor_.async_accept([this](error_code error, Tcp::socket socket) {
-    if (stopping_ || error == asio::error::operation_aborted) return;
+asio::awaitable<void> Hub::accept() {
+  for (;;) {
+    auto [error, socket] = co_await acceptor_.async_accept(kResult);
+    if (stopping_) co_return;
     if (!error) {
       accepted(std::move(socket));
-      return accept();
+      continue;
     }
     pause_.expires_after(std::chrono::milliseconds(100));  // no descriptors are left, say
-    pause_.async_wait([this](error_code ended) {
-      if (!ended) accept();
-    });
-  });
+    co_await pause_.async_wait(kResult);
+  }
 }
 
 // Where all places are taken, the oldest connection that has not shown the token goes.
 bool Hub::make_room() {
-  if (connections_.size() < static_cast<std::size_t>(kMostClients)) return true;
-  const auto unknown = std::find_if(connections_.begin(), connections_.end(),
-                                    [](const auto& entry) { return !entry.second->known(); });
+  const auto has_place = [](const auto& entry) { return entry.second->has_place; };
+  if (std::ranges::count_if(connections_, has_place) < kMostClients) return true;
+  const auto unknown = std::ranges::find_if(
+      connections_, [&](const auto& entry) { return has_place(entry) && !entry.second->is_known(); });
   if (unknown == connections_.end()) return false;
-  AnyConnection* connection = unknown->second;
+  Connection* connection = unknown->second;
   connections_.erase(unknown);
   connection->give_up();
   return true;
@@ -584,50 +515,45 @@ bool Hub::make_room() {
 void Hub::accepted(Tcp::socket socket) {
   error_code ignored;
   socket.set_option(Tcp::no_delay(true), ignored);
-  if (make_room()) return std::make_shared<Connection>(*this, ++last_id_, std::move(socket))->start();
-  ++refused;
-  if (turned_away_ < kMostTurnedAway)
-    std::make_shared<Connection>(*this, kTurnedAway, std::move(socket))->turn_away();
+  const bool has_place = make_room();
+  if (!has_place) ++refused;
+  if (connections_.size() < kMostClients + kMostTurnedAway)
+    std::make_shared<Connection>(*this, ++last_id_, std::move(socket), has_place)->start();
 }
 
-void Hub::leave(std::uint64_t id, const AnyConnection* connection) {
-  if (id == kTurnedAway) --turned_away_;
-  const auto found = connections_.find(id);
-  if (found != connections_.end() && found->second == connection) connections_.erase(found);
-  const auto socket = sockets_.find(id);
-  if (socket != sockets_.end() && socket->second == connection) sockets_.erase(socket);
-}
-
-void Hub::opened(Client client, AnyConnection* connection) {
-  sockets_[client] = connection;
+void Hub::opened(Client client) {
   ++clients;
   if (handlers_.opened) handlers_.opened(client);
 }
 
 void Hub::closed(Client client) {
-  sockets_.erase(client);
   --clients;
   if (handlers_.closed) handlers_.closed(client);
-  if (stopping_ && sockets_.empty()) context.stop();
+  if (stopping_ && clients == 0) context.stop();
 }
 
 void Hub::send(Client to, std::string text) {
-  const auto found = sockets_.find(to);
-  if (found != sockets_.end())
+  const auto found = connections_.find(to);
+  if (found != connections_.end())
     found->second->send({std::make_shared<const std::string>(std::move(text)), true});
 }
 
 void Hub::send_all(std::string bytes, bool text) {
   const Message message{std::make_shared<const std::string>(std::move(bytes)), text};
-  for (const auto& [client, socket] : sockets_) socket->send(message);
+  for (const auto& [id, connection] : connections_) connection->send(message);
 }
 
 void Hub::watch(int descriptor, std::function<void()> readable) {
   unwatch(descriptor);
-  auto watch = std::make_shared<Watch>(context, descriptor);
-  watch->readable = std::move(readable);
-  watches_[descriptor] = watch;
-  wait(watch);
+  const auto watch = watches_[descriptor] = std::make_shared<Watch>(context, descriptor);
+  const auto wait = [](std::shared_ptr<Watch> on, std::function<void()> act) -> asio::awaitable<void> {
+    while (!on->ended) {
+      const auto [error] = co_await on->stream.async_wait(asio::posix::stream_descriptor::wait_read, kResult);
+      if (error || on->ended) co_return;
+      act();
+    }
+  };
+  asio::co_spawn(context, wait(watch, std::move(readable)), rethrow);
 }
 
 void Hub::unwatch(int descriptor) {
@@ -638,32 +564,19 @@ void Hub::unwatch(int descriptor) {
   watches_.erase(found);
 }
 
-void Hub::wait(const std::shared_ptr<Watch>& watch) {
-  watch->stream.async_wait(asio::posix::stream_descriptor::wait_read, [this, watch](error_code error) {
-    if (error || watch->ended) return;
-    watch->readable();
-    if (!watch->ended) wait(watch);
-  });
-}
-
-void Hub::every(double period_s, std::function<void()> tick) {
-  auto timer = std::make_shared<Timer>(context);
-  timer->period = std::chrono::nanoseconds(std::llround(std::max(period_s, 1e-3) * 1e9));
-  timer->tick = std::move(tick);
-  timer->timer.expires_after(timer->period);
-  timers_.push_back(timer);
-  wait(timer);
-}
-
 // Ticks that the thread had no time for are left out.
-void Hub::wait(const std::shared_ptr<Timer>& timer) {
-  timer->timer.async_wait([this, timer](error_code error) {
-    if (error) return;
-    timer->tick();
-    timer->timer.expires_at(
-        std::max(timer->timer.expiry() + timer->period, std::chrono::steady_clock::now()));
-    wait(timer);
-  });
+void Hub::every(double period_s, std::function<void()> tick) {
+  const auto again = [](asio::steady_timer timer, std::chrono::nanoseconds period,
+                        std::function<void()> act) -> asio::awaitable<void> {
+    for (;;) {
+      timer.expires_at(std::max(timer.expiry() + period, std::chrono::steady_clock::now()));
+      co_await timer.async_wait(asio::use_awaitable);
+      act();
+    }
+  };
+  const std::chrono::nanoseconds period(std::llround(std::max(period_s, 1e-3) * 1e9));
+  asio::steady_timer timer(context, std::chrono::steady_clock::now());
+  asio::co_spawn(context, again(std::move(timer), period, std::move(tick)), rethrow);
 }
 
 void Hub::end() {
@@ -672,7 +585,7 @@ void Hub::end() {
   acceptor_.close(ignored);
   const auto all = connections_;
   for (const auto& [id, connection] : all) connection->farewell();
-  pause_.expires_after(sockets_.empty() ? std::chrono::milliseconds(0) : std::chrono::milliseconds(200));
+  pause_.expires_after(clients == 0 ? std::chrono::milliseconds(0) : std::chrono::milliseconds(200));
   pause_.async_wait([this](error_code) { context.stop(); });
 }
 

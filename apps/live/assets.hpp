@@ -8,7 +8,6 @@ namespace flexor::live {
 
 struct Asset {
   std::string_view name;  // "index.html", "assets/main.js": the path behind the token
-  std::string_view type;  // MIME
   std::string_view bytes;
 };
 

@@ -8,7 +8,6 @@
 #include <span>
 #include <sstream>
 
-#include "apps/live/camera.hpp"
 #include "host/identify/hand.hpp"
 #include "host/io/beneath.hpp"
 #include "host/io/io.hpp"
@@ -187,20 +186,20 @@ bool Calibration::is_needed(const std::string& angle) const {
 }
 
 // Rows in which what is needed was seen: a fit takes no others.
-void Calibration::add(const SeenAngles& seen, const std::vector<std::string>& names) {
+void Calibration::add(const SeenRow& seen, const std::vector<std::string>& names) {
   if (step_ != Step::motion || !log_ || seen.t_s < begun_s_) return;
   is_over_ = lasts_s_ > 0 && seen.t_s - begun_s_ > lasts_s_;
   if (is_over_) return;
   if (!camera_) camera_ = std::make_unique<listen::Log>(file("camera.csv"), names);
   angles_ = names;
-  if (seen.t_s <= newest_angle_s_ || seen.angle_deg.size() != names.size()) return;
+  if (seen.t_s <= newest_angle_s_ || seen.deg.size() != names.size()) return;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (is_needed(names[i]) && !std::isfinite(seen.angle_deg[i])) return;
+    if (is_needed(names[i]) && !std::isfinite(seen.deg[i])) return;
   }
   newest_angle_s_ = seen.t_s;
   angle_came_s_ = seconds_;
   ++angle_rows_;
-  camera_->add({seen.t_s, {}, seen.angle_deg, {}});
+  camera_->add({seen.t_s, {}, seen.deg, {}});
 }
 
 void Calibration::saw(int marks_found, int marks, std::vector<std::array<double, 2>> marks_at) {

@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/live/camera.hpp"
 #include "apps/live/coverage.hpp"
 #include "apps/live/sessions.hpp"
 #include "host/listen/log.hpp"
@@ -37,12 +38,6 @@ struct CalibrationSetup {
   double rate_hz = 0;  // of the model; 0: not known yet
 };
 
-// Angles at a time, in the order of names that is always the same; NaN: not seen.
-struct SeenAngles {
-  double t_s = 0;  // the camera's clock
-  std::vector<double> angle_deg;
-};
-
 class Calibration {
  public:
   // The session is there already.
@@ -58,7 +53,7 @@ class Calibration {
   bool wants_pictures() const;
 
   void add(const listen::Sample& sample, const std::vector<std::string>& columns);
-  void add(const SeenAngles& seen, const std::vector<std::string>& names);
+  void add(const SeenRow& seen, const std::vector<std::string>& names);  // as NAME_deg, always the same
   // Of one picture, and where in it (Seen::marks_at); without marks: whether there was a hand.
   void saw(int marks_found, int marks, std::vector<std::array<double, 2>> marks_at = {});
   void saw_no_camera();                          // it ended by itself

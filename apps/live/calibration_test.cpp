@@ -37,7 +37,8 @@ class Guided : public testing::Test {
       const double t_s = from_s + 0.05 * k;
       const double angle = 45 + 40 * std::sin(t_s);
       c.add(listen::Sample{t_s, {}, {500 + angle, 600 - angle}, {}}, {"index_count", "thumb_count"});
-      if (seen) c.add(SeenAngles{t_s, {angle, k % 7 == 0 ? NAN : angle}}, {"index_mcp_deg", "thumb_mcp_deg"});
+      if (seen)
+        c.add(SeenRow{t_s, {angle, k % 7 == 0 ? NAN : angle}, {}, {}}, {"index_mcp_deg", "thumb_mcp_deg"});
     }
   }
   io::TemporaryFolder folder_;
@@ -202,7 +203,7 @@ TEST_F(Guided, AMarkerlessReferenceStatesItsOwnError) {
     const double t_s = 0.05 * k;
     const double angle = 45 + 40 * std::sin(t_s);
     c.add(listen::Sample{t_s, {}, {500 + angle}, {}}, {"index_count"});
-    c.add(SeenAngles{t_s, {angle, angle, angle}}, {"index_mcp_deg", "index_pip_deg", "middle_mcp_deg"});
+    c.add(SeenRow{t_s, {angle, angle, angle}, {}, {}}, {"index_mcp_deg", "index_pip_deg", "middle_mcp_deg"});
   }
   c.next(true);
   c.set_rate(10);

@@ -26,9 +26,9 @@ struct SeenRow {
 
 struct Seen {
   std::vector<SeenRow> rows;  // that have become final
-  std::size_t marks_found = 0;
+  int marks_found = 0;
   std::vector<std::array<double, 2>> marks_at;  // those, as shares of the picture's width and height
-  std::size_t marks = 0;
+  int marks = 0;
   int width = 0;
   int height = 0;
 };

@@ -3,7 +3,6 @@
 #include <limits>
 #include <utility>
 
-#include "apps/live/camera.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::live {
@@ -13,16 +12,12 @@ constexpr std::size_t kMostWaiting = 4;
 constexpr double kUnsure_deg = 3;  // of a standard error: no reference
 
 PictureSeen with_names(Seen seen, const std::vector<std::string>& names) {
-  PictureSeen out;
+  PictureSeen out{std::move(seen), {}, {}};
   for (const std::string& name : names) out.names.push_back(name.ends_with("_deg") ? name : name + "_deg");
-  out.marks_found = static_cast<int>(seen.marks_found);
-  out.marks = static_cast<int>(seen.marks);
-  out.marks_at = std::move(seen.marks_at);
-  for (SeenRow& row : seen.rows) {
+  for (SeenRow& row : out.rows) {
     for (std::size_t i = 0; i < row.deg.size(); ++i) {  // made up from before and after, over too long a time
       if (row.se_deg[i] > kUnsure_deg) row.deg[i] = std::numeric_limits<double>::quiet_NaN();
     }
-    out.rows.push_back({row.t_s, std::move(row.deg)});
   }
   return out;
 }

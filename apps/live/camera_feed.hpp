@@ -1,7 +1,6 @@
 // Pictures to angles beside the server's thread: the page's webcam, or the twin's hand as it is drawn.
 #pragma once
 
-#include <array>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -11,19 +10,15 @@
 #include <thread>
 #include <vector>
 
-#include "apps/live/calibration.hpp"
+#include "apps/live/camera.hpp"
 #include "host/twin/parameters.hpp"
 
 namespace flexor::live {
 
-// What one picture brought.
-struct PictureSeen {
+// What one picture brought; of angles that are too unsure for a reference: NaN.
+struct PictureSeen : Seen {
   std::vector<std::string> names;  // of the angles, NAME_deg
-  std::vector<SeenAngles> rows;    // that became final
-  int marks_found = 0;
-  int marks = 0;
-  std::vector<std::array<double, 2>> marks_at;  // as Seen's
-  std::string jpeg;                             // what was drawn; empty: it was the page's
+  std::string jpeg;                // what was drawn; empty: it was the page's
 };
 
 struct CameraSetup {

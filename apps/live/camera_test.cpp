@@ -36,8 +36,8 @@ TEST(Camera, SeesWhatItDraws) {
   for (int k = 0; k < kFrames; ++k) {
     const double t_s = k / kRate_hz;
     const Seen seen = camera.picture(t_s, camera.draw(pose(t_s), static_cast<std::uint64_t>(k)));
-    EXPECT_EQ(seen.marks_found, 24U);
-    EXPECT_EQ(seen.marks, 24U);
+    EXPECT_EQ(seen.marks_found, 24);
+    EXPECT_EQ(seen.marks, 24);
     EXPECT_EQ(seen.width, 960);
     EXPECT_EQ(seen.height, 540);
     rows.insert(rows.end(), seen.rows.begin(), seen.rows.end());

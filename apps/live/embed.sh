@@ -4,25 +4,6 @@ set -euo pipefail
 folder=$1
 out=$2
 
-type_of() {
-  case $1 in
-    *.html) echo "text/html; charset=utf-8" ;;
-    *.js | *.mjs) echo "text/javascript; charset=utf-8" ;;
-    *.css) echo "text/css; charset=utf-8" ;;
-    *.json | *.map) echo application/json ;;
-    *.webmanifest) echo application/manifest+json ;;
-    *.svg) echo image/svg+xml ;;
-    *.png) echo image/png ;;
-    *.jpg | *.jpeg) echo image/jpeg ;;
-    *.ico) echo image/x-icon ;;
-    *.glb) echo model/gltf-binary ;;
-    *.wasm) echo application/wasm ;;
-    *.woff2) echo font/woff2 ;;
-    *.txt) echo "text/plain; charset=utf-8" ;;
-    *) echo application/octet-stream ;;
-  esac
-}
-
 # The bytes of a file between two symbols.
 carried() {  # symbol, file
   printf 'asm(".section .rodata\\n.balign 16\\n.hidden %s\\n.global %s\\n%s:\\n.incbin \\"%s\\"\\n.hidden %s_end\\n.global %s_end\\n%s_end:\\n.byte 0\\n.previous");\n' \
@@ -40,7 +21,7 @@ mapfile -t names < <(find . -type f | sed 's,^\./,,' | LC_ALL=C sort)
     name=${names[i]}
     [[ $name != *[\"\\]* ]] || { echo "embed.sh: a name that cannot be carried: $name" >&2; exit 1; }
     carried "flexor_asset_$i" "$PWD/$name"
-    rows+="    {\"$name\", \"$(type_of "$name")\", $(text_of "flexor_asset_$i")},"$'\n'
+    rows+="    {\"$name\", $(text_of "flexor_asset_$i")},"$'\n'
   done
   printf '\nnamespace flexor::live {\n\nstd::span<const Asset> assets() {\n  static const Asset all[] = {\n%s  };\n  return all;\n}\n\n}  // namespace flexor::live\n' "$rows"
 } >"$out.part"

@@ -119,7 +119,7 @@ void Live::see(const PictureSeen& seen) {
   if (!calibration_ || !calibration_->wants_pictures()) return;
   calibration_->saw(seen.marks_found, seen.marks, seen.marks_at);
   try {
-    for (const SeenAngles& row : seen.rows) calibration_->add(row, seen.names);
+    for (const SeenRow& row : seen.rows) calibration_->add(row, seen.names);
   } catch (const std::exception& error) {
     say_failed("calibration", error.what());
     calibration_->end_short();

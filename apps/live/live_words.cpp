@@ -310,12 +310,13 @@ void Live::angles(io::JsonReader& parts) {
   const double page_s = parts.number_within("t_s", -1e9, 1e9);
   const Json seen = parts.object_or_empty("angles");
   std::vector<std::string> names;
-  SeenAngles row{camera_time_s(page_s), {}};
+  SeenRow row;
+  row.t_s = camera_time_s(page_s);
   for (const auto& [name, value] : seen.items()) {
     if (!value.is_number() || names.size() > 30)
       throw io::InputError("\"angles\" must be numbers, of thirty joints at most");
     names.push_back(model::joint_name(name) + "_deg");
-    row.angle_deg.push_back(value.get<double>());
+    row.deg.push_back(value.get<double>());
   }
   if (markerless_names_.empty()) markerless_names_ = names;
   calibration_->saw(names == markerless_names_ && !names.empty() ? 1 : 0, 1);

@@ -88,11 +88,14 @@ bool is_origin_of(std::string_view origin, std::string_view host) {
   return origin.starts_with(kScheme) && origin.substr(kScheme.size()) == host;
 }
 
-std::string_view type_of_file(std::string_view name) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kTypes{{
+std::string_view type_of_asset(std::string_view name) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kTypes{{
       {".csv", "text/csv; charset=utf-8"},
       {".json", "application/json"},
       {".html", "text/html; charset=utf-8"},
+      {".js", "text/javascript; charset=utf-8"},
+      {".mjs", "text/javascript; charset=utf-8"},
+      {".css", "text/css; charset=utf-8"},
       {".svg", "image/svg+xml"},
       {".png", "image/png"},
       {".jpg", "image/jpeg"},
@@ -103,17 +106,24 @@ std::string_view type_of_file(std::string_view name) {
       {".pdf", "application/pdf"},
       {".zip", "application/zip"},
       {".gz", "application/gzip"},
+      {".glb", "model/gltf-binary"},
+      {".wasm", "application/wasm"},
+      {".woff2", "font/woff2"},
       {".txt", "text/plain; charset=utf-8"},
       {".log", "text/plain; charset=utf-8"},
       {".md", "text/plain; charset=utf-8"},
       {".tsv", "text/plain; charset=utf-8"},
       {".mot", "text/plain; charset=utf-8"},
-      {".js", "text/plain; charset=utf-8"},
-      {".css", "text/plain; charset=utf-8"},
   }};
   for (const auto& [ending, type] : kTypes)
     if (name.ends_with(ending)) return type;
   return "application/octet-stream";
+}
+
+std::string_view type_of_file(std::string_view name) {
+  const std::string_view type = type_of_asset(name);
+  const bool runs = type.starts_with("text/javascript") || type.starts_with("text/css");
+  return runs ? "text/plain; charset=utf-8" : name.ends_with(".wasm") ? "application/octet-stream" : type;
 }
 
 }  // namespace flexor::live

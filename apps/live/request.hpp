@@ -29,7 +29,9 @@ bool same_in_constant_time(std::string_view one, std::string_view other);
 // "127.0.0.1:8080" against "http://127.0.0.1:8080". Origin "null" is nobody's.
 bool is_origin_of(std::string_view origin, std::string_view host);
 
-// MIME type of a session's file by its ending. Scripts and styles are text there: the page runs none but its own.
+// MIME type of a part of the page by its ending; and of a session's file, whose scripts and styles are text: the page runs none but
+// its own.
+std::string_view type_of_asset(std::string_view name);
 std::string_view type_of_file(std::string_view name);
 
 }  // namespace flexor::live

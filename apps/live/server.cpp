@@ -341,7 +341,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     const auto found = std::ranges::find(assets(), name, &Asset::name);
     if (found == assets().end())
       return say(http::status::not_found, "there is no such file", head_.keep_alive());
-    auto out = response<http::span_body<const char>>(http::status::ok, found->type, head_.keep_alive());
+    auto out =
+        response<http::span_body<const char>>(http::status::ok, type_of_asset(name), head_.keep_alive());
     out.body() = {found->bytes.data(), found->bytes.size()};
     return give(std::move(out));
   }

@@ -43,13 +43,6 @@ TEST(Sessions, ColumnsAreNamedAgainWhereTheirFileIsDamaged) {
   }
 }
 
-TEST(Sessions, TwoInOneSecondHaveNamesOfTheirOwn) {
-  const io::TemporaryFolder folder;
-  Sessions sessions(folder.path());
-  EXPECT_NE(sessions.create("a", "right", "g", "x").name, sessions.create("a", "right", "g", "x").name);
-  EXPECT_EQ(sessions.list().size(), 2U);
-}
-
 TEST(Sessions, AGloveHasItsNewestAcceptedModel) {
   const io::TemporaryFolder folder;
   Sessions sessions(folder.path());

@@ -120,20 +120,6 @@ TEST_F(Words, ASourceIsNotChangedUnderARecording) {
   done({{"do", "record.stop"}});
 }
 
-TEST_F(Words, AMarkerIsSeenInEveryTab) {
-  five_fingers();
-  done({{"do", "record.start"}});
-  done({{"do", "marker"}, {"text", "thumb out"}});
-  Tab later(*place_);
-  Json heard = Json::object();
-  for (int k = 0; k < 200 && heard.value("event", "") != "marker"; ++k) {
-    const auto [opcode, payload] = later.hear();
-    if (opcode == kText) heard = Json::parse(payload);
-  }
-  EXPECT_EQ(heard.value("text", ""), "thumb out");
-  EXPECT_GT(heard.value("host_s", 0.0), 0);
-}
-
 TEST_F(Words, MarkersAreBounded) {
   five_fingers();
   done({{"do", "record.start"}});
@@ -144,7 +130,11 @@ TEST_F(Words, MarkersAreBounded) {
   int heard = 0;
   for (int k = 0; k < 10 * kMost && heard < kMost; ++k) {
     const auto [opcode, payload] = later.hear();
-    if (opcode == kText && Json::parse(payload).value("event", "") == "marker") ++heard;
+    const Json marker = opcode == kText ? Json::parse(payload) : Json::object();
+    if (marker.value("event", "") != "marker") continue;
+    ++heard;
+    EXPECT_EQ(marker["text"], std::string(200, 'm'));
+    EXPECT_GT(marker["host_s"], 0);
   }
   EXPECT_EQ(heard, kMost);
 }
@@ -200,21 +190,6 @@ TEST_F(Words, ARecordingIsPlayedFromTheStart) {
   EXPECT_EQ(state["replay"]["file"], "log.csv");
   EXPECT_EQ(state["device"]["status"], "replay");
   done({{"do", "replay.seek"}, {"t_s", 0}});
-}
-
-TEST_F(Words, LeavingAReplayBringsTheGloveBackAndACancelledCalibrationLeavesNothing) {
-  five_fingers();
-  done({{"do", "record.start"}});
-  state_when([](const Json& s) { return s["recording"].is_object() && s["recording"]["rows"] > 20; });
-  done({{"do", "record.stop"}});
-  const Json recorded = state_when([](const Json& s) { return !s["sessions"].empty(); });
-  done({{"do", "replay.open"}, {"session", recorded["sessions"][0]["name"]}, {"file", "log.csv"}});
-  state_when([](const Json& s) { return s["device"]["status"] == "replay"; });
-  done({{"do", "device.leave"}});
-  state_when([](const Json& s) { return s["device"]["status"] == "twin" && s["fingers"].size() == 5; });
-  done({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "drawn"}});
-  done({{"do", "calibrate.cancel"}});
-  EXPECT_EQ(state_when([](const Json&) { return true; })["sessions"].size(), 1U);
 }
 
 TEST_F(Words, AModelThatCannotBeTrackedSaysSoInsteadOfOn) {

@@ -198,9 +198,9 @@ void figures(Page& page, const Saved& saved, const Json& joint, std::size_t numb
   if (sensors.size() > 1)
     curve.figure.caption += " The joint's other sensors are held at their medians for that line.";
   page.chart(std::move(curve));
-  const Held held = held_of(s);
+  const Part held = part_of(s, true);
   if (held.error_deg.empty()) return;  // none of it lies outside pauses
-  page.chart(error_histogram(name("errors"), errors(s, false), held.error_deg));
+  page.chart(error_histogram(name("errors"), part_of(s, false).error_deg, held.error_deg));
   page.chart(
       error_correlation(name("error_correlation"), held, 1 / saved.results().at("rate_hz").get<double>()));
 }

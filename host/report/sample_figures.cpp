@@ -14,14 +14,14 @@ constexpr std::size_t kMostPoints = 4000;
 constexpr double kBetween = 0.02;  // of the held-out parts' length, between two of them
 
 // A pair's held-out part, and how much later than its own clock says it is drawn: they follow one another.
-struct Part {
+struct HeldStretch {
   std::size_t begin;
   std::size_t end;
   double shift_s;
 };
 
-std::vector<Part> held_out_parts(const Samples& s) {
-  std::vector<Part> out;
+std::vector<HeldStretch> held_out_stretches(const Samples& s) {
+  std::vector<HeldStretch> out;
   double length_s = 0;
   for (std::size_t k = 0; k < s.size(); ++k) {
     if (s.held_out[k] == 0) continue;
@@ -32,7 +32,7 @@ std::vector<Part> held_out_parts(const Samples& s) {
   }
   if (out.size() < 2) return out;
   double at_s = 0;
-  for (Part& part : out) {
+  for (HeldStretch& part : out) {
     part.shift_s = at_s - s.t_s[part.begin];
     at_s += s.t_s[part.end - 1] - s.t_s[part.begin] + kBetween * length_s;
   }
@@ -40,7 +40,7 @@ std::vector<Part> held_out_parts(const Samples& s) {
 }
 
 // Where a log paused.
-void add_pauses(Chart& chart, const Samples& s, const Part& part) {
+void add_pauses(Chart& chart, const Samples& s, const HeldStretch& part) {
   for (std::size_t k = part.begin; k < part.end;) {
     if (s.gap[k] == 0) {
       ++k;
@@ -66,12 +66,12 @@ struct Drawn {
   }
 };
 
-Drawn drawn_of(const Samples& s, const std::vector<Part>& parts) {
+Drawn drawn_of(const Samples& s, const std::vector<HeldStretch>& parts) {
   std::size_t samples = 0;
-  for (const Part& part : parts) samples += part.end - part.begin;
+  for (const HeldStretch& part : parts) samples += part.end - part.begin;
   const std::size_t step = every(samples);
   Drawn out;
-  for (const Part& part : parts) {
+  for (const HeldStretch& part : parts) {
     if (!out.t_s.empty()) out.add(out.t_s.back(), NAN, NAN, NAN);
     for (std::size_t k = part.begin; k < part.end; k += step)
       out.add(s.t_s[k] + part.shift_s, s.measured_deg[k], s.estimated_deg[k], s.line_deg[k]);
@@ -99,19 +99,12 @@ Samples read_samples(const Saved& saved, const std::string& file) {
 
 std::size_t every(std::size_t rows) { return 1 + rows / kMostPoints; }
 
-Held held_of(const Samples& s) {
-  Held out{errors(s, true), {}};
+Part part_of(const Samples& s, bool held_out) {
+  Part out;
   for (std::size_t k = 0; k < s.size(); ++k) {
-    if (s.held_out[k] != 0 && s.gap[k] == 0) out.reading.push_back(s.reading[k]);
-  }
-  return out;
-}
-
-std::vector<double> errors(const Samples& s, bool held_out) {
-  std::vector<double> out;
-  for (std::size_t k = 0; k < s.size(); ++k) {
-    if (s.gap[k] == 0 && (s.held_out[k] != 0) == held_out)
-      out.push_back(s.estimated_deg[k] - s.measured_deg[k]);
+    if (s.gap[k] != 0 || (s.held_out[k] != 0) != held_out) continue;
+    out.error_deg.push_back(s.estimated_deg[k] - s.measured_deg[k]);
+    out.reading.push_back(s.reading[k]);
   }
   return out;
 }
@@ -166,7 +159,7 @@ Chart curve_chart(const std::string& name, const Samples& s, const Json& static_
 }
 
 Chart holdout_chart(const std::string& name, const Samples& s) {
-  const std::vector<Part> parts = held_out_parts(s);
+  const std::vector<HeldStretch> parts = held_out_stretches(s);
   const Drawn d = drawn_of(s, parts);
   Chart chart{
       {name, "Held-out response and error",
@@ -181,7 +174,7 @@ Chart holdout_chart(const std::string& name, const Samples& s) {
          {"compensator", kEstimated, d.t_s, d.estimated_deg, Style::line, 1.8}}},
        {"error (deg)",
         {{"", kBaseline, d.t_s, d.line_error_deg}, {"", kEstimated, d.t_s, d.error_deg, Style::line, 1.8}}}}};
-  for (const Part& part : parts) add_pauses(chart, s, part);
+  for (const HeldStretch& part : parts) add_pauses(chart, s, part);
   return chart;
 }
 
@@ -210,7 +203,7 @@ Chart error_histogram(const std::string& name, const std::vector<double>& fitted
           300};
 }
 
-Chart error_correlation(const std::string& name, const Held& held, double period_s) {
+Chart error_correlation(const std::string& name, const Part& held, double period_s) {
   const auto n = static_cast<double>(held.error_deg.size());
   const auto lags = std::min(static_cast<std::size_t>(5 / period_s), held.error_deg.size() / 4);
   const std::vector<double> own = correlation(held.error_deg, held.error_deg, lags);

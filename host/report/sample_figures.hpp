@@ -34,21 +34,18 @@ Samples read_samples(const Saved& saved, const std::string& file);
 // Every so many rows, so that an hour is drawn as quickly as a minute.
 std::size_t every(std::size_t rows);
 
-// Estimated minus measured outside pauses.
-std::vector<double> errors(const Samples& samples, bool held_out);
-
-// What is held out, outside pauses.
-struct Held {
-  std::vector<double> error_deg;
+// What is held out, or what was fitted, outside pauses.
+struct Part {
+  std::vector<double> error_deg;  // estimated minus measured
   std::vector<double> reading;
 };
-Held held_of(const Samples& samples);
+Part part_of(const Samples& samples, bool held_out);
 
 Chart holdout_chart(const std::string& name, const Samples& samples);
 Chart curve_chart(const std::string& name, const Samples& samples, const Json& static_map,
                   const std::string& unit);
 Chart error_histogram(const std::string& name, const std::vector<double>& fitted,
                       const std::vector<double>& held_out);
-Chart error_correlation(const std::string& name, const Held& held, double period_s);
+Chart error_correlation(const std::string& name, const Part& held, double period_s);
 
 }  // namespace flexor::report

@@ -26,6 +26,43 @@ export function watch(page, url, where = 'the page') {
   page.on('pageerror', (error) => findings.push(`${where}: ${error.message}`));
 }
 
+// A page under watch, by its data-testid.
+export class View {
+  constructor(page, where = 'the page') {
+    this.page = page;
+    this.where = where;
+  }
+  at(id) {
+    return this.page.getByTestId(id).first();
+  }
+  check(what, good) {
+    check(`${this.where}: ${what}`, good);
+  }
+  async click(...ids) {
+    for (const id of ids) await this.at(id).click();
+  }
+  says(id, words) {
+    return this.at(id).filter({ hasText: words }).waitFor();
+  }
+  until(condition, argument) {
+    return this.page.waitForFunction(condition, argument);
+  }
+  changes(id, was) {
+    return this.until(
+      ([name, text]) => ![text, undefined].includes(document.querySelector(`[data-testid=${name}]`)?.textContent),
+      [id, was],
+    );
+  }
+  // The total in degree-seconds of what runs now.
+  async score(label) {
+    const rows = await this.page.getByTestId('score-row').count();
+    await this.at('score-label').fill(label);
+    await this.click('score-run');
+    await this.until((n) => document.querySelectorAll('[data-testid=score-row]').length > n, rows);
+    return Number(await this.page.locator('[data-testid=score-row] .total').nth(rows).textContent());
+  }
+}
+
 export function finish() {
   for (const finding of findings) console.log(`finding: ${finding}`);
   console.log(findings.length === 0 ? 'nothing serious' : `${findings.length} findings`);

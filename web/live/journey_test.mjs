@@ -5,7 +5,7 @@
 import { mkdirSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { check, findings, finish, launch, start, step, watch } from './browser_test.mjs';
+import { check, findings, finish, launch, start, step, View, watch } from './browser_test.mjs';
 
 const [program, ...rest] = process.argv.slice(2);
 const option = (name) => (rest.includes(name) ? rest[rest.indexOf(name) + 1] : undefined);
@@ -18,16 +18,9 @@ const slip_deg = 8;
 const mostShare = 0.85; // of the error of a straight line in each finger, and of the published compensator's score
 const anewShare = 1.35; // of the error before the glove was put on anew
 
-class Walk {
-  constructor(page) {
-    this.page = page;
-    this.pictures = 0;
-    this.figures = [];
-  }
-
-  at(id) {
-    return this.page.getByTestId(id).first();
-  }
+class Walk extends View {
+  pictures = 0;
+  figures = [];
 
   async picture(name) {
     if (!pictures) return;
@@ -35,19 +28,9 @@ class Walk {
     await this.page.screenshot({ path: join(pictures, `${String(this.pictures).padStart(2, '0')}_${name}.png`) });
   }
 
-  async says(id, words) {
-    await this.at(id).filter({ hasText: words }).waitFor();
-  }
-
-  // The total in degree-seconds of what runs now.
   async score(label) {
-    await this.at('tab-look').click();
-    const before = await this.page.getByTestId('score-row').count();
-    await this.at('score-label').fill(label);
-    await this.at('score-run').click();
-    await this.page.waitForFunction((n) => document.querySelectorAll('[data-testid="score-row"]').length > n, before);
-    const row = await this.page.getByTestId('score-row').filter({ hasText: label }).first().innerText();
-    const total = Number(row.replace(label, '').match(/[\d.]+/)[0]);
+    await this.click('tab-look');
+    const total = await super.score(label);
     this.figures.push(`${label} ${total}`);
     await this.picture(`score_${label.replaceAll(' ', '_')}`);
     return total;
@@ -55,9 +38,8 @@ class Walk {
 
   // Into the glove that runs.
   async send() {
-    await this.at('tab-wear').click();
-    await this.at('send').click();
-    await this.at('job').filter({ hasText: /[✓✕] Send/ }).waitFor();
+    await this.click('tab-wear', 'send');
+    await this.says('job', /[✓✕] Send/);
     check('the model is in the glove', (await this.at('job').innerText()).includes('✓'));
     await this.picture('sent');
   }
@@ -67,11 +49,7 @@ async function firstVisit(walk, url) {
   const opened = Date.now();
   await walk.page.goto(url);
   await walk.at('card-index').waitFor();
-  const first = await walk.at('card-index').textContent();
-  await walk.page.waitForFunction(
-    (was) => document.querySelector('[data-testid=card-index]')?.textContent !== was,
-    first,
-  );
+  await walk.changes('card-index', await walk.at('card-index').textContent());
   const moving_s = (Date.now() - opened) / 1000;
   check(`the glove moves ${moving_s.toFixed(1)} s after the page is opened, at most 5`, moving_s <= 5);
   await walk.says('next', 'Calibrate it');

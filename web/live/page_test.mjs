@@ -9,7 +9,7 @@ import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { gzipSync } from 'node:zlib';
-import { check, findings, finish, launch, start, step, watch } from './browser_test.mjs';
+import { check, findings, finish, launch, start, step, View, watch } from './browser_test.mjs';
 
 const require = createRequire(import.meta.url);
 const [program, built, ...rest] = process.argv.slice(2);
@@ -39,35 +39,10 @@ function weigh() {
 
 // ---- a page under watch
 
-class View {
-  constructor(page, where) {
-    this.page = page;
-    this.where = where;
-  }
-  at(id) {
-    return this.page.getByTestId(id).first();
-  }
-  check(what, good) {
-    check(`${this.where}: ${what}`, good);
-  }
+class Screen extends View {
   async press(id, key = 'Enter') {
     await this.at(id).focus();
     await this.page.keyboard.press(key);
-  }
-  async click(...ids) {
-    for (const id of ids) await this.at(id).click();
-  }
-  says(id, words) {
-    return this.at(id).filter({ hasText: words }).waitFor();
-  }
-  until(condition, argument) {
-    return this.page.waitForFunction(condition, argument);
-  }
-  changes(id, was) {
-    return this.until(
-      ([name, text]) => ![text, undefined].includes(document.querySelector(`[data-testid=${name}]`)?.textContent),
-      [id, was],
-    );
   }
   async inspect(name) {
     const [wide, screen] = await this.page.evaluate(() => [
@@ -91,7 +66,7 @@ async function open(browser, url, { width, height, colorScheme, reducedMotion = 
   const context = await browser.newContext({ viewport: { width, height }, colorScheme, reducedMotion, permissions: ['camera'] });
   context.setDefaultTimeout(60000);
   const page = await context.newPage();
-  const view = new View(page, `${width} px, ${colorScheme}`);
+  const view = new Screen(page, `${width} px, ${colorScheme}`);
   watch(page, url, view.where);
   page.on('websocket', (socket) => {
     if (!socket.url().startsWith(url.replace('http', 'ws'))) findings.push(`${view.where}: opens ${socket.url()}`);
@@ -276,14 +251,6 @@ async function wearModel(view) {
   await view.says('job', '✓ Send');
 }
 
-async function score(view, label) {
-  const rows = await view.page.getByTestId('score-row').count();
-  await view.at('score-label').fill(label);
-  await view.click('score-run');
-  await view.until((n) => document.querySelectorAll('[data-testid=score-row]').length > n, rows);
-  return Number(await view.page.locator('[data-testid=score-row] .total').nth(rows).textContent());
-}
-
 async function look(view) {
   await view.click('tab-look');
   await view.at('scope-angle-index').waitFor();
@@ -292,10 +259,10 @@ async function look(view) {
   await view.page.waitForTimeout(500);
   view.check('a paused scope stands still', (await view.at('scope-angle-index').textContent()) === frozen);
   await view.click('scope-in', 'scope-pause');
-  const worn = await score(view, 'as calibrated');
+  const worn = await view.score('as calibrated');
   await view.at('twin-slip_deg').focus();
   for (let i = 0; i < 16; ++i) await view.page.keyboard.press('ArrowRight');
-  const slipped = await score(view, 'worn 8 degrees off');
+  const slipped = await view.score('worn 8 degrees off');
   view.check(`a score is of what the sliders show: ${worn}, then ${slipped}`, slipped > 1.1 * worn);
   await view.at('twin-slip_deg').fill('0');
   await view.at('experiment-trials').fill('5000');

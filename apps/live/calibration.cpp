@@ -445,17 +445,6 @@ Json Calibration::result_state() const {
 }
 
 Json Calibration::state() const {
-  Json covered = Json::array();
-  if (coverage_ && setup_.reference != Reference::poses) {
-    for (const Covered& c : coverage_->covered()) {
-      covered.push_back({{"name", c.name},
-                         {"range", c.range},
-                         {"slow", c.slow},
-                         {"fast", c.quick},
-                         {"holds", c.holds},
-                         {"missing", c.missing}});
-    }
-  }
   const bool none = setup_.reference == Reference::poses;
   const char* camera = none ? "none" : setup_.reference == Reference::drawn ? "server" : "page";
   const bool is_guided = step_ == Step::motion && lasts_s_ == 0;
@@ -474,7 +463,7 @@ Json Calibration::state() const {
                                         : kLong_s},
           {"left_s", now.empty() ? Json(nullptr) : Json(now.front().until_s - seconds_)},
           {"then", now.size() < 2 ? Json(nullptr) : Json(now[1].kind)},
-          {"covered", std::move(covered)},
+          {"covered", coverage_ && !none ? Json(coverage_->covered()) : Json::array()},
           {"pictures", pictures_},
           {"angles", angle_rows_},
           {"marks_found", marks_found_},

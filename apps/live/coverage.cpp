@@ -76,7 +76,7 @@ const char* what_is_missing(const Covered& c) {
          : c.range < 1 ? "range"
          : c.slow < 1  ? "slow"
          : c.holds < 1 ? "holds"
-         : c.quick < 1 ? "fast"
+         : c.fast < 1  ? "fast"
                        : "";
 }
 
@@ -93,7 +93,7 @@ Covered covered_by(const std::string& name, const std::vector<float>& readings) 
   }
   out.range = std::min(1.0, bends_in(x) / kBends);
   out.slow = std::min(1.0, slow * kStep_s / kSlow_s);
-  out.quick = std::min(1.0, quick * kStep_s / kQuick_s);
+  out.fast = std::min(1.0, quick * kStep_s / kQuick_s);
   out.holds = std::min(1.0, holds_in(x) / kHolds);
   out.missing = what_is_missing(out);
   return out;
@@ -122,7 +122,7 @@ const std::vector<Covered>& Coverage::covered() const {
   for (std::size_t i = 0; i < names_.size(); ++i) {
     Covered now = covered_by(names_[i], kept_[i]);
     // What was shown stays shown, also where a wider bend makes a smaller share of it.
-    for (const auto share : {&Covered::range, &Covered::slow, &Covered::quick, &Covered::holds})
+    for (const auto share : {&Covered::range, &Covered::slow, &Covered::fast, &Covered::holds})
       now.*share = std::max(now.*share, covered_[i].*share);
     now.missing = what_is_missing(now);
     covered_[i] = now;

@@ -7,17 +7,21 @@
 #include <string>
 #include <vector>
 
+#include "host/io/pipe_json.hpp"
+
 namespace flexor::live {
 
 struct Covered {
   std::string name;
   double range = 0;     // bends from end to end, of three
   double slow = 0;      // seconds between 0.04 and 0.5 spans a second, of six
-  double quick = 0;     // seconds above one span a second, of one
+  double fast = 0;      // seconds above one span a second, of one
   double holds = 0;     // places at which it rested for a second, of three
   std::string missing;  // move, range, slow, holds, fast; empty: nothing
   bool is_enough() const { return missing.empty(); }
 };
+
+FLEXOR_PIPE(Covered, name, range, slow, fast, holds, missing)
 
 class Coverage {
  public:

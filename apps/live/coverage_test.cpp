@@ -41,7 +41,7 @@ TEST(Coverage, SlowBendsAloneLackHoldsAndQuickOnes) {
   const Covered c = covered_by(40, [](double t) { return 500 + 100 * std::sin(0.6 * t); });
   EXPECT_EQ(c.range, 1);
   EXPECT_EQ(c.slow, 1);
-  EXPECT_EQ(c.quick, 0);
+  EXPECT_EQ(c.fast, 0);
   EXPECT_FALSE(c.is_enough());
 }
 
@@ -53,7 +53,7 @@ TEST(Coverage, BendsHoldsAndBothSpeedsAreEnough) {
   });
   EXPECT_TRUE(c.is_enough()) << c.missing;
   EXPECT_EQ(c.holds, 1);
-  EXPECT_EQ(c.quick, 1);
+  EXPECT_EQ(c.fast, 1);
 }
 
 TEST(Coverage, HalfOfTheWayIsNoBend) {

@@ -31,7 +31,7 @@ std::string shown_name(const std::string& column) {
 bool is_at_an_end(double counts) { return counts <= 1 || counts == 1023 || counts == 4095; }
 
 void at_best_fair(FingerView& view) {
-  if (view.quality != std::string_view("poor")) view.quality = "fair";
+  if (view.quality != "poor") view.quality = "fair";
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "host/identify/estimator.hpp"
+#include "host/io/pipe_json.hpp"
 #include "host/listen/sample_clock.hpp"
 
 namespace flexor::live {
@@ -28,12 +29,15 @@ struct FingerView {
   double least = 0;      // reading so far, single outliers left out
   double most = 0;
   double covered = 0;            // share of the range that the model was made from, at most 1; NaN: not known
-  const char* quality = "none";  // good, fair, poor, none
+  std::string quality = "none";  // good, fair, poor, none
   std::string remark;            // what is wrong, in words
   std::string tracked;           // how its strip is followed while it is worn, in words; "": it is not
   double open_deg = std::numeric_limits<double>::quiet_NaN();  // the joint's ends; NaN: no model has it
   double fist_deg = std::numeric_limits<double>::quiet_NaN();
 };
+
+FLEXOR_PIPE(FingerView, name, unit, raw, angle_deg, sd_deg, open_deg, fist_deg, least, most, covered, quality,
+            remark, tracked)
 
 // Whether any strip of it can be followed while it is worn (host/model/tracking.hpp).
 bool can_be_tracked(const model::Model& model);

@@ -37,7 +37,7 @@ TEST(Fingers, SayHowAStripIsTrackedAndWhenItDriftsMoreQuickly) {
   view = fingers.view(now_s).front();
   EXPECT_TRUE(holds(view.tracked, "drifted more quickly")) << view.tracked;
   EXPECT_FALSE(view.remark.empty());
-  EXPECT_STREQ(view.quality, "fair");
+  EXPECT_EQ(view.quality, "fair");
 }
 
 TEST(Fingers, ThatArePoorAreNoBetterForAReadingBeyondThose) {
@@ -48,7 +48,7 @@ TEST(Fingers, ThatArePoorAreNoBetterForAReadingBeyondThose) {
   fingers.wear(m, false);
   for (int k = 0; k < 3; ++k) fingers.add({0, 0, {800}, {}});
   EXPECT_TRUE(holds(fingers.view(0).front().remark, "beyond"));
-  EXPECT_STREQ(fingers.view(0).front().quality, "poor");
+  EXPECT_EQ(fingers.view(0).front().quality, "poor");
 }
 
 TEST(Fingers, ASlipIsSeenThoughNoChangeIsFollowed) {
@@ -73,11 +73,11 @@ TEST(Fingers, AStripThatHasNotMovedAndOneWhoseWireIsLooseAreSaid) {
   Fingers fingers({"index_count", "middle_count", "ring_count"});
   for (int k = 0; k < 20; ++k) fingers.add({0.01 * k, 0.01 * k, {500.0 + 10 * k, 500.0 + k % 2, 1023}, {}});
   const std::vector<FingerView> view = fingers.view(0.2);
-  EXPECT_STREQ(view[0].quality, "none");
+  EXPECT_EQ(view[0].quality, "none");
   EXPECT_EQ(view[0].remark, "");
-  EXPECT_STREQ(view[1].quality, "none");
+  EXPECT_EQ(view[1].quality, "none");
   EXPECT_EQ(view[1].remark, "has not moved yet");
-  EXPECT_STREQ(view[2].quality, "poor");
+  EXPECT_EQ(view[2].quality, "poor");
   EXPECT_TRUE(holds(view[2].remark, "wire loose")) << view[2].remark;
 }
 
@@ -112,7 +112,7 @@ TEST(Fingers, WithoutAReadingKeepTheirRangeAndSaySo) {
   EXPECT_TRUE(std::isnan(fingers.raw(0)));
   EXPECT_EQ(bare.remark, "no reading");
   EXPECT_TRUE(std::isnan(bare.open_deg) && std::isnan(bare.fist_deg)) << "no model has it";
-  EXPECT_STREQ(bare.quality, "poor");
+  EXPECT_EQ(bare.quality, "poor");
 
   fingers.wear(model::strip_model({}), false);
   double now_s = wear(fingers, 1, 4, 0);

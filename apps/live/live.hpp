@@ -203,7 +203,6 @@ class Live {
   void send_state();
   Json state() const;
   Json device_state() const;
-  Json fingers_state() const;
   Json link_state() const;
   Json sessions_state() const;
   Json hand_state() const;

@@ -45,27 +45,6 @@ std::string Live::misfit() const {
       listen::misfit_in_words(*found));
 }
 
-Live::Json Live::fingers_state() const {
-  Json out = Json::array();
-  if (!fingers_) return out;
-  for (const FingerView& f : fingers_->view(now_s())) {
-    out.push_back({{"name", f.name},
-                   {"unit", f.unit},
-                   {"raw", f.raw},
-                   {"angle_deg", f.angle_deg},
-                   {"sd_deg", f.sd_deg},
-                   {"open_deg", f.open_deg},
-                   {"fist_deg", f.fist_deg},
-                   {"least", f.least},
-                   {"most", f.most},
-                   {"covered", f.covered},
-                   {"quality", f.quality},
-                   {"remark", f.remark},
-                   {"tracked", f.tracked}});
-  }
-  return out;
-}
-
 Live::Json Live::link_state() const {
   const auto& arrival = link_.arrival_s;
   double jitter_s = 0;
@@ -162,7 +141,7 @@ Live::Json Live::what_next() const {
   if (!misfit_.empty()) return {{"kind", "model_misfit"}, {"why", misfit_}};
   const std::vector<FingerView> fingers = fingers_->view(now_s());
   for (const FingerView& f : fingers) {
-    if (std::string(f.quality) == "poor" && !f.remark.empty())
+    if (f.quality == "poor" && !f.remark.empty())
       return {{"kind", "look_at"}, {"finger", f.name}, {"why", f.remark}};
   }
   const bool slipped = fingers_->has_slipped() ||
@@ -171,8 +150,10 @@ Live::Json Live::what_next() const {
 }
 
 Live::Json Live::state() const {
-  Json out = {
-      {"event", "state"}, {"device", device_state()}, {"next", what_next()}, {"fingers", fingers_state()}};
+  Json out = {{"event", "state"},
+              {"device", device_state()},
+              {"next", what_next()},
+              {"fingers", fingers_ ? Json(fingers_->view(now_s())) : Json::array()}};
   out["model"] = nullptr;
   if (model_) {
     Json joints = Json::array();
@@ -235,14 +216,8 @@ Live::Json Live::hand_state() const {
 
 // The twin, what is replayed.
 void Live::add_worn(Json& out) const {
-  out["twin"] = nullptr;
+  out["twin"] = options_.worn ? Json(worn_change_) : Json(nullptr);
   out["hand"] = hand_state();
-  if (options_.worn) {
-    out["twin"] = {{"slip_deg", worn_change_.slip_deg},
-                   {"drift_deg_per_min", worn_change_.drift_deg_per_min},
-                   {"noise_counts", worn_change_.noise_counts},
-                   {"loss", worn_change_.loss}};
-  }
   out["posture"] = nullptr;
   if (hand_) {
     Json names = Json::array();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "apps/live/jobs.hpp"
+#include "host/io/pipe_json.hpp"
 #include "host/listen/source.hpp"
 #include "host/twin/parameters.hpp"
 
@@ -21,6 +22,8 @@ struct WornChange {
   double noise_counts = 0;       // standard deviation, on top of the sensor's own
   double loss = 0;               // share of the radio's frames and, without boards, of the samples
 };
+
+FLEXOR_PIPE(WornChange, slip_deg, drift_deg_per_min, noise_counts, loss)
 
 struct WornNow {
   twin::PerFinger finger_deg{};

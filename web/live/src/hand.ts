@@ -38,6 +38,8 @@ interface Loaded {
   skeleton: Skeleton;
   bones: Map<string, Bone>;
   markers: Map<string, Sprite>;
+  bionic: Bionic;
+  bionicGroup: Group;
 }
 
 type MarkKind = Quality | 'estimated';
@@ -149,7 +151,6 @@ export class HandScene {
   private readonly bionics = new Scene();
   private readonly camera = new PerspectiveCamera(24, 1, 0.05, 5);
   private readonly loaded = new Map<Side, Loaded>();
-  private readonly bionicBySide = new Map<Side, Bionic>();
   private readonly textures = new Map<MarkKind, CanvasTexture>();
   private side: Side = 'left';
   private pose = restPose();
@@ -189,8 +190,7 @@ export class HandScene {
       const found = await this.load(side);
       if (!this.loaded.has(side)) this.loaded.set(side, found);
     }
-    for (const [name, { group }] of this.loaded) group.visible = name === this.side;
-    for (const [name, { group }] of this.bionicBySide) group.visible = name === this.side;
+    for (const [name, { group, bionicGroup }] of this.loaded) group.visible = bionicGroup.visible = name === this.side;
     this.painted = '';
     this.change();
   }
@@ -224,7 +224,7 @@ export class HandScene {
     hand.skeleton.apply(this.pose);
     this.place(hand);
     this.paint(hand);
-    this.draw();
+    this.draw(hand.bionic);
     return true;
   }
 
@@ -239,7 +239,7 @@ export class HandScene {
       this.textures.get(kind)?.dispose();
       this.textures.set(kind, markTexture(kind, dark));
     }
-    for (const bionic of this.bionicBySide.values()) bionic.setDark(dark);
+    for (const { bionic } of this.loaded.values()) bionic.setDark(dark);
     this.painted = '';
     this.change();
   }
@@ -269,8 +269,7 @@ export class HandScene {
     inner.rotation.x = Math.PI;
     inner.position.set(side === 'left' ? 0.03 : -0.03, -0.035, 0);
     inner.add(gltf.scene);
-    const group = new Group();
-    group.add(inner);
+    const group = new Group().add(inner);
     const markers = new Map<string, Sprite>();
     for (const finger of kFingers) {
       for (const bone of chainOf(finger).slice(finger === 'thumb' ? 0 : 1, -1)) {
@@ -282,16 +281,13 @@ export class HandScene {
     }
     this.hands.add(group);
     const bionic = new Bionic(new Skeleton(rest, side === 'right'));
-    const bionicInner = new Group();
-    bionicInner.rotation.copy(inner.rotation);
-    bionicInner.position.copy(inner.position);
-    bionicInner.add(bionic.group);
-    const bionicGroup = new Group();
-    bionicGroup.add(bionicInner);
-    this.bionics.add(bionicGroup);
+    bionic.group.rotation.copy(inner.rotation);
+    bionic.group.position.copy(inner.position);
     bionic.setDark(this.dark);
-    this.bionicBySide.set(side, bionic);
-    return { mesh: skinned, group, skeleton: new Skeleton(rest, side === 'right'), bones, markers };
+    const bionicGroup = new Group().add(bionic.group);
+    this.bionics.add(bionicGroup);
+    const skeleton = new Skeleton(rest, side === 'right');
+    return { mesh: skinned, group, skeleton, bones, markers, bionic, bionicGroup };
   }
 
   // Bones and marks to where the skeleton has them.
@@ -354,11 +350,10 @@ export class HandScene {
     sprite.scale.setScalar(kind === 'estimated' ? 0.009 : 0.0118);
   }
 
-  private draw(): void {
+  private draw(bionic: Bionic): void {
     const width = this.container.clientWidth;
     const height = this.container.clientHeight;
-    const bionic = this.bionicBySide.get(this.side);
-    const two = this.bionicPose !== null && bionic !== undefined;
+    const two = this.bionicPose !== null;
     this.renderer.setScissorTest(false);
     this.renderer.clear();
     this.renderer.setScissorTest(true);

@@ -1,20 +1,9 @@
 import { describe, expect, it } from 'vitest';
 import { socketAddress } from './socket';
-import { completed } from './state';
 
 describe('socketAddress', () => {
   it('lies beside the page, below its token', () => {
     expect(socketAddress('http://127.0.0.1:8080/abc/#look')).toBe('ws://127.0.0.1:8080/abc/socket');
     expect(socketAddress('https://host:1/abc/?x=1')).toBe('wss://host:1/abc/socket');
-  });
-});
-
-describe('completed', () => {
-  it('makes lists of what a server leaves out', () => {
-    const state = completed({ next: { kind: 'plug_in' } });
-    expect(state.fingers).toEqual([]);
-    expect(state.sessions).toEqual([]);
-    expect(state.calibration).toBeNull();
-    expect(state.next?.kind).toBe('plug_in');
   });
 });

@@ -1,5 +1,5 @@
 // The one connection to the program. It says when it is lost, and tries again until it is there.
-import { completed, type State } from './state';
+import type { State } from './state';
 import { decode, type Picture, type Samples } from './wire';
 
 export interface Hello {
@@ -93,7 +93,7 @@ export class Socket {
       return;
     }
     if (message.event === 'hello') this.listeners.hello(message as unknown as Hello);
-    else if (message.event === 'state') this.listeners.state(completed(message as Partial<State>));
+    else if (message.event === 'state') this.listeners.state(message as unknown as State);
     else if (message.event === 'marker') this.listeners.marker(message as unknown as Marker);
     else if (typeof message.id === 'number') this.answer(message.id, message.error ?? null);
   }

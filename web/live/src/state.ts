@@ -155,10 +155,10 @@ export interface State {
   ports: { path: string; name: string | null }[];
 }
 
-// A state in which every list is a list, so that no drawing has to ask.
-export function completed(from: Partial<State>): State {
-  const lists = { fingers: [], scores: [], joint_files: [], sessions: [], models: [], ports: [] };
-  const shown = { device: null, next: null, model: null, hand: null, posture: null, link: null, twin: null, replay: null };
-  const runs = { experiment: null, recording: null, job: null, last: null, calibration: null, anew: null, tracking: null, tracking_remark: null };
-  return { ...lists, ...shown, ...runs, ...from };
-}
+// Before the program has said anything.
+export const kNothing: State = {
+  ...{ fingers: [], scores: [], joint_files: [], sessions: [], models: [], ports: [] },
+  ...{ device: null, next: null, model: null, hand: null, posture: null, link: null, twin: null, replay: null },
+  ...{ experiment: null, recording: null, job: null, last: null, calibration: null, anew: null },
+  ...{ tracking: null, tracking_remark: null },
+};

@@ -3,7 +3,7 @@ import { Ring } from './ring';
 import { poseFromAngles, poseFromPosture, type HandPose } from './mapping';
 import { kept } from './kept';
 import type { Marker } from './socket';
-import { completed, type Finger, type Maybe, type State } from './state';
+import { kNothing, type Finger, type Maybe, type State } from './state';
 import { kHandSamples, kPosture, kSamples, type Picture, type Samples } from './wire';
 
 const kMostMarkers = 500; // as the program
@@ -34,7 +34,7 @@ class Channels {
 }
 
 export class Store {
-  state: State = completed({});
+  state: State = kNothing;
   connected = false;
   isLost = false; // the connection, for longer than a blink
   announced = '';

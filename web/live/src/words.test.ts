@@ -1,12 +1,12 @@
 import { describe, expect, it } from 'vitest';
-import { completed, type Calibration } from './state';
+import { kNothing, type Calibration } from './state';
 import { askWords, missingWords, nextWords } from './words';
 
 const calibration = (parts: Partial<Calibration>) => ({ reference: 'marks', result: null, ...parts }) as Calibration;
 
 describe('words', () => {
   it('have a sentence for each kind, with what there is to say of it', () => {
-    const state = completed({});
+    const state = kNothing;
     expect(nextWords({ kind: 'look_at', finger: 'index', why: 'no reading' }, state)).toBe('Look at index: no reading.');
     expect(nextWords({ kind: 'take', misfits: 'ring' }, state)).toContain('Does not fit: ring');
     expect(nextWords({ kind: 'take' }, state)).not.toContain('fit:');

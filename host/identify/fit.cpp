@@ -362,51 +362,6 @@ Knots place_knots(const Structure& structure, const Data& data, const std::vecto
   return knots;
 }
 
-// Why a parameter cannot be told, in the user's words.
-std::string reason(const Predictor& predictor, const Data& data, const std::vector<Index>& rows,
-                   const VectorXd& theta, int parameter) {
-  const Layout& l = predictor.layout();
-  const auto within = [&](int at, int count) { return at >= 0 && parameter >= at && parameter < at + count; };
-  const auto input = sorted_at(data.input, rows);
-  if (within(l.saturation, 1)) {
-    return fmt::format("no predicted angle below {:.1f} deg", theta(l.saturation));
-  }
-  if (within(l.saturation, 2)) {
-    return fmt::format("no predicted angle above {:.1f} deg", theta(l.saturation + 1));
-  }
-  if (within(l.dead_zone, 1))
-    return fmt::format("no sample below {:.5g}", std::max(theta(l.dead_zone), input.front()));
-  if (within(l.dead_zone, 2)) {
-    return fmt::format("no sample above {:.5g}", theta(l.dead_zone) + theta(l.dead_zone + 1));
-  }
-  if (within(l.radii, predictor.structure().plays)) return "this play never moves, or has no weight";
-  if (within(l.log_rates, predictor.structure().order)) {
-    if (predictor.structure().pair) return "the pair is too fast, too slow or damped too much to be seen";
-    return fmt::format("a pole near {:.3g} rad/s is too fast, too slow or too like another to be seen",
-                       -std::exp(theta(parameter)));
-  }
-  if (within(l.input_curve, predictor.structure().input_knots)) {
-    return fmt::format("no sample near {:.5g}",
-                       predictor.knots().input[static_cast<std::size_t>(parameter - l.input_curve)]);
-  }
-  if (within(l.output_curve, predictor.structure().output_knots)) {
-    return fmt::format("no sample near {:.5g}",
-                       predictor.knots().output[static_cast<std::size_t>(parameter - l.output_curve)]);
-  }
-  return "its effect cannot be told from that of the others";
-}
-
-std::string parameter_name(const Predictor& predictor, const VectorXd& theta, int parameter) {
-  // The named parameter that moves most with this theta and is not a sum that another starts.
-  for (const NamedParameter& named : predictor.named(theta)) {
-    if (named.gradient(parameter) != 0 && named.gradient.head(parameter).isZero()) return named.name;
-  }
-  for (const NamedParameter& named : predictor.named(theta)) {
-    if (named.gradient(parameter) != 0) return named.name;
-  }
-  return fmt::format("parameter {}", parameter);
-}
-
 class Fitter {
  public:
   Fitter(const Structure& structure, const Data& data, const Options& options)
@@ -476,7 +431,7 @@ class Fitter {
         settle_curves();
         return;
       }
-      hold(*worst, Because::not_told);
+      hold(*worst, false);
       if (free_.empty()) {
         throw io::JobError(fmt::format("{}: {}: the data determine no parameter", data_.channel,
                                        text_of(predictor_.structure())));
@@ -493,8 +448,8 @@ class Fitter {
     open(at + 1) = kInfinity;
     const VectorXd unlimited = predictor_.predict(open, nullptr)(problem_.rows());
     const auto enough = static_cast<Index>(std::max(20.0, 0.01 * static_cast<double>(unlimited.size())));
-    if ((unlimited.array() < best_.theta(at)).count() < enough) hold(at, Because::not_told);
-    if ((unlimited.array() > best_.theta(at + 1)).count() < enough) hold(at + 1, Because::not_told);
+    if ((unlimited.array() < best_.theta(at)).count() < enough) hold(at, false);
+    if ((unlimited.array() > best_.theta(at + 1)).count() < enough) hold(at + 1, false);
   }
 
   // A parameter that leans on its bound is not an estimate.
@@ -504,7 +459,7 @@ class Fitter {
       const double value = best_.theta(i);
       const double slack = 1e-6 * std::max(1.0, std::abs(value));
       if (value - problem_.lower()(i) > slack && problem_.upper()(i) - value > slack) continue;
-      hold(i, Because::at_bound);
+      hold(i, true);
       any = true;
     }
     return any;
@@ -536,20 +491,10 @@ class Fitter {
     return worst;
   }
 
-  enum class Because { not_told, at_bound };
-
-  void hold(int parameter, Because because) {
-    const std::string name = parameter_name(predictor_, best_.theta, parameter);
-    const bool told = because == Because::at_bound && tells(parameter);
-    std::string why = reason(predictor_, data_, problem_.rows(), best_.theta, parameter);
-    if (told && is_curve(parameter)) {
-      why = fmt::format("it leaves the measured angles by more than their span of {:.4g} deg",
-                        problem_.span_deg());
-    }
-    refusals_.push_back(fmt::format("{} of {}: {}", name, data_.channel, why));
+  void hold(int parameter, bool at_bound) {
     std::erase(free_, parameter);
     held_.push_back(parameter);
-    if (is_curve(parameter) && !told) {
+    if (is_curve(parameter) && !(at_bound && tells(parameter))) {
       untold_.push_back(parameter);
       settle_curves();
     }
@@ -608,7 +553,6 @@ class Fitter {
     s.structure = predictor_.structure();
     s.theta = best_.theta;
     s.knots = predictor_.knots();
-    s.refusals = refusals_;
     s.free_parameters = static_cast<int>(free_.size());
     s.best_start = best_start_;
     s.iterations = iterations_;
@@ -643,7 +587,6 @@ class Fitter {
   std::vector<int> free_;
   std::vector<int> held_;
   std::vector<int> untold_;  // of the held: values of curves that no sample tells
-  std::vector<std::string> refusals_;
   Solution best_;
   Uncertainty uncertainty_;
   double delta_ = kInfinity;

@@ -44,14 +44,6 @@ bool both_curves(const Structure& structure) {
   return structure.input_knots > 0 && structure.output_knots > 0;
 }
 
-std::vector<Index> used_rows(const Data& data, bool own = false) {
-  std::vector<Index> rows;
-  for (std::size_t k = 0; k < (own ? static_cast<std::size_t>(data.size()) : data.use.size()); ++k) {
-    if (data.use[k]) rows.push_back(static_cast<Index>(k));
-  }
-  return rows;
-}
-
 std::vector<double> sorted_at(const VectorXd& values, const std::vector<Index>& rows) {
   std::vector<double> out;
   for (const Index k : rows) out.push_back(values(k));
@@ -69,6 +61,13 @@ std::vector<double> quantile_knots(const std::vector<double>& sorted, int count)
   knots.back() = std::max(knots.back(), sorted.back());
   for (std::size_t i = knots.size() - 1; i-- > 0;) knots[i] = std::min(knots[i], knots[i + 1] - least);
   return knots;
+}
+
+// Angle limits that no prediction of an unsaturated structure may leave.
+model::Saturation safe_limits(const Data& data) {
+  const auto angle = sorted_at(data.angle_deg, used_rows(data));
+  const double margin = kSafeMargin * (angle.back() - angle.front());
+  return {angle.front() - margin, angle.back() + margin};
 }
 
 double root_mean_square(const VectorXd& r) {
@@ -93,18 +92,14 @@ class Problem {
   // What a curve may say: the measured angles and their span on either side.
   const model::Saturation& plausible() const { return plausible_; }
 
-  VectorXd residual(const VectorXd& theta) const {
-    return root_.cwiseProduct(predictor_.predict(theta, nullptr)(rows_) - angle_);
+  // And its Jacobian by the free parameters, unless that is null.
+  VectorXd residual(const VectorXd& theta, const std::vector<int>& free, MatrixXd* jacobian) const {
+    const VectorXd predicted = predictor_.predict(theta, jacobian ? &all_ : nullptr);
+    if (jacobian) *jacobian = root_.asDiagonal() * all_(rows_, free);
+    return root_.cwiseProduct(predicted(rows_) - angle_);
   }
   VectorXd own_residual(const VectorXd& theta) const {
     return (predictor_.predict(theta, nullptr)(rows_) - angle_).head(own_);
-  }
-
-  VectorXd residual_and_jacobian(const VectorXd& theta, const std::vector<int>& free,
-                                 MatrixXd& jacobian) const {
-    const VectorXd predicted = predictor_.predict(theta, &all_);
-    jacobian = root_.asDiagonal() * all_(rows_, free);
-    return root_.cwiseProduct(predicted(rows_) - angle_);
   }
 
  private:
@@ -174,7 +169,7 @@ Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& f
   theta = theta.cwiseMax(problem.lower()).cwiseMin(problem.upper());
   const auto residual = [&](const VectorXd& x, MatrixXd* jacobian) {
     theta(free) = x;
-    VectorXd out = jacobian ? problem.residual_and_jacobian(theta, free, *jacobian) : problem.residual(theta);
+    VectorXd out = problem.residual(theta, free, jacobian);
     for (Index k = 0; k < out.size(); ++k) {
       const Bent bent = bend(out(k), delta);
       out(k) = bent.value;
@@ -421,7 +416,7 @@ class Fitter {
       }
       if (hold_at_bounds()) continue;
       MatrixXd jacobian;
-      const VectorXd residual = problem_.residual_and_jacobian(best_.theta, free_, jacobian);
+      const VectorXd residual = problem_.residual(best_.theta, free_, &jacobian);
       uncertainty_ = uncertainty(residual, jacobian, delta_);
       std::optional<int> worst = loosest();
       if (!uncertainty_.undetermined.empty()) {
@@ -515,7 +510,7 @@ class Fitter {
   // Whether the samples tell a curve's value to within the span of the angles, all else known.
   bool tells(int parameter) const {
     MatrixXd column;
-    const VectorXd residual = problem_.residual_and_jacobian(best_.theta, {parameter}, column);
+    const VectorXd residual = problem_.residual(best_.theta, {parameter}, &column);
     return column.norm() * kMaxCurveError * problem_.span_deg() > root_mean_square(residual);
   }
 
@@ -550,7 +545,6 @@ class Fitter {
 
   Summary summary() const {
     Summary s;
-    s.structure = predictor_.structure();
     s.theta = best_.theta;
     s.knots = predictor_.knots();
     s.free_parameters = static_cast<int>(free_.size());
@@ -574,8 +568,8 @@ class Fitter {
     s.predicted_deg = predictor_.predict(best_.theta, nullptr);
     s.channel = predictor_.channel(best_.theta);
     s.channel.name = data_.channel;
-    if (!s.structure.saturation) s.channel.saturation = safe_limits(data_);
-    if (s.structure == Structure{}) s.channel.saturation = problem_.plausible();
+    if (!predictor_.structure().saturation) s.channel.saturation = safe_limits(data_);
+    if (predictor_.structure() == Structure{}) s.channel.saturation = problem_.plausible();
     s.channel.rest_deg = quantile(sorted_at(data_.angle_deg, problem_.rows()), 0.5);
     return s;
   }
@@ -597,10 +591,12 @@ class Fitter {
 
 }  // namespace
 
-model::Saturation safe_limits(const Data& data) {
-  const auto angle = sorted_at(data.angle_deg, used_rows(data));
-  const double margin = kSafeMargin * (angle.back() - angle.front());
-  return {angle.front() - margin, angle.back() + margin};
+std::vector<Index> used_rows(const Data& data, bool own) {
+  std::vector<Index> rows;
+  for (std::size_t k = 0; k < (own ? static_cast<std::size_t>(data.size()) : data.use.size()); ++k) {
+    if (data.use[k]) rows.push_back(static_cast<Index>(k));
+  }
+  return rows;
 }
 
 Summary fit(const Structure& structure, const Data& data, const Options& options) {

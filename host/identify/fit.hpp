@@ -63,7 +63,6 @@ struct Parameter {
 };
 
 struct Summary {
-  Structure structure;
   Eigen::VectorXd theta;
   Knots knots;
   std::vector<Parameter> parameters;
@@ -81,8 +80,7 @@ struct Summary {
 // or angle, a dead zone where no sample lies, no convergence from any start.
 Summary fit(const Structure& structure, const Data& data, const Options& options = {});
 
-// Angle limits that no prediction of an unsaturated structure may leave: the used angles and a tenth of their
-// range on either side.
-model::Saturation safe_limits(const Data& data);
+// Samples whose error counts, in their order; of the recording's own alone, or of its copies too.
+std::vector<Eigen::Index> used_rows(const Data& data, bool own = false);
 
 }  // namespace flexor::identify

@@ -103,15 +103,6 @@ TEST(Fit, TheRobustLossShrugsOffATrackersGlitches) {
   EXPECT_LT(distance(fit(structure, dirty)), 0.1);
 }
 
-TEST(Fit, PolesAreStableWhateverTheData) {
-  Data data = example();
-  std::mt19937 random(3);
-  for (double& y : data.angle_deg) y = static_cast<double>(random() % 90);
-  for (const char* text :
-       {"curve > lti(1) > saturation", "curve > lti(2) > saturation", "curve > lti(3) > saturation"})
-    for (const double pole : fit(blocks_of(text), data).channel.lti.poles_rad_s) EXPECT_LT(pole, 0) << text;
-}
-
 TEST(Fit, ASaturationThatIsNeverReachedIsRefusedByName) {
   const Summary s = fit(blocks_of("curve(10) > lti(1) > saturation"), example());
   EXPECT_EQ(std::ranges::count(s.parameters, true, &Parameter::refused), 2);

@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "apps/cli/commands.hpp"
-#include "host/identify/identify_files.hpp"
+#include "host/identify/joint_map.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 

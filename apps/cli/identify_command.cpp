@@ -12,7 +12,7 @@
 #include "host/identify/from_poses.hpp"
 #include "host/identify/hand.hpp"
 #include "host/identify/hand_results.hpp"
-#include "host/identify/identify_files.hpp"
+#include "host/identify/joint_map.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"

@@ -86,13 +86,8 @@ class Fit {
       if (estimate_(r) < limits_.lower) below.push_back(system_->angle()(r));
       if (estimate_(r) > limits_.upper) above.push_back(system_->angle()(r));
     }
-    const auto median = [](std::vector<double>& values, double& limit) {
-      if (static_cast<double>(values.size()) < kLeastAtEnd) return;
-      std::ranges::sort(values);
-      limit = quantile(values, 0.5);
-    };
-    median(below, limits_.lower);
-    median(above, limits_.upper);
+    if (static_cast<double>(below.size()) >= kLeastAtEnd) limits_.lower = median(std::move(below));
+    if (static_cast<double>(above.size()) >= kLeastAtEnd) limits_.upper = median(std::move(above));
     move(coefficients_);
   }
 

@@ -26,24 +26,18 @@ constexpr double kLagIsWorth = 0.001;
 constexpr int kHalvings = 4;                              // of the distance between lags that are tried
 constexpr std::array kSlowest_s = {0.0, 1.0, 0.5, 0.25};  // 0: as slow as the data say
 
-Data data_of(const std::vector<Session>& sessions, const std::string& joint, double period_s,
-             bool remembers) {
+Data data_of(const Stack& stack, const std::vector<Session>& sessions, const std::string& joint,
+             double period_s, bool remembers) {
   Data out;
   out.channel = joint;
   out.period_s = period_s;
-  Index rows = 0;
-  for (const Session& session : sessions) rows += session.angle_deg.size();
-  out.input.resize(rows);
-  out.angle_deg.resize(rows);
-  Index at = 0;
+  out.input = stack.input.col(0);
+  out.angle_deg = stack.angle;
   for (const Session& session : sessions) {
-    const Index n = session.angle_deg.size();
-    out.input.segment(at, n) = session.input.col(0);
-    out.angle_deg.segment(at, n) = session.angle_deg;
-    for (Index k = 0; k < n; ++k)
-      out.use.push_back(session.use[static_cast<std::size_t>(k)] != 0 &&
-                        (at == 0 || !remembers || static_cast<double>(k) * period_s >= kNotFitted_s));
-    at += n;
+    const bool counts_at_once = out.use.empty() || !remembers;
+    for (std::size_t k = 0; k < session.use.size(); ++k)
+      out.use.push_back(session.use[k] != 0 &&
+                        (counts_at_once || static_cast<double>(k) * period_s >= kNotFitted_s));
   }
   return out;
 }
@@ -51,15 +45,12 @@ Data data_of(const std::vector<Session>& sessions, const std::string& joint, dou
 bool remembers(const Chain& chain) { return chain.blocks.order > 0 || chain.blocks.plays > 0 || chain.lag; }
 
 // As runtime/compensator/lag.hpp, started anew at each recording.
-VectorXd lagged(const VectorXd& input, const std::vector<Session>& sessions, double share) {
-  VectorXd out(input.size());
-  Index at = 0;
-  for (const Session& session : sessions) {
-    double y = input(at);
-    for (const Index end = at + session.angle_deg.size(); at < end; ++at)
-      out(at) = y += share * (input(at) - y);
+VectorXd lagged(VectorXd signal, const Stack& stack, double share) {
+  for (std::size_t s = 0; s + 1 < stack.begin.size(); ++s) {
+    double y = signal(stack.begin[s]);
+    for (Index k = stack.begin[s]; k < stack.begin[s + 1]; ++k) signal(k) = y += share * (signal(k) - y);
   }
-  return out;
+  return signal;
 }
 
 class ChainFitter {
@@ -71,9 +62,8 @@ class ChainFitter {
         inputs_(inputs),
         joint_(joint),
         step_(step),
-        raw_(data_of(sessions, joint.joint, inputs.sample_period_s, remembers(wanted))) {
-    for (const Session& session : sessions) begin_.push_back(begin_.back() + session.angle_deg.size());
-  }
+        stack_(sessions),
+        raw_(data_of(stack_, sessions, joint.joint, inputs.sample_period_s, remembers(wanted))) {}
 
   JointFit run(const std::optional<model::Channel>& initial, double least_deg) {
     if (!progress()) throw io::Cancelled("cancelled");
@@ -108,16 +98,15 @@ class ChainFitter {
 
   Data behind(const Chain& chain) const {
     Data out = raw_;
-    if (chain.lag_s) out.input = lagged(raw_.input, sessions_, 1 - std::exp(-raw_.period_s / *chain.lag_s));
+    if (chain.lag_s) out.input = lagged(raw_.input, stack_, 1 - std::exp(-raw_.period_s / *chain.lag_s));
     if (chain.blocks != Structure{}) add_donnings(out);  // a line is fitted as anybody draws it
     return out;
   }
 
   // The recording twice more, as it may read put on anew.
   void add_donnings(Data& data) const {
-    const Stack stack(sessions_);
-    const Donnings donnings(limits_of(stack, kEnds), sessions_.size(), 1);
-    const double shift = donnings.step * range_of(stack, 0);
+    const Donnings donnings(limits_of(stack_, kEnds), sessions_.size(), 1);
+    const double shift = donnings.step * range_of(stack_, 0);
     const Index n = data.input.size();
     VectorXd input(3 * n);
     input << data.input, data.input.array() - shift, data.input.array() + shift;
@@ -250,11 +239,7 @@ class ChainFitter {
   }
 
   void validate(const Chain& chain, const Data& data, const Options& options, JointFit& out) {
-    std::vector<Index> used;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(data.size()); ++k) {
-      if (data.use[k]) used.push_back(static_cast<Index>(k));
-    }
-    const std::vector<Fold> folds = folds_of(used, begin_, data.period_s);
+    const std::vector<Fold> folds = folds_of(used_rows(data, true), stack_.begin, data.period_s);
     const std::vector<Summary> summaries = fit_folds(chain.blocks, data, folds, options);
     std::vector<std::pair<double, double>> estimates;
     double squares = 0;
@@ -287,8 +272,8 @@ class ChainFitter {
   const model::Model& inputs_;
   const JointMap& joint_;
   const Step& step_;
+  Stack stack_;
   Data raw_;
-  std::vector<Index> begin_ = {0};  // of each recording, and the end
   std::size_t done_ = 0;
 };
 

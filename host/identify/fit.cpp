@@ -44,14 +44,6 @@ bool both_curves(const Structure& structure) {
   return structure.input_knots > 0 && structure.output_knots > 0;
 }
 
-std::vector<Index> used_rows(const Data& data, bool own = false) {
-  std::vector<Index> rows;
-  for (std::size_t k = 0; k < (own ? static_cast<std::size_t>(data.size()) : data.use.size()); ++k) {
-    if (data.use[k]) rows.push_back(static_cast<Index>(k));
-  }
-  return rows;
-}
-
 std::vector<double> sorted_at(const VectorXd& values, const std::vector<Index>& rows) {
   std::vector<double> out;
   for (const Index k : rows) out.push_back(values(k));
@@ -69,6 +61,13 @@ std::vector<double> quantile_knots(const std::vector<double>& sorted, int count)
   knots.back() = std::max(knots.back(), sorted.back());
   for (std::size_t i = knots.size() - 1; i-- > 0;) knots[i] = std::min(knots[i], knots[i + 1] - least);
   return knots;
+}
+
+// Angle limits that no prediction of an unsaturated structure may leave.
+model::Saturation safe_limits(const Data& data) {
+  const auto angle = sorted_at(data.angle_deg, used_rows(data));
+  const double margin = kSafeMargin * (angle.back() - angle.front());
+  return {angle.front() - margin, angle.back() + margin};
 }
 
 double root_mean_square(const VectorXd& r) {
@@ -93,18 +92,14 @@ class Problem {
   // What a curve may say: the measured angles and their span on either side.
   const model::Saturation& plausible() const { return plausible_; }
 
-  VectorXd residual(const VectorXd& theta) const {
-    return root_.cwiseProduct(predictor_.predict(theta, nullptr)(rows_) - angle_);
+  // And its Jacobian by the free parameters, unless that is null.
+  VectorXd residual(const VectorXd& theta, const std::vector<int>& free, MatrixXd* jacobian) const {
+    const VectorXd predicted = predictor_.predict(theta, jacobian ? &all_ : nullptr);
+    if (jacobian) *jacobian = root_.asDiagonal() * all_(rows_, free);
+    return root_.cwiseProduct(predicted(rows_) - angle_);
   }
   VectorXd own_residual(const VectorXd& theta) const {
     return (predictor_.predict(theta, nullptr)(rows_) - angle_).head(own_);
-  }
-
-  VectorXd residual_and_jacobian(const VectorXd& theta, const std::vector<int>& free,
-                                 MatrixXd& jacobian) const {
-    const VectorXd predicted = predictor_.predict(theta, &all_);
-    jacobian = root_.asDiagonal() * all_(rows_, free);
-    return root_.cwiseProduct(predicted(rows_) - angle_);
   }
 
  private:
@@ -174,7 +169,7 @@ Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& f
   theta = theta.cwiseMax(problem.lower()).cwiseMin(problem.upper());
   const auto residual = [&](const VectorXd& x, MatrixXd* jacobian) {
     theta(free) = x;
-    VectorXd out = jacobian ? problem.residual_and_jacobian(theta, free, *jacobian) : problem.residual(theta);
+    VectorXd out = problem.residual(theta, free, jacobian);
     for (Index k = 0; k < out.size(); ++k) {
       const Bent bent = bend(out(k), delta);
       out(k) = bent.value;
@@ -362,51 +357,6 @@ Knots place_knots(const Structure& structure, const Data& data, const std::vecto
   return knots;
 }
 
-// Why a parameter cannot be told, in the user's words.
-std::string reason(const Predictor& predictor, const Data& data, const std::vector<Index>& rows,
-                   const VectorXd& theta, int parameter) {
-  const Layout& l = predictor.layout();
-  const auto within = [&](int at, int count) { return at >= 0 && parameter >= at && parameter < at + count; };
-  const auto input = sorted_at(data.input, rows);
-  if (within(l.saturation, 1)) {
-    return fmt::format("no predicted angle below {:.1f} deg", theta(l.saturation));
-  }
-  if (within(l.saturation, 2)) {
-    return fmt::format("no predicted angle above {:.1f} deg", theta(l.saturation + 1));
-  }
-  if (within(l.dead_zone, 1))
-    return fmt::format("no sample below {:.5g}", std::max(theta(l.dead_zone), input.front()));
-  if (within(l.dead_zone, 2)) {
-    return fmt::format("no sample above {:.5g}", theta(l.dead_zone) + theta(l.dead_zone + 1));
-  }
-  if (within(l.radii, predictor.structure().plays)) return "this play never moves, or has no weight";
-  if (within(l.log_rates, predictor.structure().order)) {
-    if (predictor.structure().pair) return "the pair is too fast, too slow or damped too much to be seen";
-    return fmt::format("a pole near {:.3g} rad/s is too fast, too slow or too like another to be seen",
-                       -std::exp(theta(parameter)));
-  }
-  if (within(l.input_curve, predictor.structure().input_knots)) {
-    return fmt::format("no sample near {:.5g}",
-                       predictor.knots().input[static_cast<std::size_t>(parameter - l.input_curve)]);
-  }
-  if (within(l.output_curve, predictor.structure().output_knots)) {
-    return fmt::format("no sample near {:.5g}",
-                       predictor.knots().output[static_cast<std::size_t>(parameter - l.output_curve)]);
-  }
-  return "its effect cannot be told from that of the others";
-}
-
-std::string parameter_name(const Predictor& predictor, const VectorXd& theta, int parameter) {
-  // The named parameter that moves most with this theta and is not a sum that another starts.
-  for (const NamedParameter& named : predictor.named(theta)) {
-    if (named.gradient(parameter) != 0 && named.gradient.head(parameter).isZero()) return named.name;
-  }
-  for (const NamedParameter& named : predictor.named(theta)) {
-    if (named.gradient(parameter) != 0) return named.name;
-  }
-  return fmt::format("parameter {}", parameter);
-}
-
 class Fitter {
  public:
   Fitter(const Structure& structure, const Data& data, const Options& options)
@@ -466,7 +416,7 @@ class Fitter {
       }
       if (hold_at_bounds()) continue;
       MatrixXd jacobian;
-      const VectorXd residual = problem_.residual_and_jacobian(best_.theta, free_, jacobian);
+      const VectorXd residual = problem_.residual(best_.theta, free_, &jacobian);
       uncertainty_ = uncertainty(residual, jacobian, delta_);
       std::optional<int> worst = loosest();
       if (!uncertainty_.undetermined.empty()) {
@@ -476,7 +426,7 @@ class Fitter {
         settle_curves();
         return;
       }
-      hold(*worst, Because::not_told);
+      hold(*worst, false);
       if (free_.empty()) {
         throw io::JobError(fmt::format("{}: {}: the data determine no parameter", data_.channel,
                                        text_of(predictor_.structure())));
@@ -493,8 +443,8 @@ class Fitter {
     open(at + 1) = kInfinity;
     const VectorXd unlimited = predictor_.predict(open, nullptr)(problem_.rows());
     const auto enough = static_cast<Index>(std::max(20.0, 0.01 * static_cast<double>(unlimited.size())));
-    if ((unlimited.array() < best_.theta(at)).count() < enough) hold(at, Because::not_told);
-    if ((unlimited.array() > best_.theta(at + 1)).count() < enough) hold(at + 1, Because::not_told);
+    if ((unlimited.array() < best_.theta(at)).count() < enough) hold(at, false);
+    if ((unlimited.array() > best_.theta(at + 1)).count() < enough) hold(at + 1, false);
   }
 
   // A parameter that leans on its bound is not an estimate.
@@ -504,7 +454,7 @@ class Fitter {
       const double value = best_.theta(i);
       const double slack = 1e-6 * std::max(1.0, std::abs(value));
       if (value - problem_.lower()(i) > slack && problem_.upper()(i) - value > slack) continue;
-      hold(i, Because::at_bound);
+      hold(i, true);
       any = true;
     }
     return any;
@@ -536,20 +486,10 @@ class Fitter {
     return worst;
   }
 
-  enum class Because { not_told, at_bound };
-
-  void hold(int parameter, Because because) {
-    const std::string name = parameter_name(predictor_, best_.theta, parameter);
-    const bool told = because == Because::at_bound && tells(parameter);
-    std::string why = reason(predictor_, data_, problem_.rows(), best_.theta, parameter);
-    if (told && is_curve(parameter)) {
-      why = fmt::format("it leaves the measured angles by more than their span of {:.4g} deg",
-                        problem_.span_deg());
-    }
-    refusals_.push_back(fmt::format("{} of {}: {}", name, data_.channel, why));
+  void hold(int parameter, bool at_bound) {
     std::erase(free_, parameter);
     held_.push_back(parameter);
-    if (is_curve(parameter) && !told) {
+    if (is_curve(parameter) && !(at_bound && tells(parameter))) {
       untold_.push_back(parameter);
       settle_curves();
     }
@@ -570,7 +510,7 @@ class Fitter {
   // Whether the samples tell a curve's value to within the span of the angles, all else known.
   bool tells(int parameter) const {
     MatrixXd column;
-    const VectorXd residual = problem_.residual_and_jacobian(best_.theta, {parameter}, column);
+    const VectorXd residual = problem_.residual(best_.theta, {parameter}, &column);
     return column.norm() * kMaxCurveError * problem_.span_deg() > root_mean_square(residual);
   }
 
@@ -605,10 +545,8 @@ class Fitter {
 
   Summary summary() const {
     Summary s;
-    s.structure = predictor_.structure();
     s.theta = best_.theta;
     s.knots = predictor_.knots();
-    s.refusals = refusals_;
     s.free_parameters = static_cast<int>(free_.size());
     s.best_start = best_start_;
     s.iterations = iterations_;
@@ -630,8 +568,8 @@ class Fitter {
     s.predicted_deg = predictor_.predict(best_.theta, nullptr);
     s.channel = predictor_.channel(best_.theta);
     s.channel.name = data_.channel;
-    if (!s.structure.saturation) s.channel.saturation = safe_limits(data_);
-    if (s.structure == Structure{}) s.channel.saturation = problem_.plausible();
+    if (!predictor_.structure().saturation) s.channel.saturation = safe_limits(data_);
+    if (predictor_.structure() == Structure{}) s.channel.saturation = problem_.plausible();
     s.channel.rest_deg = quantile(sorted_at(data_.angle_deg, problem_.rows()), 0.5);
     return s;
   }
@@ -643,7 +581,6 @@ class Fitter {
   std::vector<int> free_;
   std::vector<int> held_;
   std::vector<int> untold_;  // of the held: values of curves that no sample tells
-  std::vector<std::string> refusals_;
   Solution best_;
   Uncertainty uncertainty_;
   double delta_ = kInfinity;
@@ -654,10 +591,12 @@ class Fitter {
 
 }  // namespace
 
-model::Saturation safe_limits(const Data& data) {
-  const auto angle = sorted_at(data.angle_deg, used_rows(data));
-  const double margin = kSafeMargin * (angle.back() - angle.front());
-  return {angle.front() - margin, angle.back() + margin};
+std::vector<Index> used_rows(const Data& data, bool own) {
+  std::vector<Index> rows;
+  for (std::size_t k = 0; k < (own ? static_cast<std::size_t>(data.size()) : data.use.size()); ++k) {
+    if (data.use[k]) rows.push_back(static_cast<Index>(k));
+  }
+  return rows;
 }
 
 Summary fit(const Structure& structure, const Data& data, const Options& options) {

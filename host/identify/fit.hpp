@@ -12,7 +12,7 @@
 // scores' autocovariances (Newey, West, Econometrica 55 (1987) 703), so that they hold for residuals that are
 // neither Gaussian nor white. A is factored by SVD after column scaling, and its condition number reported.
 //
-// What the data cannot tell is refused by name: the parameter gets no standard error, and `refusals` says why.
+// What the data cannot tell is refused: the parameter gets no standard error.
 // A limit takes that of safe_limits(); a pole, tap, radius or weight stays where the fit left it, one of many that fit
 // as well. A curve's values stay within the measured angles and one span of them on either side;
 // a knot that hardly any sample tells lies on the line between its neighbours, beyond the last one at its
@@ -63,12 +63,10 @@ struct Parameter {
 };
 
 struct Summary {
-  Structure structure;
   Eigen::VectorXd theta;
   Knots knots;
   std::vector<Parameter> parameters;
-  Eigen::MatrixXd covariance;         // of these; zero where refused
-  std::vector<std::string> refusals;  // "saturation upper limit of index: no predicted angle above 93.1 deg"
+  Eigen::MatrixXd covariance;  // of these; zero where refused
   int free_parameters = 0;
   std::size_t best_start = 0;
   int iterations = 0;             // from there
@@ -82,8 +80,7 @@ struct Summary {
 // or angle, a dead zone where no sample lies, no convergence from any start.
 Summary fit(const Structure& structure, const Data& data, const Options& options = {});
 
-// Angle limits that no prediction of an unsaturated structure may leave: the used angles and a tenth of their
-// range on either side.
-model::Saturation safe_limits(const Data& data);
+// Samples whose error counts, in their order; of the recording's own alone, or of its copies too.
+std::vector<Eigen::Index> used_rows(const Data& data, bool own = false);
 
 }  // namespace flexor::identify

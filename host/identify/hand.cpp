@@ -19,7 +19,6 @@
 #include "host/identify/hold.hpp"
 #include "host/identify/joint_fit.hpp"
 #include "host/identify/map_check.hpp"
-#include "host/identify/motion_check.hpp"
 #include "host/identify/poses.hpp"
 #include "host/identify/refit.hpp"
 #include "host/identify/robust.hpp"
@@ -48,9 +47,7 @@ constexpr double kLittle = 0.2;
 
 using Files = HandRecordings;
 
-struct Sampled {
-  std::vector<std::vector<recording::Aligned>> sensor;  // of each joint, its sensors
-};
+using Sampled = std::vector<std::vector<recording::Aligned>>;  // of each joint, its sensors
 
 std::vector<std::string> sensors_of(const std::vector<JointMap>& map) {
   std::vector<std::string> out;
@@ -93,14 +90,15 @@ std::vector<Files> read_files(const PairFiles& files, const HandRequest& request
   return out;
 }
 
-Sampled sample(const Files& files, const Clock& clock, const HandRequest& request) {
-  Sampled out;
-  for (std::size_t j = 0; j < request.map.size(); ++j) {
-    out.sensor.emplace_back();
-    for (const std::string& sensor : request.map[j].sensors) {
-      const recording::Pair pair{files.sensor, sensor, files.reference[j], request.map[j].reference};
-      recording::sample_pair(pair, request.rate_hz, clock.offset_s, request.lead_s, request.split,
-                             out.sensor.back().emplace_back());
+std::vector<Sampled> sample_all(const std::vector<Files>& files, const std::vector<Clock>& clocks,
+                                const HandRequest& request) {
+  std::vector<Sampled> out(files.size(), Sampled(request.map.size()));
+  for (std::size_t p = 0; p < files.size(); ++p) {
+    for (std::size_t j = 0; j < request.map.size(); ++j) {
+      for (const std::string& sensor : request.map[j].sensors)
+        recording::sample_pair({files[p].sensor, sensor, files[p].reference[j], request.map[j].reference},
+                               request.rate_hz, clocks[p].offset_s, request.lead_s, request.split,
+                               out[p][j].emplace_back());
     }
   }
   return out;
@@ -139,7 +137,7 @@ bool left_out_wholly(const recording::Aligned& a) {
 std::vector<Session> sessions_of(const std::vector<Sampled>& samples, std::size_t joint) {
   std::vector<Session> out;
   for (const Sampled& sampled : samples) {
-    const std::vector<recording::Aligned>& sensors = sampled.sensor[joint];
+    const std::vector<recording::Aligned>& sensors = sampled[joint];
     if (left_out_wholly(sensors.front())) continue;
     out.push_back(session_of(sensors));
   }
@@ -153,7 +151,7 @@ void add_inputs(const HandRequest& request, const std::vector<Files>& files,
   for (const Sampled& sampled : samples) {
     for (std::size_t j = 0; j < request.map.size(); ++j) {
       for (std::size_t s = 0; s < request.map[j].sensors.size(); ++s) {
-        const recording::Aligned& a = sampled.sensor[j][s];
+        const recording::Aligned& a = sampled[j][s];
         if (left_out_wholly(a)) continue;
         const auto [it, fresh] = ranges.emplace(request.map[j].sensors[s], a.valid);
         if (!fresh)
@@ -177,6 +175,7 @@ void add_inputs(const HandRequest& request, const std::vector<Files>& files,
 
 // Errors of all pairs' held-out parts together, on one clock that jumps between them.
 struct Held {
+  std::vector<std::size_t> pair_ends;
   std::vector<double> t_s;
   std::vector<double> measured;
   std::vector<std::uint8_t> unseen;
@@ -185,29 +184,32 @@ struct Held {
   score::Score score(const std::vector<double>& estimated) const {
     return score::score_seen(t_s, measured, estimated, unseen, max_step_s);
   }
-  // Of what was seen.
-  std::vector<double> errors(const std::vector<double>& estimated) const {
+  // Of what was seen, in all pairs or in one.
+  std::vector<double> errors(const std::vector<double>& estimated,
+                             std::optional<std::size_t> pair = {}) const {
     std::vector<double> out;
-    for (std::size_t k = 0; k < measured.size(); ++k) {
+    const std::size_t end = pair ? pair_ends[*pair] : measured.size();
+    for (std::size_t k = pair.value_or(0) > 0 ? pair_ends[*pair - 1] : 0; k < end; ++k) {
       if (unseen[k] == 0) out.push_back(estimated[k] - measured[k]);
     }
     return out;
   }
 };
 
-Held held_of(std::span<const Sampled> samples, std::size_t joint) {
+Held held_of(const std::vector<Sampled>& samples, std::size_t joint) {
   constexpr double kBetween_s = 1e5;
   Held out;
   for (const Sampled& sampled : samples) {
-    const recording::Aligned& a = sampled.sensor[joint].front();
-    if (a.holdout_begin >= a.held_end()) continue;
-    const double shift = out.t_s.empty() ? 0 : out.t_s.back() + kBetween_s - a.t_s[a.holdout_begin];
+    const recording::Aligned& a = sampled[joint].front();
+    const bool none = a.holdout_begin >= a.held_end();
+    const double shift = none || out.t_s.empty() ? 0 : out.t_s.back() + kBetween_s - a.t_s[a.holdout_begin];
     for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k) {
       out.t_s.push_back(a.t_s[k] + shift);
       out.measured.push_back(a.angle_deg[k]);
       out.unseen.push_back(a.unseen[k]);
     }
-    out.max_step_s = std::max({out.max_step_s, a.max_gap_s, 1.5 * a.period_s});
+    if (!none) out.max_step_s = std::max({out.max_step_s, a.max_gap_s, 1.5 * a.period_s});
+    out.pair_ends.push_back(out.t_s.size());
   }
   return out;
 }
@@ -229,7 +231,7 @@ std::vector<PairsDegrees> estimates(const model::Model& model, const std::vector
       for (std::size_t c = 0; c < columns.size(); ++c) row[c] = (*columns[c])[i];
       estimator.push(log.t_s[i], row, [&](const Estimate& e) {
         for (std::size_t j = 0; j < out.size(); ++j) {
-          if (k < samples[p].sensor[first + j].front().size()) out[j][p].push_back(e.angle_deg[j]);
+          if (k < samples[p][first + j].front().size()) out[j][p].push_back(e.angle_deg[j]);
         }
         ++k;
       });
@@ -242,7 +244,7 @@ std::vector<double> held_out(const PairsDegrees& all, const std::vector<Sampled>
                              std::size_t joint) {
   std::vector<double> out;
   for (std::size_t p = 0; p < all.size(); ++p) {
-    const recording::Aligned& a = samples[p].sensor[joint].front();
+    const recording::Aligned& a = samples[p][joint].front();
     out.insert(out.end(), all[p].begin() + static_cast<std::ptrdiff_t>(a.holdout_begin),
                all[p].begin() + static_cast<std::ptrdiff_t>(a.held_end()));
   }
@@ -257,7 +259,7 @@ std::vector<JointSamples> series_of(const std::vector<Sampled>& samples, std::si
                                     const PairsDegrees& estimated) {
   std::vector<JointSamples> out;
   for (std::size_t p = 0; p < samples.size(); ++p) {
-    const std::vector<recording::Aligned>& sensors = samples[p].sensor[joint];
+    const std::vector<recording::Aligned>& sensors = samples[p][joint];
     const recording::Aligned& own = sensors.front();
     JointSamples& s = out.emplace_back();
     s.t_s = shared(own.t_s, own);
@@ -309,7 +311,7 @@ void score_baseline(const std::string& name, const std::string& structure, const
     held[name] = held_out(all, samples, j);
     for (std::size_t p = 0; p < all.size() && name.starts_with("line"); ++p) {
       JointSamples& of = joint.samples[p];
-      (name == "line" ? of.line_deg : of.line_lead_deg) = shared(all[p], samples[p].sensor[j].front());
+      (name == "line" ? of.line_deg : of.line_lead_deg) = shared(all[p], samples[p][j].front());
     }
   } catch (const io::JobError& error) {
     joint.baseline_refusals.push_back(fmt::format("{}: {}", name, error.what()));
@@ -318,7 +320,7 @@ void score_baseline(const std::string& name, const std::string& structure, const
 
 // A curve of each sensor by least squares: what anybody would draw first.
 std::vector<double> static_curve(const std::vector<Sampled>& samples, std::size_t j) {
-  const std::size_t sensors = samples.front().sensor[j].size();
+  const std::size_t sensors = samples.front()[j].size();
   std::vector<std::vector<double>> reading(sensors);
   std::vector<std::vector<double>> held(sensors);
   const std::vector<Session> fitted = sessions_of(samples, j);
@@ -328,7 +330,7 @@ std::vector<double> static_curve(const std::vector<Sampled>& samples, std::size_
       reading[s].insert(reading[s].end(), used.begin(), used.end());
     }
     for (const Sampled& sampled : samples) {
-      const recording::Aligned& a = sampled.sensor[j][s];
+      const recording::Aligned& a = sampled[j][s];
       for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k)
         held[s].push_back(std::clamp(a.input[k], a.valid.min, a.valid.max));
     }
@@ -382,7 +384,7 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
   }
   std::vector<recording::Halves> readings;
   for (const Sampled& sampled : samples) {
-    const recording::Aligned& own = sampled.sensor[j].front();
+    const recording::Aligned& own = sampled[j].front();
     const std::span all(own.input);
     readings.push_back({all.subspan(own.overlap_begin, own.holdout_begin - own.overlap_begin),
                         all.subspan(own.holdout_begin)});
@@ -415,20 +417,14 @@ ScoreRow row_of(const std::string& name, const std::vector<double>& error_deg,
 }
 
 // Each pair's part of what is held out, where its angle was seen.
-void score_pairs(const HandRequest& request, const std::vector<Sampled>& samples, std::size_t j,
-                 const std::vector<double>& own, const HeldOut& baselines, JointResult& joint) {
+void score_pairs(const HandRequest& request, const Held& held, const std::vector<double>& own,
+                 const HeldOut& baselines, JointResult& joint) {
   const std::vector<std::string> names = names_of_pairs(request);
-  std::ptrdiff_t from = 0;
-  for (std::size_t p = 0; p < samples.size(); ++p) {
-    const Held held = held_of(std::span(samples).subspan(p, 1), j);
-    const auto to = from + std::ssize(held.t_s);
-    const auto part = [&](const std::vector<double>& all) {
-      return held.errors({all.begin() + from, all.begin() + to});
-    };
+  for (std::size_t p = 0; p < names.size(); ++p) {
     HeldOut errors;
-    for (const auto& [name, estimates] : baselines) errors[name] = part(estimates);
-    if (!part(own).empty()) joint.pairs.push_back(row_of(names[p], part(own), errors));
-    from = to;
+    for (const auto& [name, estimates] : baselines) errors[name] = held.errors(estimates, p);
+    const std::vector<double> error_deg = held.errors(own, p);
+    if (!error_deg.empty()) joint.pairs.push_back(row_of(names[p], error_deg, errors));
   }
 }
 
@@ -481,7 +477,7 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files,
     joint.holdout = held.score(own);
     joint.sooner_deg = rmse_deg(joint.samples, true, -kLeadOff_s);
     joint.later_deg = rmse_deg(joint.samples, true, kLeadOff_s);
-    score_pairs(request, samples, j, own, baselines, joint);
+    score_pairs(request, held, own, baselines, joint);
     if (std::ranges::count(held.unseen, 0) == 0)
       std::ranges::fill(held.unseen, 0);  // then all counts, as in the score
     for (auto& [name, estimates] : baselines) {
@@ -561,13 +557,6 @@ void warn_of_readings(const model::Model& model, const std::vector<Files>& files
           input.name, input.valid_min, input.valid_max));
     }
   }
-}
-
-std::vector<Sampled> sample_all(const std::vector<Files>& files, const std::vector<Clock>& clocks,
-                                const HandRequest& request) {
-  std::vector<Sampled> out;
-  for (std::size_t p = 0; p < files.size(); ++p) out.push_back(sample(files[p], clocks[p], request));
-  return out;
 }
 
 // Each text once, with the joints that it is true of.
@@ -860,15 +849,17 @@ void check(const HandRequest& request) {
 }
 
 void check_joints(const HandRequest& request) {
-  for (const auto& [name, error_deg] : request.reference_error_deg) {
+  const auto require_joint = [&](const std::string& name, const char* what) {
     if (std::ranges::find(request.map, name, &JointMap::joint) == request.map.end())
-      throw InputError(fmt::format("the error of the angles of \"{}\", which is no joint of the map", name));
+      throw InputError(fmt::format("the {} of \"{}\", which is no joint of the map", what, name));
+  };
+  for (const auto& [name, error_deg] : request.reference_error_deg) {
+    require_joint(name, "error of the angles");
     if (!(error_deg > 0 && error_deg < 90))
       throw InputError(fmt::format("{}: the error of the angles must lie between 0 and 90 degrees", name));
   }
   for (const auto& [name, ends] : request.ends) {
-    if (std::ranges::find(request.map, name, &JointMap::joint) == request.map.end())
-      throw InputError(fmt::format("the ends of \"{}\", which is no joint of the map", name));
+    require_joint(name, "ends");
     if (!(std::abs(ends.fist_deg - ends.open_deg) >= model::kLeastEnds_deg))
       throw InputError(fmt::format("{}: open hand and fist must be a degree apart or more", name));
   }
@@ -894,7 +885,7 @@ void state_reference_error(const HandRequest& request, HandIdentification& r) {
 std::vector<Sampled> without(std::vector<Sampled> samples, const Unit& unit) {
   for (std::size_t p = 0; p < samples.size(); ++p) {
     const bool out = std::ranges::find(unit.pairs, p) != unit.pairs.end();
-    for (std::vector<recording::Aligned>& sensors : samples[p].sensor) {
+    for (std::vector<recording::Aligned>& sensors : samples[p]) {
       for (recording::Aligned& a : sensors) {
         const auto at = [&](double share) {
           return a.overlap_begin +
@@ -1074,7 +1065,7 @@ HandIdentification identify_hand(const HandRequest& asked, const Step& step) {
   }
   const std::vector<Sampled> samples = sample_all(files, r.clocks, request);
   for (std::size_t j = 0; j < request.map.size(); ++j) {
-    for (const Sampled& sampled : samples) check_held_out(sampled.sensor[j].front());
+    for (const Sampled& sampled : samples) check_held_out(sampled[j].front());
     const std::vector<Session> sessions = sessions_of(samples, j);
     check_gloves(request, j, sessions);
     const auto other = std::ranges::find(request.map, request.map[j].reference, &JointMap::reference);

@@ -5,7 +5,7 @@
 #include "host/identify/estimator.hpp"
 #include "host/identify/hand_results.hpp"
 #include "host/identify/hold.hpp"
-#include "host/identify/motion_check.hpp"
+#include "host/identify/map_check.hpp"
 #include "host/io/json.hpp"
 #include "host/io/refusal_test.hpp"
 #include "host/model/compensator.hpp"

@@ -1,4 +1,4 @@
-// Which sensors and which measured angle belong to each joint.
+// Which sensors and which measured angle belong to each joint, as they were named or by the columns' names.
 #pragma once
 
 #include <filesystem>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/recording/log.hpp"
+#include "host/recording/pair.hpp"
 #include "host/recording/time.hpp"
 
 namespace flexor::identify {
@@ -36,5 +37,25 @@ std::vector<std::string> short_names(const std::vector<std::filesystem::path>& p
 // Those of numbers; of a file with both, by their units. Throws io::InputError for a pipe, which can be read once only.
 std::vector<std::string> columns_of(const PairFiles& files, bool are_angles,
                                     const recording::TimeOptions& time);
+
+// Two logs and a column of each.
+struct SourceFiles {
+  recording::Log sensor;
+  recording::Log reference;
+  std::string input = {};            // column of the sensor file; empty: its only column of numbers
+  std::string output = {};           // column of the reference file, an angle; likewise
+  std::string output_unit = {};      // deg or rad, where that column states none; empty: degrees
+  recording::TimeOptions time = {};  // s, ms, us or ns, of time columns that state none
+};
+
+// Throws io::InputError, listing the columns where one has to be named.
+recording::Pair load_pair(SourceFiles files, bool clock_is_known = false);
+
+// The same as a map of one joint: the finger that a column names, or else index. Throws as above.
+struct OneJoint {
+  JointMap map;
+  bool is_named;  // by a column
+};
+OneJoint one_joint(SourceFiles files);
 
 }  // namespace flexor::identify

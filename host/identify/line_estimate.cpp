@@ -134,24 +134,6 @@ std::vector<std::vector<double>> angles_by(const std::vector<Line>& lines, const
   return out;
 }
 
-// That count, of a part.
-struct SeenSample {
-  std::size_t joint;  // of those seen
-  std::size_t at;
-  double angle_deg;
-};
-
-std::vector<SeenSample> samples_of(const Seen& seen) {
-  std::vector<SeenSample> out;
-  for (std::size_t s = 0; s < seen.joints.size(); ++s) {
-    const Seen::Angles& one = seen.joints[s];
-    for (std::size_t k = 0; k < one.use.size(); ++k) {
-      if (one.use[k]) out.push_back({s, k, one.angle_deg[k]});
-    }
-  }
-  return out;
-}
-
 // The residual whose square is a loss of the plain residual, and its slope.
 struct Softened {
   double error;
@@ -188,9 +170,9 @@ class LineProblem {
       }
     }
     if (evidence.seen != nullptr) {
-      samples_ = samples_of(*evidence.seen);
       size_ += std::ssize(evidence.seen->joints);
-      rows_ += std::ssize(samples_);
+      for (const Seen::Angles& one : evidence.seen->joints)
+        rows_ += std::ranges::count_if(one.use, [](auto used) { return used != 0; });
     }
     rows_ += size_;
   }
@@ -306,15 +288,19 @@ class LineProblem {
       moved.push_back(angles_by(lines(there), model_, seen));
     }
     const double repeats = std::sqrt(std::max(1.0, kNews_s / model_.sample_period_s));
-    for (const auto& [s, k, angle_deg] : samples_) {
-      const double error_deg = error_of(model_.joints[seen.joints[s].joint]);
+    for (std::size_t s = 0; s < seen.joints.size(); ++s) {
+      const Seen::Angles& one = seen.joints[s];
+      const double error_deg = error_of(model_.joints[one.joint]);
       const auto mark = marks_ + static_cast<Eigen::Index>(s);
-      const Softened soft = pseudo_huber((now[s][k] + kMarks_deg * p(mark) - angle_deg) / error_deg);
-      for (std::size_t c = 0; c < moved.size(); ++c)
-        j(row, static_cast<Eigen::Index>(c)) =
-            soft.slope / repeats * (moved[c][s][k] - now[s][k]) / (kStep * error_deg);
-      j(row, mark) = soft.slope / repeats * kMarks_deg / error_deg;
-      r(row++) = soft.error / repeats;
+      for (std::size_t k = 0; k < one.use.size(); ++k) {
+        if (!one.use[k]) continue;
+        const Softened soft = pseudo_huber((now[s][k] + kMarks_deg * p(mark) - one.angle_deg[k]) / error_deg);
+        for (std::size_t c = 0; c < moved.size(); ++c)
+          j(row, static_cast<Eigen::Index>(c)) =
+              soft.slope / repeats * (moved[c][s][k] - now[s][k]) / (kStep * error_deg);
+        j(row, mark) = soft.slope / repeats * kMarks_deg / error_deg;
+        r(row++) = soft.error / repeats;
+      }
     }
   }
 
@@ -322,9 +308,8 @@ class LineProblem {
   const std::vector<Prior>& priors_;
   const Evidence& evidence_;
   std::vector<Eigen::MatrixXd> whitening_;  // lower triangles of the covariances' Cholesky factors
-  std::vector<SeenSample> samples_;
-  Eigen::Index sensors_;  // their columns
-  Eigen::Index marks_;    // the first one's column
+  Eigen::Index sensors_;                    // their columns
+  Eigen::Index marks_;                      // the first one's column
   Eigen::Index size_;
   Eigen::Index rows_;
 };

@@ -1,8 +1,10 @@
-// Whether map and recordings belong together, before anything is fitted.
+// Whether map and recordings belong together, before anything is fitted; what a recording lacks for a compensator to be learnt
+// from it, and what would supply it.
 #pragma once
 
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,5 +33,14 @@ std::optional<std::string> unit_note(const model::Input& input, const std::strin
 // What of a joint's signals tells nothing: a sensor or an angle that stands at
 // an extreme while the other goes on.
 std::vector<std::string> one_sided(const JointMap& map, const std::vector<Session>& sessions);
+
+// A text for each of these that none of the sessions holds: range (20 degrees), a hold (a second
+// within 2 degrees), quick motion (60 degrees a second, or the whole range in a second), slow motion (half a second between
+// 3 and 30 degrees a second). Speeds are of the angle over a quarter of a second.
+std::vector<std::string> lacking(const std::vector<Session>& sessions, double period_s);
+
+// How many readings of these logs lie outside what the input takes; none: all are within.
+std::optional<std::string> refused_readings(const model::Input& input,
+                                            const std::vector<std::span<const double>>& logs);
 
 }  // namespace flexor::identify

@@ -128,8 +128,7 @@ std::optional<model::Poses> poses_of(const std::vector<Session>& sessions, Eigen
       if (angle >= from_deg && angle <= to_deg) readings.push_back(reading);
     }
     if (readings.size() < kLeast) return {};
-    std::ranges::sort(readings);
-    return quantile(readings, 0.5);
+    return identify::median(std::move(readings));
   };
   const auto open = median(least->first, least->first + kEnd * range_deg);
   const auto fist = median(most->first - kEnd * range_deg, most->first);

@@ -127,19 +127,12 @@ class Filter {
 
   // Several columns at a time: one column alone waits for its own recursion at every sample.
   void run(const std::vector<double*>& columns, Index rows) const {
-    static constexpr std::size_t kLanes = 4;
     for (std::size_t c = 0; c < columns.size(); c += kLanes) {
       // Lanes beyond the last column share a scratch column of zeros, which stay zeros.
+      VectorXd scratch = VectorXd::Zero(c + kLanes > columns.size() ? rows : 0);
       std::array<double*, kLanes> lane;
-      VectorXd scratch;
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        if (c + l < columns.size()) {
-          lane[l] = columns[c + l];
-        } else {
-          if (scratch.size() == 0) scratch = VectorXd::Zero(rows);
-          lane[l] = scratch.data();
-        }
-      }
+      for (std::size_t l = 0; l < kLanes; ++l)
+        lane[l] = c + l < columns.size() ? columns[c + l] : scratch.data();
       if (n_ == 1) run_lanes<1>(lane, rows);
       if (n_ == 2) run_lanes<2>(lane, rows);
       if (n_ == 3) run_lanes<3>(lane, rows);
@@ -155,25 +148,24 @@ class Filter {
   }
 
  private:
-  template <int kOrder, std::size_t kLanes>
+  static constexpr std::size_t kLanes = 4;
+  using Lanes = Eigen::Array<double, kLanes, 1>;
+
+  template <int kOrder>
   void run_lanes(const std::array<double*, kLanes>& lane, Index rows) const {
-    double x[kOrder][kLanes];
-    for (std::size_t l = 0; l < kLanes; ++l) {
-      for (int i = 0; i < kOrder; ++i) x[i][l] = lane[l][0];
-    }
+    const auto inputs = [&](Index k) { return Lanes(lane[0][k], lane[1][k], lane[2][k], lane[3][k]); };
+    std::array<Lanes, kOrder> x;
+    x.fill(inputs(0));
     for (Index k = 0; k < rows; ++k) {
-      for (int i = kOrder - 1; i >= 0; --i) {
-        for (std::size_t l = 0; l < kLanes; ++l) {
-          double next = b_[i] * lane[l][k];
-          for (int j = 0; j <= i; ++j) next += a_[i][j] * x[j][l];
-          x[i][l] = next;
-        }
+      const Lanes w = inputs(k);
+      Lanes y = Lanes::Zero();
+      for (std::size_t i = kOrder; i-- > 0;) {
+        Lanes next = b_[i] * w;
+        for (std::size_t j = 0; j <= i; ++j) next += a_[i][j] * x[j];
+        x[i] = next;
       }
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        double y = 0;
-        for (int i = 0; i < kOrder; ++i) y += tap_[i] * x[i][l];
-        lane[l][k] = y;
-      }
+      for (std::size_t i = 0; i < kOrder; ++i) y += tap_[i] * x[i];
+      for (std::size_t l = 0; l < kLanes; ++l) lane[l][k] = y(static_cast<Index>(l));
     }
   }
 

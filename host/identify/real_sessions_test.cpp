@@ -19,7 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 const fs::path kDonnings = fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/donning";
 using Reading = std::array<double, 3>;
-constexpr std::array kRealShares = {0.02, 0.1, 0.5, 0.9, 0.98};
 constexpr double kRealRate_Hz = 10;
 constexpr double kRange = 241;  // counts: the mean of three fingers, 1st to 99th percentile of all sessions
 constexpr double kRange_deg = 90;  // that a finger's readings are taken to span
@@ -69,7 +68,7 @@ void summarise(RealSession& s, bool transitions) {
       }
     }
     std::ranges::sort(all);
-    for (const double share : kRealShares) s.quantile[c].push_back(quantile_of(all, share));
+    for (const double share : kSpreadShares) s.quantile[c].push_back(quantile_of(all, share));
   }
 }
 
@@ -77,7 +76,7 @@ model::Model model_of_others(const std::vector<RealSession>& fold) {
   model::Model m;
   m.sample_period_s = 1 / kRealRate_Hz;
   for (std::size_t c = 0; c < 3; ++c) {
-    std::vector<double> mean(kRealShares.size(), 0);
+    std::vector<double> mean(kSpreadShares.size(), 0);
     for (std::size_t s = 1; s < fold.size(); ++s)
       for (std::size_t i = 0; i < mean.size(); ++i)
         mean[i] += fold[s].quantile[c][i] / static_cast<double>(fold.size() - 1);
@@ -85,7 +84,7 @@ model::Model model_of_others(const std::vector<RealSession>& fold) {
     const double span = mean.back() - mean.front();
     const std::vector<double> readings = {mean.front() - span, mean.back() + span};
     m.inputs.push_back({name, name, "count", "", 1, 1022});
-    m.inputs.back().readings = model::Spread{{kRealShares.begin(), kRealShares.end()}, mean};
+    m.inputs.back().readings = model::Spread{{kSpreadShares.begin(), kSpreadShares.end()}, mean};
     m.blocks.push_back({{name}, name + "c", model::Curve{readings, {-kRange_deg, 2 * kRange_deg}}});
     m.blocks.push_back({{name + "c"}, name + "s", model::Saturation{-kRange_deg, 2 * kRange_deg}});
     m.joints.push_back({name, name + "s", 0});
@@ -217,21 +216,11 @@ double mean_square(const std::vector<Point>& points, const model::Correction& co
   return out;
 }
 
-// The line, of least squares, that knows the answer; of gain one where only the shift is known.
-model::Correction knowing(const std::vector<Point>& points, bool gain) {
-  Point mean{};
-  for (const Point& p : points) {
-    mean.reading += p.reading / static_cast<double>(points.size());
-    mean.wanted += p.wanted / static_cast<double>(points.size());
-  }
-  double square = 0;
-  double both = 0;
-  for (const Point& p : points) {
-    square += std::pow(p.reading - mean.reading, 2);
-    both += (p.reading - mean.reading) * (p.wanted - mean.wanted);
-  }
-  const double slope = gain && square > 0 ? both / square : 1;
-  return {slope, mean.wanted - slope * mean.reading};
+// The shift that knows the answer.
+model::Correction knowing(const std::vector<Point>& points) {
+  double shift = 0;
+  for (const Point& p : points) shift += (p.wanted - p.reading) / static_cast<double>(points.size());
+  return {1, shift};
 }
 
 // What anybody would do first: the mean difference of five quantiles, always.
@@ -249,7 +238,6 @@ struct Scored {
   double after = 0;
   double mean_shift = 0;
   double knows_shift = 0;
-  double knows_line = 0;
   double worse = 0;    // percent of the stretches that put them 2 % of the range or more farther off
   double applied = 0;  // percent of the stretches
 };
@@ -257,7 +245,7 @@ struct Scored {
 Scored scored(const std::vector<Fold>& folds, Draw draw, double seconds, int draws) {
   Random random(1);
   Scored out;
-  std::array<std::array<double, 5>, 3> squares{};
+  std::array<std::array<double, 4>, 3> squares{};
   double count = 0;
   for (const Fold& fold : folds) {
     const std::array points = {points_of(fold, 0), points_of(fold, 1), points_of(fold, 2)};
@@ -272,8 +260,8 @@ Scored scored(const std::vector<Fold>& folds, Draw draw, double seconds, int dra
         const std::array corrections = {
             model::Correction{}, r.sensors[c].correction,
             by_mean_quantile(*request.model.inputs[c].readings, request.motion[0].reading[c]),
-            knowing(points[c], false), knowing(points[c], true)};
-        std::array<double, 5> now{};
+            knowing(points[c])};
+        std::array<double, 4> now{};
         for (std::size_t k = 0; k < now.size(); ++k)
           squares[c][k] += now[k] = mean_square(points[c], corrections[k]);
         lost += (std::sqrt(now[1]) - std::sqrt(now[0])) / 3;
@@ -282,7 +270,7 @@ Scored scored(const std::vector<Fold>& folds, Draw draw, double seconds, int dra
       out.applied += r.applied;
     }
   }
-  const std::array where = {&out.raw, &out.after, &out.mean_shift, &out.knows_shift, &out.knows_line};
+  const std::array where = {&out.raw, &out.after, &out.mean_shift, &out.knows_shift};
   for (const auto& of : squares)
     for (std::size_t k = 0; k < of.size(); ++k) *where[k] += std::sqrt(of[k] / count) / 3;
   out.worse *= 100 / count;
@@ -301,9 +289,9 @@ class RealSessions : public testing::Test {
                       int draws) {
     const Scored s = scored(folds, draw, seconds, draws);
     std::printf(
-        "%-28s %2.0f s: %4.1f -> %4.1f, mean quantile %4.1f, the best shift %4.1f, line %4.1f; applied %3.0f "
+        "%-28s %2.0f s: %4.1f -> %4.1f, mean quantile %4.1f, the best shift %4.1f; applied %3.0f "
         "%%, worse %4.1f %%\n",
-        what, seconds, s.raw, s.after, s.mean_shift, s.knows_shift, s.knows_line, s.applied, s.worse);
+        what, seconds, s.raw, s.after, s.mean_shift, s.knows_shift, s.applied, s.worse);
     return s;
   }
 };

@@ -124,44 +124,32 @@ bool is_dynamic(const Block& block) {
   return block.name != "curve" && block.name != "play" && block.name != "motion" && block.name != "open";
 }
 
-// One knot count for all curves.
-class KnotCount {
- public:
-  KnotCount(const Parser& parser, Branches& branches) : parser_(parser), branches_(branches) {}
-
-  void take(const Block& curve) {
-    const int knots = parser_.whole(curve, 2, model::kMaxKnots, branches_.knots);
-    if (known_ && knots != branches_.knots)
-      parser_.fail(curve.number_at,
-                   fmt::format("curves that are added have one number of knots, {} before, {} here",
-                               branches_.knots, knots));
-    branches_.knots = knots;
-    known_ = known_ || curve.number.has_value();
-  }
-
- private:
-  const Parser& parser_;
-  Branches& branches_;
-  bool known_ = false;
-};
-
 Branches sum(const Parser& parser, const std::vector<Term>& terms) {
   constexpr std::size_t kMostOfAKind = 4;
   Branches out;
-  KnotCount knots(parser, out);
   bool reading = false;
+  bool knots_are_known = false;  // of all curves together
+  const auto take_knots = [&](const Block& curve) {
+    const int knots = parser.whole(curve, 2, model::kMaxKnots, out.knots);
+    if (knots_are_known && knots != out.knots)
+      parser.fail(curve.number_at,
+                  fmt::format("curves that are added have one number of knots, {} before, {} here", out.knots,
+                              knots));
+    out.knots = knots;
+    knots_are_known = knots_are_known || curve.number.has_value();
+  };
   for (const Term& term : terms) {
     const Block& first = term.front();
     if (first.name == "curve") {
       if (reading) parser.fail(first.at, "a second curve of the reading");
       reading = true;
-      knots.take(first);
+      take_knots(first);
     } else if (first.name == "play") {
       if (!first.number) parser.fail(first.at, "play needs its radius, as a share of the range: play(0.08)");
       out.radii.push_back(parser.number(first, 0.001, 0.5, 0));
       if (term.size() == 1 || term[1].name != "curve")
         parser.fail(first.at, "a curve is missing behind the play");
-      knots.take(term[1]);
+      take_knots(term[1]);
     } else if (first.name == "open") {
       out.open = true;
     } else {

@@ -10,8 +10,7 @@ namespace {
 constexpr double kRankTolerance = 1e-7;
 constexpr Eigen::Index kMaxLags = 400;
 
-}  // namespace
-
+// Lags until the residuals' autocorrelation first falls below 2 / sqrt(n).
 int correlation_length(const Eigen::VectorXd& residual) {
   const auto n = residual.size();
   const Eigen::VectorXd r = residual.array() - residual.mean();
@@ -24,6 +23,8 @@ int correlation_length(const Eigen::VectorXd& residual) {
   }
   return most;
 }
+
+}  // namespace
 
 Uncertainty uncertainty(const Eigen::VectorXd& residual, const Eigen::MatrixXd& jacobian, double delta) {
   const auto n = jacobian.rows();

@@ -19,7 +19,4 @@ struct Uncertainty {
 
 Uncertainty uncertainty(const Eigen::VectorXd& residual, const Eigen::MatrixXd& jacobian, double delta);
 
-// Number of lags until the residuals' autocorrelation first falls below 2 / sqrt(n), at most n / 20 and 400.
-int correlation_length(const Eigen::VectorXd& residual);
-
 }  // namespace flexor::identify

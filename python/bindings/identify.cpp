@@ -12,7 +12,7 @@
 
 #include "host/deploy/model_block.hpp"
 #include "host/identify/from_poses.hpp"
-#include "host/identify/identify_files.hpp"
+#include "host/identify/joint_map.hpp"
 #include "host/identify/recalibrate_files.hpp"
 #include "host/recording/csv.hpp"
 #include "python/bindings/job.hpp"

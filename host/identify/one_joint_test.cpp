@@ -1,5 +1,5 @@
 // One pair and one joint, as --sensor and --reference give them: simulated logs of every kind, and the real ones.
-#include "host/identify/identify_files.hpp"
+#include "host/identify/joint_map.hpp"
 
 #include "host/identify/estimator.hpp"
 #include "host/identify/hand_test.hpp"

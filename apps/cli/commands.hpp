@@ -53,6 +53,7 @@ void add_twin_wear(CLI::App& twin);
 void add_identify(CLI::App& app);
 void add_job(CLI::App& app);
 void add_apply(CLI::App& app);
+void add_merge(CLI::App& app);
 void add_recalibrate(CLI::App& app);
 void add_report(CLI::App& app);
 void add_score(CLI::App& app);

@@ -15,6 +15,7 @@
 #include "host/study/rendered_cameras.hpp"
 #include "host/study/results.hpp"
 #include "host/study/shape_check.hpp"
+#include "host/study/shards.hpp"
 
 namespace flexor::cli {
 namespace experiment_command {
@@ -28,7 +29,8 @@ struct Options {
   std::string folder;
   std::string engine = "twin";
   std::string camera = "angles";
-  bool scenarios = false;
+  std::string shard;
+  std::vector<std::filesystem::path> shards;  // of flexor merge
   bool json = false;
 };
 
@@ -121,7 +123,9 @@ void show_scenarios(const std::vector<study::ScenarioResult>& scenarios) {
   print("\n");
 }
 
+// `shards`: from their rows; none: played.
 std::vector<study::ScenarioResult> run_scenarios(const study::Plan& plan,
+                                                 const std::vector<std::filesystem::path>& shards,
                                                  const study::TrialProgress& progress) {
   std::vector<study::ScenarioResult> out;
   const bool tracks = study::tracking_of(plan.compensators).has_value();
@@ -131,9 +135,13 @@ std::vector<study::ScenarioResult> run_scenarios(const study::Plan& plan,
     study::Plan changed = plan;
     changed.scenario = scenario;
     for (const std::string& assignment : scenario.set) twin::assign(changed.parameters, assignment);
-    if (!plan.folder.empty()) changed.folder = plan.folder / "scenarios" / std::to_string(out.size() + 1);
+    const std::filesystem::path folder = std::filesystem::path("scenarios") / std::to_string(out.size() + 1);
+    if (!plan.folder.empty()) changed.folder = plan.folder / folder;
     changed.lock = nullptr;
-    out.push_back({scenario, study::run(changed, progress)});
+    std::vector<std::filesystem::path> parts = shards;
+    for (std::filesystem::path& part : parts) part /= folder;
+    out.push_back(
+        {scenario, shards.empty() ? study::run(changed, progress) : study::merge(changed, parts, progress)});
   }
   return out;
 }
@@ -172,6 +180,15 @@ void draw(const study::Plan& plan, const study::Result& result,
   }
 }
 
+void show_shard(const Options& o) {
+  const study::Shard& s = o.plan.shard;
+  if (o.json)
+    return print(
+        io::dump({{"shard", {{"index", s.index}, {"of", s.of}}}, {"folder", io::to_utf8(o.folder)}}));
+  print(fmt::format("shard {} of {} is done in {}; when all are: flexor merge FOLDER... --out FOLDER\n",
+                    s.index, s.of, o.folder));
+}
+
 void play(Options& o) {
   const study::Plan& plan = o.plan;
   study::check(plan);
@@ -185,9 +202,10 @@ void play(Options& o) {
   {
     ProgressLine line;
     const auto progress = [&](std::size_t done, std::size_t of) { line.step("experiment: batch", done, of); };
-    result = study::run(plan, progress);
-    if (o.scenarios) scenarios = run_scenarios(plan, progress);
+    result = o.shards.empty() ? study::run(plan, progress) : study::merge(plan, o.shards, progress);
+    if (plan.scenarios) scenarios = run_scenarios(plan, o.shards, progress);
   }
+  if (plan.shard.of > 1) return show_shard(o);
   for (const std::string& warning : study::warnings(result, plan)) log_warning(warning);
   if (!o.folder.empty()) {
     draw(plan, result, scenarios);
@@ -206,15 +224,53 @@ void meet_twin(study::Compensator& compensator, const twin::Parameters& paramete
   for (const std::string& note : notes) log(fmt::format("{}: {}", compensator.name, note));
 }
 
+// What plays the trials in place of the twin; outlives them.
+struct Engines {
+  study::Engine* find(bool has_boards, bool is_filmed) {
+    study::Engine* out = nullptr;
+    if (has_boards) out = &boards.emplace(io::program_beside(kBoardsWorker));
+    if (is_filmed) out = &cameras.emplace(io::program_beside(kCameraWorker), out);
+    return out;
+  }
+  std::optional<study::Boards> boards;
+  std::optional<study::RenderedCameras> cameras;
+};
+
+// A shard that was stopped asks for another go (75, EX_TEMPFAIL): a queue gives it one.
+void play_until_stopped(Options& o) {
+  constexpr int kGoOnLater = 75;
+  io::StopOnSignal stop;
+  o.plan.stop = stop.flag();
+  try {
+    play(o);
+  } catch (const io::Cancelled& stopped) {
+    if (o.plan.shard.of > 1) {
+      log(std::string("flexor: ") + stopped.what());
+      throw JobEnded{kGoOnLater};
+    }
+    io::set_interruption_note(stopped.what());
+    stop.end();
+  }
+}
+
+void run_merge(Options& o) {
+  Engines engines;
+  study::Shards shards = study::read_shards(o.shards, [&](const std::string& name) {
+    return engines.find(name.starts_with("avr"), name.ends_with("rendered cameras"));
+  });
+  o.plan = std::move(shards.plan);
+  o.shards = std::move(shards.folders);
+  o.plan.folder = o.folder;
+  play_until_stopped(o);
+}
+
 void run(Options& o) {
   study::Plan& plan = o.plan;
-  std::optional<study::Boards> boards;
-  if (o.engine == "avr") plan.engine = &boards.emplace(io::program_beside(kBoardsWorker));
-  std::optional<study::RenderedCameras> cameras;
-  if (o.camera == "rendered") {
-    plan.engine = &cameras.emplace(io::program_beside(kCameraWorker), plan.engine);
-    log("both hands are filmed and tracked, frame by frame: some seconds a trial");
-  }
+  if (!o.shard.empty()) plan.shard = study::parse_shard(o.shard);
+  if (plan.shard.of > 1 && o.folder.empty()) throw io::InputError("--shard needs a folder of its own: --out");
+  Engines engines;
+  plan.engine = engines.find(o.engine == "avr", o.camera == "rendered");
+  if (o.camera == "rendered") log("both hands are filmed and tracked, frame by frame: some seconds a trial");
   plan.parameters = twin_parameters(o.twin);
   std::vector<std::string> notes;
   plan.motions = study::motions(o.gestures, notes);
@@ -222,14 +278,7 @@ void run(Options& o) {
   plan.compensators = study::compensators(o.compensators, o.rate_hz);
   for (study::Compensator& one : plan.compensators) meet_twin(one, plan.parameters);
   plan.folder = o.folder;
-  io::StopOnSignal stop;
-  plan.stop = stop.flag();
-  try {
-    play(o);
-  } catch (const io::Cancelled& stopped) {
-    io::set_interruption_note(stopped.what());
-    stop.end();
-  }
+  play_until_stopped(o);
 }
 
 }  // namespace experiment_command
@@ -306,9 +355,20 @@ void add_experiment(CLI::App& app) {
       ->check(CLI::IsMember({"angles", "rendered"}))
       ->capture_default_str();
   command->add_flag(
-      "--scenarios", o->scenarios,
+      "--scenarios", o->plan.scenarios,
       "also with half-open poses, the glove re-donned, another person, drift, lost and late frames; where a "
       "compensator has its sensors' poses, also worn for minutes, tracked and not");
+  command->add_option("--shard", o->shard,
+                      "2/8: only that part, on one of eight machines; flexor merge puts them together");
+}
+
+void add_merge(CLI::App& app) {
+  using namespace experiment_command;
+  const auto [o, command] = add_command(
+      app, "merge", "Shards of an experiment to the folder of the whole: the bytes that one machine writes",
+      run_merge);
+  command->add_option("DIR", o->shards, "the shards' folders, in any order")->required();
+  command->add_option("--out", o->folder, "the folder of the whole run")->required()->transform(kFolder);
 }
 
 }  // namespace flexor::cli

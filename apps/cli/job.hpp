@@ -29,7 +29,7 @@ nlohmann::ordered_json job_schema(const std::vector<std::string>& name);
 nlohmann::ordered_json run_job(const std::vector<std::string>& name, const nlohmann::ordered_json& request,
                                const io::Event& event);
 
-// The answer of `flexor job NAME` is written: what is left is its exit status.
+// All is said: what is left is the exit status.
 struct JobEnded {
   int status;
 };

@@ -200,6 +200,7 @@ constexpr Command kCommands[] = {
     {add_send, "Boards", "flexor send hand.json --rate 10 --port auto --key firmware/pair.key"},
     {add_latency, "Boards", "flexor latency --compensator published-hw"},
     {add_experiment, "The paper", "flexor experiment --trials 200 --out paper/"},
+    {add_merge, "The paper", "flexor merge shard1/ shard2/ --out paper/"},
     {add_twin, "The paper", "flexor twin record --out glove/"},
     {add_job, "Programs", "flexor job identify < request.json"},
 };

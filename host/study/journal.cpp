@@ -90,9 +90,8 @@ FolderLock::~FolderLock() {
   ::close(file_);
 }
 
-Journal::Journal(const fs::path& folder, const std::string& settings, const std::string& header,
-                 const char* file)
-    : folder_(folder), path_(folder / file), header_(header) {
+Journal::Journal(const fs::path& folder, const std::string& settings, const std::string& header)
+    : folder_(folder), path_(folder / "trials.csv"), header_(header) {
   std::error_code error;
   if (fs::exists(path_, error) && !fs::is_regular_file(path_, error)) {
     throw io::InputError(fmt::format("{}: is no ordinary file; choose another folder", path_.string()));

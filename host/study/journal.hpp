@@ -1,7 +1,6 @@
 // What an experiment keeps in its folder, so that it survives being killed at any instant:
 //   run.json    the settings; a run goes on only with the same
-//   trials.csv  a header and the rows of whole batches, in order; what follows the last whole one is cut off;
-//               or laboratories.csv, a row for each
+//   trials.csv  a header and the rows of whole batches, in order; what follows the last whole one is cut off
 //   lock        held with flock(2) while somebody works there; says who. Gone when they are done
 #pragma once
 
@@ -36,8 +35,7 @@ class FolderLock {
 class Journal {
  public:
   // `settings` and `header` are whole lines. Throws io::InputError: another run's folder.
-  Journal(const std::filesystem::path& folder, const std::string& settings, const std::string& header,
-          const char* file = "trials.csv");
+  Journal(const std::filesystem::path& folder, const std::string& settings, const std::string& header);
 
   // The next row without its newline; false at the end, and for a last row that lacks its newline.
   bool next(std::string& row);
@@ -65,15 +63,5 @@ class Journal {
   std::uintmax_t kept_bytes_ = 0;
   std::optional<io::GrowingFile> file_;
 };
-
-// Runs `write`, which writes a journal; a failure also says what `kept()` answers: what is safe.
-template <class Write, class Kept>
-void write_or_say(const Write& write, const Kept& kept) {
-  try {
-    write();
-  } catch (const io::JobError& error) {
-    throw io::JobError(std::string(error.what()) + "; " + kept());
-  }
-}
 
 }  // namespace flexor::study

@@ -48,12 +48,18 @@ std::uint64_t seed_of_motion(std::uint64_t seed, const std::string& name) {
   return seed;
 }
 
+Plan shard_of(Plan plan, std::size_t number, const std::vector<std::filesystem::path>& shards) {
+  plan.shard = {number + 1, shards.size()};
+  plan.folder = shards[number];
+  return plan;
+}
+
 class Runner {
  public:
   Runner(const Plan& plan, const TrialProgress& progress) : plan_(plan), progress_(progress) {
     if (plan.engine != nullptr) batch_ = plan.engine->batch();
     const std::int64_t batches = (std::int64_t{plan.trials} + batch_ - 1) / batch_;
-    jobs_ = static_cast<std::size_t>(batches) * plan.motions.size();
+    jobs_ = plan.shard.count(static_cast<std::size_t>(batches) * plan.motions.size());
     for (const twin::Motion& motion : plan.motions) {
       result_.motions.push_back(motion.name());
       for (const Compensator& c : plan.compensators) {
@@ -69,11 +75,14 @@ class Runner {
     for (const Compensator& c : plan.compensators) result_.compensators.push_back(c.name);
   }
 
-  Result run() {
+  // `shards`: where the rows are; none: they are played.
+  Result run(const std::vector<std::filesystem::path>& shards) {
     std::optional<FolderLock> lock;
     if (!plan_.folder.empty() && plan_.lock == nullptr) lock.emplace(plan_.folder);
     try {
-      play_all();
+      if (!plan_.folder.empty()) open_journal();
+      shards.empty() ? play_all() : take_over(shards);
+      if (journal_) write([&] { journal_->finish(); });
     } catch (const std::exception&) {
       // An interruption ends compilers and the like, too: that they failed then is no news.
       if (is_stopped()) throw io::Cancelled(stopped());
@@ -84,15 +93,36 @@ class Runner {
     return std::move(result_);
   }
 
+  // How many of its batches the folder has, whole.
+  std::size_t whole_jobs() {
+    Journal journal(plan_.folder, settings_of(plan_), header_of_rows());
+    std::size_t whole = 0;
+    for (JobRows rows; whole < jobs_ && read(journal, job(whole), rows);) ++whole;
+    return whole;
+  }
+  std::size_t jobs() const { return jobs_; }
+
  private:
+  void take_over(const std::vector<std::filesystem::path>& shards) {
+    std::vector<Journal> journals;
+    for (std::size_t i = 0; i < shards.size(); ++i)
+      journals.emplace_back(shards[i], settings_of(shard_of(plan_, i, shards)), header_of_rows());
+    const std::size_t kept = committed_;
+    JobRows rows;
+    for (std::size_t number = 0; number < jobs_; ++number) {
+      go_on();
+      if (!read(journals[number % shards.size()], job(number), rows))
+        throw io::JobError(fmt::format("{}: has changed meanwhile", shards[number % shards.size()].string()));
+      if (number >= kept) commit(number, rows);
+    }
+  }
+
   void play_all() {
-    if (!plan_.folder.empty()) open_journal();
     const auto start = std::chrono::steady_clock::now();
     result_.threads = io::threads_of(plan_.threads);
     io::run_in_order<JobRows>(
         committed_, jobs_, result_.threads, [this](std::size_t number) { return simulate(job(number)); },
         [this](std::size_t number, const JobRows& rows) { commit(number, rows); });
-    if (journal_) close_journal();
     result_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
@@ -104,7 +134,9 @@ class Runner {
 
   // How much of everything is done and safe.
   std::string kept() const {
-    const auto of = static_cast<std::int64_t>(result_.cells.size()) * plan_.trials;
+    std::int64_t of = 0;
+    for (std::size_t number = 0; number < jobs_; ++number)
+      of += static_cast<std::int64_t>(plan_.compensators.size()) * job(number).count;
     if (plan_.folder.empty())
       return fmt::format("{} of {} trials done, none kept without a folder", done_rows_, of);
     return fmt::format("{} of {} trials are kept in {}, and the same command goes on from there", done_rows_,
@@ -114,6 +146,7 @@ class Runner {
   std::string stopped() const { return "stopped: " + kept(); }
 
   Job job(std::size_t number) const {
+    number = plan_.shard.item(number);
     const std::size_t motions = plan_.motions.size();
     const int first = static_cast<int>(number / motions) * batch_;
     return {number % motions, first, std::min(batch_, plan_.trials - first)};
@@ -122,7 +155,7 @@ class Runner {
   // Takes over every whole job of the file.
   void open_journal() {
     journal_.emplace(plan_.folder, settings_of(plan_), header_of_rows());
-    for (JobRows rows; committed_ < jobs_ && read(job(committed_), rows); ++committed_) {
+    for (JobRows rows; committed_ < jobs_ && read(*journal_, job(committed_), rows); ++committed_) {
       journal_->keep();
       take(job(committed_), rows);
       go_on();
@@ -131,12 +164,12 @@ class Runner {
     write([&] { journal_->start(); });
   }
 
-  bool read(const Job& job, JobRows& rows) {
+  bool read(Journal& journal, const Job& job, JobRows& rows) const {
     rows.assign(plan_.compensators.size(), std::vector<TrialRow>(static_cast<std::size_t>(job.count)));
     std::string line;
     for (std::size_t c = 0; c < rows.size(); ++c) {
       for (int t = 0; t < job.count; ++t) {
-        if (!journal_->next(line)) return false;
+        if (!journal.next(line)) return false;
         if (!parse_row(line, result_.motions[job.motion], result_.compensators[c], job.first + t,
                        rows[c][static_cast<std::size_t>(t)])) {
           return false;
@@ -146,13 +179,13 @@ class Runner {
     return true;
   }
 
-  void close_journal() {
-    write([&] { journal_->finish(); });
-  }
-
   template <class Write>
   void write(const Write& what) const {
-    write_or_say(what, [this] { return kept(); });
+    try {
+      what();
+    } catch (const io::JobError& error) {
+      throw io::JobError(std::string(error.what()) + "; " + kept());
+    }
   }
 
   void commit(std::size_t number, const JobRows& rows) {
@@ -399,7 +432,23 @@ void check(const Plan& plan) {
 
 Result run(const Plan& plan, const TrialProgress& progress) {
   check(plan);
-  return Runner(plan, progress).run();
+  return Runner(plan, progress).run({});
+}
+
+Result merge(const Plan& plan, const std::vector<std::filesystem::path>& shards,
+             const TrialProgress& progress) {
+  check(plan);
+  std::string missing;
+  for (std::size_t i = 0; i < shards.size(); ++i) {
+    const Plan part = shard_of(plan, i, shards);
+    Runner shard(part, progress);
+    if (const std::size_t whole = shard.whole_jobs(); whole < shard.jobs())
+      missing += fmt::format("{}{} has {} of its {} batches", missing.empty() ? "" : ", ", shards[i].string(),
+                             whole, shard.jobs());
+  }
+  if (!missing.empty())
+    throw InputError(missing + ": give that shard's command once more, it goes on from there");
+  return Runner(plan, progress).run(shards);
 }
 
 std::string settings_of(const Plan& plan) {
@@ -427,6 +476,11 @@ std::string settings_of(const Plan& plan) {
                     {"drift_turns_s", plan.scenario.drift_turns_s},
                     {"tracked", plan.scenario.tracked},
                     {"recalibrated", plan.scenario.recalibrated}};
+  }
+  if (plan.shard.of > 1) {
+    json["shard"] = {{"index", plan.shard.index}, {"of", plan.shard.of}};
+    json["plan"] = {{"scenarios", plan.scenarios}, {"motions", plan.motions}, {"models", Json::array()}};
+    for (const Compensator& c : plan.compensators) json["plan"]["models"].push_back(c.model);
   }
   return io::dump(json);
 }

@@ -21,6 +21,7 @@
 #include "host/model/model.hpp"
 #include "host/study/catalogue.hpp"
 #include "host/study/journal.hpp"
+#include "host/study/shard.hpp"
 #include "host/twin/simulation.hpp"
 
 namespace flexor::study {
@@ -50,6 +51,8 @@ struct Plan {
   const std::atomic<bool>* stop = nullptr;
   const FolderLock* lock = nullptr;  // of the folder, where the caller has it already
   Scenario scenario = {};            // how long the glove is worn before each trial, and whether it tracks
+  bool scenarios = false;            // whether whoever runs it goes on with study::scenarios()
+  Shard shard = {};                  // plays the batches that this part of the run has
 };
 
 // Mean and 95 % interval (Student's t) of a stream of numbers.
@@ -131,12 +134,17 @@ void check(const Plan& plan);
 // A line each: the first cell with silent trials, a delay beyond what the firmware follows.
 std::vector<std::string> warnings(const Result& result, const Plan& plan);
 
-// What must be the same for a run to go on in its folder, as JSON.
+// What must be the same for a run to go on in its folder, as JSON. A shard's also holds all that its plan is made of.
 std::string settings_of(const Plan& plan);
 
 // Throws as check(); io::InputError: a folder that holds another run, or in which somebody else works;
 // io::JobError: trials.csv cannot be written; io::Cancelled.
 Result run(const Plan& plan, const TrialProgress& progress);
+
+// The same result and trials.csv from the rows of all shards of this plan, in order, in place of playing. Throws as run();
+// io::InputError: a shard that is not done, before anything is written.
+Result merge(const Plan& plan, const std::vector<std::filesystem::path>& shards,
+             const TrialProgress& progress);
 
 // What the glove follows its strips by: each strip's poses as the first compensator that has them says. All are tracked
 // alike, so that what is compared is what they make of it. None: no compensator says any.

@@ -1,0 +1,86 @@
+#include "host/study/shards.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "host/io/refusal_test.hpp"
+
+namespace flexor::study {
+namespace {
+namespace fs = std::filesystem;
+
+class ShardsTest : public testing::Test {
+ protected:
+  ShardsTest() : folder_(fs::temp_directory_path() / ("flexor_shards_" + std::to_string(::getpid()))) {
+    fs::remove_all(folder_);
+    fs::create_directory(folder_);
+    for (std::size_t i = 1; i <= 3; ++i) (void)run(plan({i, 3}, folders_.emplace_back(folder_ / std::to_string(i))), {});
+  }
+  ~ShardsTest() override { fs::remove_all(folder_); }
+
+  // 40 trials are three batches of each motion.
+  static Plan plan(Shard shard, const fs::path& folder) {
+    Plan out{twin::Parameters(), motions("1,4"), {compensator("raw", 10), compensator("published-hw", 10)}, 3, 40, 2, folder};
+    out.shard = shard;
+    return out;
+  }
+
+  Result merged() {
+    Shards shards = read_shards(folders_, [](const std::string&) { return nullptr; });
+    shards.plan.folder = folder_ / "merged";
+    return merge(shards.plan, shards.folders, {});
+  }
+  std::string refusal() {
+    return io::refusal_of([&] { (void)merged(); });
+  }
+
+  fs::path folder_;
+  std::vector<fs::path> folders_;
+};
+
+TEST_F(ShardsTest, GiveTheBytesOfTheWholeRunInAnyOrder) {
+  const Plan whole = plan({}, folder_ / "whole");
+  const Result one = run(whole, {});
+  std::swap(folders_[0], folders_[2]);
+  EXPECT_EQ(to_json(merged(), whole), to_json(one, whole));
+  for (const char* file : {"run.json", "trials.csv"})
+    EXPECT_EQ(io::read_file(folder_ / "merged" / file), io::read_file(folder_ / "whole" / file)) << file;
+}
+
+TEST_F(ShardsTest, AnUnfinishedOneIsNamedAndNothingIsWritten) {
+  const std::string rows = io::read_file(folders_[1] / "trials.csv");
+  std::ofstream(folders_[1] / "trials.csv", std::ios::trunc) << rows.substr(0, rows.size() - 5);
+  EXPECT_EQ(refusal(), folders_[1].string() + " has 1 of its 2 batches: give that shard's command once more, it goes on from there");
+  EXPECT_FALSE(fs::exists(folder_ / "merged"));
+}
+
+TEST_F(ShardsTest, OnesThatAreMissingTwiceThereOrOfAnotherRunAreNamed) {
+  const fs::path third = folders_.back();
+  folders_.pop_back();
+  EXPECT_EQ(refusal(), "of 3 shards 3 is missing: give their folders too");
+  folders_.push_back(folders_[1]);
+  EXPECT_NE(refusal().find("are both shard 2"), std::string::npos);
+  fs::remove_all(third);
+  Plan other = plan({3, 3}, third);
+  other.seed = 4;
+  (void)run(other, {});
+  folders_.back() = third;
+  EXPECT_NE(refusal().find("\"seed\" differs"), std::string::npos);
+  folders_.back() = folder_ / "whole";
+  (void)run(plan({}, folders_.back()), {});
+  EXPECT_NE(refusal().find("is no shard's"), std::string::npos);
+}
+
+TEST(Shard, IsPartOfSo) {
+  EXPECT_EQ(parse_shard("2/8"), (Shard{2, 8}));
+  EXPECT_EQ((Shard{2, 8}).count(9), 1U);
+  EXPECT_EQ((Shard{1, 8}).count(9), 2U);
+  EXPECT_EQ((Shard{5, 8}).count(2), 0U);
+  for (const char* wrong : {"", "2", "2/", "0/8", "9/8", "2/8x", "-1/8", "2/1000000"})
+    EXPECT_NE(io::refusal_of([&] { (void)parse_shard(wrong); }), "accepted") << wrong;
+}
+
+}  // namespace
+}  // namespace flexor::study

@@ -28,8 +28,10 @@ inline Shard parse_shard(std::string_view text) {
   const auto [slash, error] = std::from_chars(text.data(), end, shard.index);
   const bool has_slash = error == std::errc() && slash < end && *slash == '/';
   const auto [stop, second] = std::from_chars(has_slash ? slash + 1 : end, end, shard.of);
-  if (!has_slash || second != std::errc() || stop != end || shard.of > kMost || shard.index < 1 || shard.index > shard.of)
-    throw io::InputError(fmt::format("--shard {}: give it as i/N with i from 1 to N, as 2/8, N at most {}", text, kMost));
+  if (!has_slash || second != std::errc() || stop != end || shard.of > kMost || shard.index < 1 ||
+      shard.index > shard.of)
+    throw io::InputError(
+        fmt::format("--shard {}: give it as i/N with i from 1 to N, as 2/8, N at most {}", text, kMost));
   return shard;
 }
 

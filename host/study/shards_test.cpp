@@ -16,13 +16,20 @@ class ShardsTest : public testing::Test {
   ShardsTest() : folder_(fs::temp_directory_path() / ("flexor_shards_" + std::to_string(::getpid()))) {
     fs::remove_all(folder_);
     fs::create_directory(folder_);
-    for (std::size_t i = 1; i <= 3; ++i) (void)run(plan({i, 3}, folders_.emplace_back(folder_ / std::to_string(i))), {});
+    for (std::size_t i = 1; i <= 3; ++i)
+      (void)run(plan({i, 3}, folders_.emplace_back(folder_ / std::to_string(i))), {});
   }
   ~ShardsTest() override { fs::remove_all(folder_); }
 
   // 40 trials are three batches of each motion.
   static Plan plan(Shard shard, const fs::path& folder) {
-    Plan out{twin::Parameters(), motions("1,4"), {compensator("raw", 10), compensator("published-hw", 10)}, 3, 40, 2, folder};
+    Plan out{twin::Parameters(),
+             motions("1,4"),
+             {compensator("raw", 10), compensator("published-hw", 10)},
+             3,
+             40,
+             2,
+             folder};
     out.shard = shard;
     return out;
   }
@@ -52,7 +59,9 @@ TEST_F(ShardsTest, GiveTheBytesOfTheWholeRunInAnyOrder) {
 TEST_F(ShardsTest, AnUnfinishedOneIsNamedAndNothingIsWritten) {
   const std::string rows = io::read_file(folders_[1] / "trials.csv");
   std::ofstream(folders_[1] / "trials.csv", std::ios::trunc) << rows.substr(0, rows.size() - 5);
-  EXPECT_EQ(refusal(), folders_[1].string() + " has 1 of its 2 batches: give that shard's command once more, it goes on from there");
+  EXPECT_EQ(refusal(),
+            folders_[1].string() +
+                " has 1 of its 2 batches: give that shard's command once more, it goes on from there");
   EXPECT_FALSE(fs::exists(folder_ / "merged"));
 }
 

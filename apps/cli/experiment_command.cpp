@@ -183,8 +183,9 @@ void draw(const study::Plan& plan, const study::Result& result,
 void show_shard(const Options& o) {
   const study::Shard& s = o.plan.shard;
   if (o.json)
-    return print(
-        io::dump({{"shard", {{"index", s.index}, {"of", s.of}}}, {"folder", io::to_utf8(o.folder)}}));
+    return print(io::dump({{"shard", {{"index", s.index}, {"of", s.of}}},
+                           {"folder", io::to_utf8(o.folder)},
+                           {"version", FLEXOR_VERSION}}));
   print(fmt::format("shard {} of {} is done in {}; when all are: flexor merge FOLDER... --out FOLDER\n",
                     s.index, s.of, o.folder));
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
 #include <set>
 
 #include "host/io/io.hpp"
@@ -104,7 +105,7 @@ class Runner {
 
  private:
   void take_over(const std::vector<std::filesystem::path>& shards) {
-    std::vector<Journal> journals;
+    std::deque<Journal> journals;
     for (std::size_t i = 0; i < shards.size(); ++i)
       journals.emplace_back(shards[i], settings_of(shard_of(plan_, i, shards)), header_of_rows());
     const std::size_t kept = committed_;

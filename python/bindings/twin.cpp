@@ -10,6 +10,7 @@
 #include "host/study/glove_recording.hpp"
 #include "host/study/laboratory.hpp"
 #include "host/study/log_rms.hpp"
+#include "host/study/shards.hpp"
 #include "host/study/trials.hpp"
 #include "host/study/twin_table.hpp"
 #include "host/twin/random.hpp"
@@ -62,8 +63,9 @@ std::vector<study::Compensator> to_compensators(const nb::list& list, double rat
 nb::object experiment(const std::string& gestures, const nb::list& compensators, int trials,
                       std::uint64_t seed, double rate_hz, const std::string& document,
                       const std::vector<std::string>& changes, int threads,
-                      const std::filesystem::path& folder, const nb::object& show) {
+                      const std::filesystem::path& folder, const std::string& shard, const nb::object& show) {
   study::Plan plan;
+  if (!shard.empty()) plan.shard = study::parse_shard(shard);
   std::vector<std::string> notes;
   plan.parameters = to_parameters(document, changes);
   plan.motions = study::motions(gestures, notes);
@@ -82,6 +84,22 @@ nb::object experiment(const std::string& gestures, const nb::list& compensators,
   nlohmann::ordered_json json = study::to_json(result, plan);
   for (const std::string& note : notes) json["warnings"].push_back(note);
   return to_python(json);
+}
+
+// From the folders of all shards.
+nb::object merge(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
+                 const nb::object& show) {
+  study::Shards shards = study::read_shards(folders, [](const std::string& engine) -> study::Engine* {
+    if (engine != "twin") throw io::InputError(engine + ": flexor merge puts shards of that engine together");
+    return nullptr;
+  });
+  shards.plan.folder = out;
+  const study::Result result = run(show, [&](Progress& progress) {
+    return study::merge(shards.plan, shards.folders, [&](std::size_t done, std::size_t of) {
+      progress.step(done, of, "experiment: batch");
+    });
+  });
+  return to_python(study::to_json(result, shards.plan));
 }
 
 // How likely the published averages of gestures 1 to last are beside the twin's (host/study/twin_table.hpp).
@@ -138,7 +156,8 @@ void add_twin(nb::module_& m) {
       nb::arg("document"), nb::arg("changes"));
   m.def("experiment", &experiment, nb::arg("gestures"), nb::arg("compensators"), nb::kw_only(),
         nb::arg("trials"), nb::arg("seed"), nb::arg("rate_hz"), nb::arg("document"), nb::arg("changes"),
-        nb::arg("threads"), nb::arg("folder"), nb::arg("progress").none());
+        nb::arg("threads"), nb::arg("folder"), nb::arg("shard"), nb::arg("progress").none());
+  m.def("merge", &merge, nb::arg("folders"), nb::arg("out"), nb::arg("progress").none());
   m.def(
       "published_model",
       [](const std::string& name) {

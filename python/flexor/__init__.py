@@ -22,11 +22,11 @@ try:
     from flexor._model import Compensator
     from flexor._recording import Recording, read
     from flexor._score import judge, score
-    from flexor._twin import Experiment, experiment, twin, twin_parameters
+    from flexor._twin import Experiment, experiment, merge, twin, twin_parameters
 
     __all__ = [
         "Compensator", "Experiment", "Identification", "InputError", "JobError", "Recording", "__version__",
-        "align", "experiment", "from_poses", "identify", "judge", "posture", "read", "recalibrate", "score", "twin",
+        "align", "experiment", "from_poses", "identify", "judge", "merge", "posture", "read", "recalibrate", "score", "twin",
         "twin_parameters",
     ]
 except ModuleNotFoundError as missing:  # sources alone: flexor.export, flexor.donning and flexor.posture_learning

@@ -57,10 +57,10 @@ class Experiment:
 def experiment(gestures: str = "1-6", compensators: Sequence[Union[str, os.PathLike, Compensator, tuple[str, Compensator]]] = (
         "raw", "published-w", "published-hw"), *, trials: int = 3, seed: int = 1, rate_hz: float = 10, set: Sequence[str] = (),
                parameters: Mapping[str, Any] = {}, threads: int = 0, folder: Union[str, os.PathLike] = "",
-               progress: Show = None) -> Experiment:
+               shard: str = "", progress: Show = None) -> Experiment:
     """The published experiment in the twin: gestures x compensators x trials. ``compensators``: names, files, or models, with a
-    name each or called by their own. ``folder``: rows go there, and a run that was cut off goes on. Ctrl-C stops it. Raises
-    ``InputError``.
+    name each or called by their own. ``folder``: rows go there, and a run that was cut off goes on. ``shard``: ``"2/8"``, only
+    that part, for ``merge``. Ctrl-C stops it. Raises ``InputError``.
 
     >>> experiment("1", trials=1).cells["compensator"].tolist()
     ['raw', 'published-w', 'published-hw']
@@ -72,4 +72,18 @@ def experiment(gestures: str = "1-6", compensators: Sequence[Union[str, os.PathL
         given.append((one[0], one[1]._core) if isinstance(one, tuple) else os.fspath(one))
     with shown(progress) as show:
         return Experiment(core.experiment(gestures, given, trials=trials, seed=seed, rate_hz=rate_hz, document=_document(parameters),
-                                          changes=list(set), threads=threads, folder=pathlib.Path(folder) if folder else "", progress=show))
+                                          changes=list(set), threads=threads, folder=pathlib.Path(folder) if folder else "", shard=shard, progress=show))
+
+
+def merge(folders: Sequence[Union[str, os.PathLike]], out: Union[str, os.PathLike], *, progress: Show = None) -> Experiment:
+    """The shards' folders, in any order, to the rows and results of the whole run. Raises ``InputError``, which names what is
+    missing, and what belongs to another run.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as d:
+    ...     parts = [experiment("1,4", folder=f"{d}/{i}", shard=f"{i}/2") and f"{d}/{i}" for i in (1, 2)]
+    ...     merge(parts, f"{d}/whole").results == experiment("1,4").results
+    True
+    """
+    with shown(progress) as show:
+        return Experiment(core.merge([pathlib.Path(folder) for folder in folders], pathlib.Path(out), show))

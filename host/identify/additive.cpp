@@ -494,14 +494,15 @@ class Search {
 
 }  // namespace
 
-std::vector<double> used_readings(const Session& session, Index sensor) {
+std::vector<double> used_readings(std::span<const Session> sessions, Index sensor) {
   std::vector<double> out;
-  for (std::size_t k = 0; k < session.use.size(); ++k)
-    if (session.use[k] != 0) out.push_back(session.input(static_cast<Index>(k), sensor));
+  for (const Session& s : sessions)
+    for (std::size_t k = 0; k < s.use.size(); ++k)
+      if (s.use[k] != 0) out.push_back(s.input(static_cast<Index>(k), sensor));
   return out;
 }
 
-std::vector<double> used_angles(const std::vector<Session>& sessions) {
+std::vector<double> used_angles(std::span<const Session> sessions) {
   std::vector<double> out;
   for (const Session& s : sessions)
     for (std::size_t k = 0; k < s.use.size(); ++k)

@@ -37,6 +37,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -52,9 +53,9 @@ struct Session {
   std::vector<std::uint8_t> use;  // 1 where a sample's error counts
 };
 
-// Where its error counts.
-std::vector<double> used_readings(const Session& session, Eigen::Index sensor);
-std::vector<double> used_angles(const std::vector<Session>& sessions);
+// Where their errors count, one session behind the other.
+std::vector<double> used_readings(std::span<const Session> sessions, Eigen::Index sensor);
+std::vector<double> used_angles(std::span<const Session> sessions);
 
 // The shape of an additive compensator; every sensor gets the same branches.
 struct Branches {

@@ -125,12 +125,8 @@ class Problem {
     const auto angle = sorted_at(data.angle_deg, rows_);
     span_deg_ = angle.back() - angle.front();
     plausible_ = {angle.front() - span_deg_, angle.back() + span_deg_};
-    const auto curve_values = [&](int at, int knots) {
-      if (knots == 0) return;
+    for (const auto& [at, knots] : layout.curves)
       bound(at, knots, plausible_.lower_deg, plausible_.upper_deg);
-    };
-    curve_values(layout.input_curve, structure.input_knots);
-    curve_values(layout.output_curve, structure.output_knots);
     if (structure.order > 0) {
       // From a time constant that the recording shows ten times over to one that has settled within a sample.
       const double duration_s = static_cast<double>(data.size()) * data.period_s;
@@ -481,8 +477,7 @@ class Fitter {
     if (structure.order > 0) look(l.log_rates, structure.order, kMaxLogRateError);
     look(l.taps, structure.taps(), kMaxTapError);
     if (structure.plays > 0) look(l.weights, structure.plays, kMaxWeightError);
-    look(l.input_curve, structure.input_knots, kMaxCurveError * problem_.span_deg());
-    look(l.output_curve, structure.output_knots, kMaxCurveError * problem_.span_deg());
+    for (const auto& [at, knots] : l.curves) look(at, knots, kMaxCurveError * problem_.span_deg());
     return worst;
   }
 
@@ -501,10 +496,9 @@ class Fitter {
   }
 
   bool is_curve(int parameter) const {
-    const Layout& l = predictor_.layout();
-    const Structure& s = predictor_.structure();
-    const auto within = [&](int at, int count) { return parameter >= at && parameter < at + count; };
-    return within(l.input_curve, s.input_knots) || within(l.output_curve, s.output_knots);
+    return std::ranges::any_of(predictor_.layout().curves, [&](const auto& curve) {
+      return parameter >= curve.first && parameter < curve.first + curve.second;
+    });
   }
 
   // Whether the samples tell a curve's value to within the span of the angles, all else known.

@@ -325,10 +325,7 @@ std::vector<double> static_curve(const std::vector<Sampled>& samples, std::size_
   std::vector<std::vector<double>> held(sensors);
   const std::vector<Session> fitted = sessions_of(samples, j);
   for (std::size_t s = 0; s < sensors; ++s) {
-    for (const Session& one : fitted) {
-      const std::vector<double> used = used_readings(one, static_cast<Eigen::Index>(s));
-      reading[s].insert(reading[s].end(), used.begin(), used.end());
-    }
+    reading[s] = used_readings(fitted, static_cast<Eigen::Index>(s));
     for (const Sampled& sampled : samples) {
       const recording::Aligned& a = sampled[j][s];
       for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k)

@@ -390,13 +390,6 @@ TEST_F(Hand, ReadingsThatAreNoCountsAreRefusedBeforeTheSearch) {
       << said;
 }
 
-TEST_F(Hand, OneSensorInTwoColumnsIsNamed) {
-  const PairFiles files = write("copy", {60, 1});
-  change(files.sensor, [](recording::Recording& log) { log.columns[1].value = log.columns[0].value; });
-  EXPECT_TRUE(
-      warned(found({files}, "index=a_adc:index_deg,thumb=b_adc:index_deg"), "a_adc and b_adc say the same"));
-}
-
 TEST_F(Hand, SignalsThatTellNothingAreNamed) {
   const PairFiles files = write("one", {60, 1});
   recording::Recording glove = change(files.sensor, [](recording::Recording& log) {

@@ -52,24 +52,20 @@ recording::Recording every_column(const PairFiles& files, const HandRequest& req
   }
 }
 
-// Of the samples that are used; all, where nothing says which.
 struct Relation {
   double slope = 0;  // of y on x
   double correlation = 0;
 };
 
-using Values = Eigen::Ref<const Eigen::VectorXd>;
-
-Relation relation(const std::vector<std::uint8_t>& use, const Values& x, const Values& y) {
-  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
-  for (Eigen::Index k = 0; k < x.size(); ++k) {
-    if (!use.empty() && use[static_cast<std::size_t>(k)] == 0) continue;
-    n += 1;
-    sx += x(k);
-    sy += y(k);
-    sxx += x(k) * x(k);
-    sxy += x(k) * y(k);
-    syy += y(k) * y(k);
+Relation relation(const std::vector<double>& x, const std::vector<double>& y) {
+  const auto n = static_cast<double>(x.size());
+  double sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    sx += x[k];
+    sy += y[k];
+    sxx += x[k] * x[k];
+    sxy += x[k] * y[k];
+    syy += y[k] * y[k];
   }
   const double xx = sxx - sx * sx / n;
   const double xy = sxy - sx * sy / n;
@@ -78,16 +74,8 @@ Relation relation(const std::vector<std::uint8_t>& use, const Values& x, const V
   return {xy / xx, xy / std::sqrt(xx * yy)};
 }
 
-// Where x stands at its least or largest value while y moves on: "stands at 40 ... goes from 20 to 70".
-std::optional<std::string> clipped(const Session& session, const Eigen::VectorXd& x,
-                                   const Eigen::VectorXd& y) {
-  std::vector<double> seen;
-  std::vector<double> other;
-  for (Eigen::Index k = 0; k < x.size(); ++k) {
-    if (session.use[static_cast<std::size_t>(k)] == 0) continue;
-    seen.push_back(x(k));
-    other.push_back(y(k));
-  }
+// Where one stands at its least or largest value while the other moves on: "stands at 40 ... goes from 20 to 70".
+std::optional<std::string> clipped(const std::vector<double>& seen, const std::vector<double>& other) {
   if (seen.empty()) return std::nullopt;
   const auto range = [](std::vector<double> values) {
     std::ranges::sort(values);
@@ -172,15 +160,11 @@ std::optional<std::string> frozen(const recording::Series& reading, const record
 
 void warn_of_equal_columns(const std::vector<JointMap>& map, const recording::Recording& log,
                            std::vector<std::string>& warnings) {
-  const auto values = [&](const std::string& sensor) {
-    const std::vector<double>& v = log.column(sensor).value;
-    return Eigen::Map<const Eigen::VectorXd>(v.data(), std::ssize(v));
-  };
   std::set<std::string> before;
   for (const JointMap& joint : map) {
     for (const std::string& sensor : joint.sensors) {
       for (const std::string& other : before) {
-        const double alike = relation({}, values(other), values(sensor)).correlation;
+        const double alike = relation(log.column(other).value, log.column(sensor).value).correlation;
         if (other == sensor || std::abs(alike) <= kSame) continue;
         warnings.push_back(
             fmt::format("{} and {} say the same: are they two columns of one sensor? Of one joint leave one "
@@ -251,7 +235,7 @@ void check_gloves(const HandRequest& request, std::size_t j, const std::vector<S
   const std::vector<std::string> names = names_of_pairs(request);
   std::optional<std::pair<std::size_t, double>> first;
   for (std::size_t p = 0; p < sessions.size(); ++p) {
-    const Relation own = relation(sessions[p].use, sessions[p].angle_deg, sessions[p].input.col(0));
+    const Relation own = relation(used_angles({&sessions[p], 1}), used_readings({&sessions[p], 1}, 0));
     if (std::abs(own.correlation) < kRelated) continue;
     if (!first) {
       first = {p, own.slope};
@@ -284,9 +268,11 @@ std::vector<std::string> one_sided(const JointMap& map, const std::vector<Sessio
     if (std::ranges::find(out, text) == out.end()) out.push_back(text);
   };
   for (const Session& session : sessions) {
-    if (const auto text = clipped(session, session.input.col(0), session.angle_deg))
+    const std::vector<double> readings = used_readings({&session, 1}, 0);
+    const std::vector<double> angles = used_angles({&session, 1});
+    if (const auto text = clipped(readings, angles))
       say(fmt::format("{} {}: is it clipped? Nothing tells the angle there", map.sensors.front(), *text));
-    if (const auto text = clipped(session, session.angle_deg, session.input.col(0)))
+    if (const auto text = clipped(angles, readings))
       say(fmt::format("\"{}\" {}: is it clipped? Nothing is learnt there, and the clock offset suffers",
                       map.reference, *text));
   }

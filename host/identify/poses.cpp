@@ -21,7 +21,7 @@ constexpr double kApart = 0.3;         // of the span: rests that are nearer are
 std::vector<model::Spread> spreads_of(const std::vector<Session>& sessions, Eigen::Index sensor) {
   std::vector<model::Spread> out;
   for (const Session& session : sessions) {
-    std::vector<double> readings = used_readings(session, sensor);
+    std::vector<double> readings = used_readings({&session, 1}, sensor);
     if (readings.empty()) continue;
     if (!(out.emplace_back(spread_of(std::move(readings), kSpreadShares)).span() > 0)) out.pop_back();
   }
@@ -146,7 +146,7 @@ void add_poses(const std::vector<Session>& sessions, Eigen::Index sensor, double
   if (!valid(poses)) return;
   input.poses = poses;
   std::vector<std::vector<double>> recordings;
-  for (const Session& s : sessions) recordings.push_back(used_readings(s, sensor));
+  for (const Session& s : sessions) recordings.push_back(used_readings({&s, 1}, sensor));
   const auto turns = model::turns_of(recordings, sample_period_s, *poses);
   if (valid(turns)) input.turns = turns;
 }

@@ -301,6 +301,8 @@ Layout::Layout(const Structure& s) {
   if (s.taps() > 0) taps = take(s.taps());
   if (s.output_knots > 0) output_curve = take(s.output_knots);
   if (s.saturation) saturation = take(2);
+  if (s.input_knots > 0) curves.emplace_back(input_curve, s.input_knots);
+  if (s.output_knots > 0) curves.emplace_back(output_curve, s.output_knots);
 }
 
 Predictor::Predictor(const Structure& structure, Knots knots, VectorXd input, double period_s)

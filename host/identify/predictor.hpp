@@ -16,6 +16,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "host/model/channel.hpp"
@@ -63,6 +64,7 @@ struct Layout {
   int output_curve = -1;
   int saturation = -1;
   int size = 0;
+  std::vector<std::pair<int, int>> curves;  // where each begins, and its knots
 };
 
 // A parameter as people know it: its value is a function of theta, its gradient turns a covariance of theta

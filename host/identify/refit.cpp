@@ -59,11 +59,7 @@ struct Span {
 };
 
 Span readings(const std::vector<Session>& sessions) {
-  std::vector<double> u;
-  for (const Session& s : sessions) {
-    const std::vector<double> used = used_readings(s, 0);
-    u.insert(u.end(), used.begin(), used.end());
-  }
+  std::vector<double> u = used_readings(sessions, 0);
   std::ranges::sort(u);
   return {quantile(u, kSpanTail), quantile(u, 1 - kSpanTail)};
 }

@@ -11,6 +11,7 @@
 #include "host/io/json.hpp"
 #include "host/report/render.hpp"
 #include "host/study/boards.hpp"
+#include "host/study/cohort.hpp"
 #include "host/study/null_model.hpp"
 #include "host/study/rendered_cameras.hpp"
 #include "host/study/results.hpp"
@@ -239,7 +240,6 @@ struct Engines {
 
 // A shard that was stopped asks for another go (75, EX_TEMPFAIL): a queue gives it one.
 void play_until_stopped(Options& o) {
-  constexpr int kGoOnLater = 75;
   io::StopOnSignal stop;
   o.plan.stop = stop.flag();
   try {
@@ -255,6 +255,11 @@ void play_until_stopped(Options& o) {
 }
 
 void run_merge(Options& o) {
+  if (study::is_cohort(o.shards.front())) {
+    study::merge_cohort(o.shards, o.folder);
+    return print(o.json ? io::dump({{"folder", io::to_utf8(o.folder)}, {"version", FLEXOR_VERSION}})
+                        : fmt::format("table    {0}/cohort.csv\nmodels   {0}/models\n", o.folder));
+  }
   Engines engines;
   study::Shards shards = study::read_shards(o.shards, [&](const std::string& name) {
     return engines.find(name.starts_with("avr"), name.ends_with("rendered cameras"));
@@ -366,7 +371,8 @@ void add_experiment(CLI::App& app) {
 void add_merge(CLI::App& app) {
   using namespace experiment_command;
   const auto [o, command] = add_command(
-      app, "merge", "Shards of an experiment to the folder of the whole: the bytes that one machine writes",
+      app, "merge",
+      "Shards of an experiment or a cohort to the folder of the whole: the bytes that one machine writes",
       run_merge);
   command->add_option("DIR", o->shards, "the shards' folders, in any order")->required();
   command->add_option("--out", o->folder, "the folder of the whole run")->required()->transform(kFolder);

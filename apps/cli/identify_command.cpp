@@ -17,6 +17,7 @@
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 #include "host/report/render.hpp"
+#include "host/study/cohort.hpp"
 
 namespace flexor::cli {
 namespace identify_command {
@@ -39,6 +40,9 @@ struct Options {
   std::vector<std::string> pose_angles;  // JOINT=OPEN:FIST
   std::string lead_for;
   std::string leave_out;
+  std::string manifest;
+  std::string out;
+  std::string shard;
   std::optional<double> time_limit_s;
   bool json = false;
 };
@@ -262,9 +266,15 @@ void add_takes(Options& o) {
   } else {
     r.map = o.map.empty() ? map_by_name(r) : identify::parse_map(o.map);
   }
+}
+
+// What all takes have in common.
+void add_common(Options& o) {
+  identify::HandRequest& r = o.request;
   r.ends = pose_angles(o.pose_angles);
   r.room = deploy::share_of_room;
   r.reference_error_deg = reference_errors(o.reference_error);
+  if (!o.lead_for.empty()) r.lead_s = lead_for(o.lead_for, r.rate_hz);
   if (o.leave_out == "take") r.leave_out = identify::LeaveOut::take;
   if (o.leave_out == "person") r.leave_out = identify::LeaveOut::person;
   if (o.leave_out == "block") r.leave_out = identify::LeaveOut::block;
@@ -272,6 +282,46 @@ void add_takes(Options& o) {
   if (o.refit.empty()) return;
   if (r.structure != "auto") throw io::InputError("--refit is a structure of its own: leave out --structure");
   r.refit = model::load(o.refit);
+}
+
+void run_manifest(Options& o) {
+  if (o.out.empty()) throw io::InputError("--manifest needs a folder for table and models: --out");
+  if (!o.model.empty() || !o.report.empty() || !o.map.empty() || !o.pairs.empty() || !o.poses.empty() ||
+      !o.files.sensor.empty() || !o.files.reference.empty() || !o.joints.empty() || o.time_limit_s)
+    throw io::InputError(
+        "--manifest says which files and maps, and --out where models go: leave out --pair, --sensor, "
+        "--reference, --joints, --map, --poses, --model, --report and --time-limit");
+  if (!o.leave_out.empty() && o.leave_out != "person")
+    throw io::InputError("--manifest: --leave-out person, which is each subject");
+  add_common(o);
+  study::CohortRequest request{study::read_manifest(o.manifest), o.request, o.out, {}, o.request.threads, {}};
+  if (!o.shard.empty()) request.shard = study::parse_shard(o.shard);
+  study::CohortResult result;
+  {
+    io::StopOnSignal stop;
+    request.goes_on = [&] { return !*stop.flag(); };
+    ProgressLine line;
+    try {
+      result = study::run_cohort(
+          request, [&](std::size_t done, std::size_t of) { line.step("identify: take", done, of); });
+    } catch (const io::Cancelled& stopped) {
+      log(std::string("flexor: ") + stopped.what());
+      throw JobEnded{kGoOnLater};
+    }
+  }
+  for (const std::string& failed : result.failed) log_warning(failed);
+  const bool is_whole = request.shard.of == 1;
+  const std::size_t good = result.takes - result.failed.size();
+  if (o.json)
+    print(io::dump({{"takes", result.takes},
+                    {"failed", result.failed},
+                    {"folder", io::to_utf8(o.out)},
+                    {"version", FLEXOR_VERSION}}));
+  else if (is_whole)
+    print(fmt::format("table    {0}/cohort.csv\nmodels   {0}/models\n", o.out));
+  const std::string summary = fmt::format("{} of {} takes identified", good, result.takes);
+  if (good == 0 && result.takes > 0) throw io::JobError(summary + ": " + result.failed.front());
+  log(summary + (is_whole ? "" : fmt::format("; when all shards are: flexor merge FOLDER... --out FOLDER")));
 }
 
 // Without a camera.
@@ -330,13 +380,16 @@ void track_reference(Options& o, std::optional<io::TemporaryFolder>& temporary) 
 
 void run(Options& o) {
   o.files.time = o.request.time;
+  if (!o.manifest.empty()) return run_manifest(o);
+  if (!o.out.empty() || !o.shard.empty())
+    throw io::InputError("--out and --shard go with --manifest; one model goes to --model");
   if (!o.poses.empty()) return run_poses(o);
   if (!o.model.empty()) io::require_writable(o.model);
   if (!o.report.empty()) io::require_folder(o.report, "hand");
   std::optional<io::TemporaryFolder> temporary;
   track_reference(o, temporary);
   add_takes(o);
-  if (!o.lead_for.empty()) o.request.lead_s = lead_for(o.lead_for, o.request.rate_hz);
+  add_common(o);
   Search search(o.time_limit_s);
   identify::HandIdentification result =
       search.run([&] { return identify::identify_hand(o.request, std::ref(search)); });
@@ -360,6 +413,24 @@ void run(Options& o) {
     throw io::Doubt(identify::kStopped);
   if (result.leave_out_stopped)
     throw io::Doubt("stopped before each part was left out: their verdict is missing");
+}
+
+void add_cohort(CLI::App& command, Options& o) {
+  command.add_option(
+      "--manifest", o.manifest,
+      "COHORT.csv: many takes, a row each with subject, session, glove, reference (files beside "
+      "the manifest), map (as --map, a file with that, or empty) and further columns, which the "
+      "table carries along; with --out");
+  command
+      .add_option(
+          "--out", o.out,
+          "of --manifest: cohort.csv, a row a subject, session and joint, and models/SUBJECT_SESSION.json; "
+          "goes on where a run was cut off (75: stopped, give the command again)")
+      ->transform(kFolder);
+  command.add_option(
+      "--shard", o.shard,
+      "2/8: only that part of --manifest, on one of eight machines; flexor merge puts them together");
+  command.add_option("--threads", o.request.threads, "0: as many as the machine has")->capture_default_str();
 }
 
 void add_structure(CLI::App& command, identify::HandRequest& r) {
@@ -430,6 +501,7 @@ void add_identify(CLI::App& app) {
   command->add_option("--reference", o->files.reference,
                       "CSV of the measured angle, or with --joints the video itself");
   add_pairs(*command, *o);
+  add_cohort(*command, *o);
   command
       ->add_option(
           "--joints", o->joints,

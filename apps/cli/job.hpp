@@ -29,6 +29,9 @@ nlohmann::ordered_json job_schema(const std::vector<std::string>& name);
 nlohmann::ordered_json run_job(const std::vector<std::string>& name, const nlohmann::ordered_json& request,
                                const io::Event& event);
 
+// Of a job that was stopped and goes on where it ended: a queue gives it another go (EX_TEMPFAIL).
+inline constexpr int kGoOnLater = 75;
+
 // All is said: what is left is the exit status.
 struct JobEnded {
   int status;

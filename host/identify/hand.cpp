@@ -1090,6 +1090,50 @@ HandIdentification identify_hand(const HandRequest& asked, const Step& step) {
   return r;
 }
 
+std::vector<LeftOut> leave_person_out(const HandRequest& asked, const std::vector<std::size_t>& own,
+                                      const Step& step) {
+  check(asked);
+  HandRequest request = asked;
+  request.split = 1;
+  request.pairs.clear();
+  std::vector<Files> files;
+  HandIdentification r;
+  Unit unit;
+  for (std::size_t p = 0; p < asked.pairs.size(); ++p) {
+    HandRequest one = request;
+    one.leave_out = LeaveOut::none;
+    one.pairs = {asked.pairs[p]};
+    try {
+      std::vector<Files> read = read_takes(one, r.warnings);
+      std::vector<Clock> clocks;
+      for (Files& take : read) {
+        clocks.push_back(clock_of(request.map, request.clock_offset_s, take, r.warnings));
+        if (!request.clock_offset_s) refuse_unsure(clocks.back(), take, "");
+      }
+      for (std::size_t i = 0; i < read.size(); ++i) {
+        if (std::ranges::find(own, p) != own.end()) unit.pairs.push_back(files.size());
+        request.pairs.push_back(asked.pairs[p]);
+        r.clocks.push_back(clocks[i]);
+        files.push_back(std::move(read[i]));
+      }
+    } catch (const InputError&) {  // its own row says why
+    } catch (const io::JobError&) {
+    }
+  }
+  if (unit.pairs.empty() || unit.pairs.size() == files.size())
+    throw io::JobError("of this person, or of all others, no recording can be used");
+  const auto found = errors_without(unit, request, files, sample_all(files, r.clocks, request), step);
+  if (!found) throw io::Cancelled("stopped");
+  std::vector<LeftOut> out;
+  for (std::size_t j = 0; j < found->size(); ++j) {
+    HeldOut errors = (*found)[j];
+    const std::vector<double> error_deg = std::move(errors.extract("").mapped());
+    if (error_deg.size() < 2) throw io::JobError(request.map[j].joint + ": nothing was measured there");
+    out.push_back({row_of(request.map[j].joint, error_deg, errors), judged(request, error_deg, errors)});
+  }
+  return out;
+}
+
 model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> recordings, const Step& step) {
   HandIdentification r;
   HandRequest all = request;

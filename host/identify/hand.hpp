@@ -122,6 +122,16 @@ struct HandIdentification {
 // Throws io::InputError and io::JobError.
 HandIdentification identify_hand(const HandRequest& request, const Step& step);
 
+// What LeaveOut::person finds of one person among many: pairs of `own` are left out of a fit to all the others. Of each joint the row of
+// what is left out and its verdict. Pairs that cannot be read, or whose clock is not told, are not there. Throws as above, io::Cancelled
+// where `step` stops it.
+struct LeftOut {
+  ScoreRow row;
+  score::Verdict verdict;
+};
+std::vector<LeftOut> leave_person_out(const HandRequest& request, const std::vector<std::size_t>& own,
+                                      const Step& step);
+
 // The fit alone, to all of the recordings: nothing is held out, nothing scored. `request.pairs` only name them.
 model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> recordings,
                       const Step& step = {});

@@ -109,22 +109,25 @@ Journal::Journal(const fs::path& folder, const std::string& settings, const std:
   if (whole) kept_bytes_ = read_bytes_ = header.size();
 }
 
+bool is_same_run(const fs::path& folder, const std::string& settings) {
+  const fs::path path = folder / "run.json";
+  if (size_of(path) == 0) return false;
+  if (io::read_file(path) == settings) return true;
+  throw io::InputError(
+      fmt::format("{} holds the results of other settings (see run.json there): choose another folder "
+                  "or remove it",
+                  folder.string()));
+}
+
 void Journal::require_same_run(const std::string& settings, const std::string& header) {
-  const fs::path path = folder_ / "run.json";
-  if (size_of(path) > 0) {
-    if (io::read_file(path) == settings) return;
-    throw io::InputError(
-        fmt::format("{} holds the results of other settings (see run.json there): choose another folder "
-                    "or remove it",
-                    folder_.string()));
-  }
+  if (is_same_run(folder_, settings)) return;
   // run.json is written first: rows without it are somebody else's.
   if (size_of(path_) > header.size()) {
     throw io::InputError(
         fmt::format("{}: no run.json beside it says what these rows are: choose another folder or remove it",
                     path_.string()));
   }
-  io::write_file(path, settings);
+  io::write_file(folder_ / "run.json", settings);
 }
 
 bool Journal::next(std::string& row) {

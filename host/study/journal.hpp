@@ -31,6 +31,9 @@ class FolderLock {
   int file_ = -1;
 };
 
+// Whether the folder's run.json is `settings`; false: it has none. Throws io::InputError: it has another run's.
+bool is_same_run(const std::filesystem::path& folder, const std::string& settings);
+
 // First next() and keep() until the rows end, then start(), append() and finish(). The folder is locked.
 class Journal {
  public:

@@ -1,6 +1,7 @@
 #include "host/identify/hand.hpp"
 
 #include <fmt/format.h>
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
@@ -15,6 +16,7 @@
 #include "host/identify/joint_map.hpp"
 #include "host/identify/recalibrate_files.hpp"
 #include "host/recording/csv.hpp"
+#include "host/study/cohort.hpp"
 #include "python/bindings/job.hpp"
 #include "python/bindings/model.hpp"
 #include "python/bindings/rooms.hpp"
@@ -165,6 +167,34 @@ nb::tuple from_poses(const nb::object& log, double rate_hz, const Ends& ends_deg
   return nb::make_tuple(Compensator(found.model), found.warnings);
 }
 
+// A manifest's takes (host/study/cohort.hpp): how many, and why which failed.
+nb::tuple cohort(const std::filesystem::path& manifest, const std::filesystem::path& out, double rate_hz,
+                 double split, const std::string& structure, double lead_s, bool fit_all,
+                 const std::string& leave_out, const std::string& shard, int threads,
+                 const nb::object& show) {
+  study::CohortRequest request;
+  request.manifest = study::read_manifest(manifest);
+  request.options.rate_hz = rate_hz;
+  request.options.split = split;
+  request.options.structure = structure;
+  request.options.lead_s = lead_s;
+  request.options.fit_all = fit_all;
+  if (!leave_out.empty() && leave_out != "person") throw io::InputError("leave_out: person, or none");
+  if (!leave_out.empty()) request.options.leave_out = identify::LeaveOut::person;
+  request.folder = out;
+  if (!shard.empty()) request.shard = study::parse_shard(shard);
+  request.threads = threads;
+  const study::CohortResult found = run(show, [&](Progress& progress) {
+    request.goes_on = [&] {
+      const std::lock_guard lock(progress.mutex);
+      return !progress.stop;
+    };
+    return study::run_cohort(request,
+                             [&](std::size_t done, std::size_t of) { progress.step(done, of, "take"); });
+  });
+  return nb::make_tuple(found.takes, found.failed);
+}
+
 }  // namespace
 
 void add_identify(nb::module_& m) {
@@ -182,6 +212,12 @@ void add_identify(nb::module_& m) {
   m.def("recalibrate", &recalibrate, nb::arg("model"), nb::kw_only(), nb::arg("recording").none(),
         nb::arg("poses"), nb::arg("poses_log").none(), nb::arg("sensor").none(), nb::arg("reference").none(),
         nb::arg("map"), nb::arg("inputs"), nb::arg("progress").none());
+  m.def("cohort", &cohort, nb::arg("manifest"), nb::arg("out"), nb::kw_only(), nb::arg("rate_hz"),
+        nb::arg("split"), nb::arg("structure"), nb::arg("lead_s"), nb::arg("fit_all"), nb::arg("leave_out"),
+        nb::arg("shard"), nb::arg("threads"), nb::arg("progress").none());
+  m.def("cohort_takes",
+        [](const std::filesystem::path& manifest) { return study::read_manifest(manifest).takes.size(); });
+  m.def("merge_cohort", &study::merge_cohort, nb::arg("parts"), nb::arg("out"));
   m.def("from_poses", &from_poses, nb::arg("recording"), nb::kw_only(), nb::arg("rate_hz"),
         nb::arg("ends_deg"), nb::arg("joints"));
 }

@@ -18,6 +18,7 @@ of progress tqdm, ``flexor.sklearn`` scikit-learn, ``flexor.plot`` matplotlib.
 try:
     from flexor._core import InputError, JobError, __version__
     from flexor import posture
+    from flexor._cohort import cohort
     from flexor._identify import Identification, align, from_poses, identify, recalibrate
     from flexor._model import Compensator
     from flexor._recording import Recording, read
@@ -26,7 +27,7 @@ try:
 
     __all__ = [
         "Compensator", "Experiment", "Identification", "InputError", "JobError", "Recording", "__version__",
-        "align", "experiment", "from_poses", "identify", "judge", "merge", "posture", "read", "recalibrate", "score", "twin",
+        "align", "cohort", "experiment", "from_poses", "identify", "judge", "merge", "posture", "read", "recalibrate", "score", "twin",
         "twin_parameters",
     ]
 except ModuleNotFoundError as missing:  # sources alone: flexor.export, flexor.donning and flexor.posture_learning

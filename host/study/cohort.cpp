@@ -1,0 +1,538 @@
+#include "host/study/cohort.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
+
+#include "host/deploy/model_block.hpp"
+#include "host/io/json.hpp"
+#include "host/io/output.hpp"
+#include "host/io/run_in_order.hpp"
+#include "host/recording/csv.hpp"
+#include "host/recording/line_format.hpp"
+#include "host/study/journal.hpp"
+
+namespace flexor::study {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using io::InputError;
+
+enum Column : std::size_t { kSubject, kSession, kGlove, kReference, kMap, kOwnColumns };
+constexpr std::array kNames = {"subject", "session", "glove", "reference", "map"};
+
+// What a take's joint and what a left out person's has in the table.
+std::vector<std::string> score_columns(const std::string& prefix) {
+  std::vector<std::string> out;
+  for (const char* name : {"samples", "rmse_deg", "rmse_low_deg", "rmse_high_deg"})
+    out.push_back(prefix + name);
+  for (const score::Baseline& one : score::kBaselines)
+    out.push_back(fmt::format("{}{}_deg", prefix, one.name));
+  for (const char* name : {"verdict", "baseline", "difference_low_deg", "difference_high_deg"})
+    out.push_back(prefix + name);
+  return out;
+}
+
+std::vector<std::string> score_cells(const identify::ScoreRow& row, const score::Verdict& verdict) {
+  const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; };
+  std::vector<std::string> out = {fmt::format("{}", row.samples), number(row.rmse_deg),
+                                  number(verdict.rmse_low_deg), number(verdict.rmse_high_deg)};
+  for (const score::Baseline& one : score::kBaselines) {
+    const auto found = row.baseline_deg.find(one.name);
+    out.push_back(found == row.baseline_deg.end() ? "" : number(found->second));
+  }
+  const bool compared = !verdict.baseline.empty();
+  out.push_back(score::to_json(verdict).at("word").get<std::string>());
+  out.push_back(verdict.baseline);
+  out.push_back(compared ? number(verdict.low_deg) : "");
+  out.push_back(compared ? number(verdict.high_deg) : "");
+  return out;
+}
+
+std::string line_of(const std::vector<std::string>& cells) {
+  std::string out;
+  for (const std::string& cell : cells)
+    out += (out.empty() && &cell == &cells.front() ? "" : ",") + recording::quoted(cell);
+  return out + "\n";
+}
+
+// Where each of our own columns stands, and then the covariates.
+std::vector<std::size_t> columns_of(const std::vector<std::string>& header, const std::string& source) {
+  const auto fail = [&](const std::string& what) {
+    throw InputError(fmt::format("{}, row 1: {}; a manifest begins with the columns {}", source, what,
+                                 fmt::join(kNames, ",")));
+  };
+  std::vector<std::size_t> out;
+  for (const char* name : kNames) {
+    const auto at = std::ranges::find(header, name);
+    if (at == header.end()) fail(fmt::format("column \"{}\" is missing", name));
+    out.push_back(static_cast<std::size_t>(at - header.begin()));
+  }
+  std::set<std::string> taken = {"joint", "structure", "reason"};
+  for (const char* prefix : {"", "left_out_"})
+    taken.merge([&] {
+      const auto names = score_columns(prefix);
+      return std::set<std::string>(names.begin(), names.end());
+    }());
+  for (std::size_t i = 0; i < header.size(); ++i) {
+    if (header[i].empty()) fail(fmt::format("column {} has no name", i + 1));
+    if (!taken.insert(header[i]).second)
+      fail(fmt::format("\"{}\" is there twice, or a column of the table that is written", header[i]));
+    if (std::ranges::find(out, i) == out.end()) out.push_back(i);
+  }
+  return out;
+}
+
+// The text of a map, where the cell is a file's name that file's.
+std::string map_of(const std::string& cell, const fs::path& folder) {
+  if (cell.empty() || cell.find('=') != std::string::npos) return cell;
+  const std::string text = io::read_document(folder / cell);
+  return text.substr(0, text.find_last_not_of(" \r\n") + 1);
+}
+
+class ManifestRow {
+ public:
+  ManifestRow(std::string source, std::size_t row) : place_(fmt::format("{}, row {}", source, row)) {}
+
+  [[noreturn]] void fail(std::size_t column, const std::string& what) const {
+    throw InputError(fmt::format("{}, column \"{}\": {}", place_, kNames[column], what));
+  }
+
+  void fill(Take& take, const std::vector<std::string>& cells, const std::vector<std::size_t>& columns,
+            const fs::path& folder) const {
+    if (cells.size() != columns.size())
+      throw InputError(fmt::format("{}: has {} cells, the header {}", place_, cells.size(), columns.size()));
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const std::string& cell = cells[columns[i]];
+      if (std::ranges::any_of(cell, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 0x7f; }))
+        throw InputError(fmt::format("{}, column {}: bytes that are no text", place_, columns[i] + 1));
+      if (i < kMap && cell.empty()) fail(i, "is empty");
+      if (i <= kSession && (cell.front() == '.' || cell.find_first_of("/\\") != std::string::npos))
+        fail(i, fmt::format("\"{}\" cannot be a part of a file's name", cell));
+    }
+    for (const std::size_t i : {kGlove, kReference}) {
+      const fs::path file = folder / cells[columns[i]];
+      (i == kGlove ? take.files.sensor : take.files.reference) = file;
+      within(i, [&] { io::require_readable(file); });
+      io::note_input(file);
+    }
+    within(kMap, [&] {
+      take.map = map_of(cells[columns[kMap]], folder);
+      if (!take.map.empty()) (void)identify::parse_map(take.map);
+    });
+  }
+
+ private:
+  template <class Work>
+  void within(std::size_t column, const Work& work) const {
+    try {
+      work();
+    } catch (const InputError& error) {
+      fail(column, error.what());
+    }
+  }
+
+  std::string place_;
+};
+
+// Names in the table and in messages are the manifest's own, wherever that lies.
+std::string reason_of(const std::exception& error, const fs::path& folder) {
+  std::string out = io::to_utf8(io::one_line(error.what()));
+  const std::string prefix = io::to_utf8((folder / "").string());
+  for (std::size_t at = 0; folder != "" && (at = out.find(prefix, at)) != std::string::npos;)
+    out.erase(at, prefix.size());
+  return out;
+}
+
+// What a job leaves: of each joint its cells, or why there are none.
+struct Part {
+  std::vector<std::pair<std::string, std::vector<std::string>>> joints;
+  std::string reason;
+};
+
+fs::path part_file(const fs::path& folder, std::size_t job) {
+  return folder / "rows" / fmt::format("{}.json", job + 1);
+}
+
+std::optional<Part> read_part(const fs::path& folder, std::size_t job) {
+  const fs::path file = part_file(folder, job);
+  std::error_code error;
+  if (!fs::exists(file, error)) return std::nullopt;
+  const Json json = io::parse_json(io::read_document(file), file.string());
+  try {
+    Part out{{}, json.at("reason").get<std::string>()};
+    for (const auto& [joint, cells] : json.at("joints").items())
+      out.joints.emplace_back(joint, cells.get<std::vector<std::string>>());
+    return out;
+  } catch (const Json::exception&) {
+    throw InputError(file.string() + ": is damaged: remove it, and give the same command again");
+  }
+}
+
+void write_part(const fs::path& folder, std::size_t job, const Part& part) {
+  Json joints = Json::object();
+  for (const auto& [joint, cells] : part.joints) joints[joint] = cells;
+  io::write_file(part_file(folder, job), io::dump({{"reason", part.reason}, {"joints", std::move(joints)}}));
+}
+
+std::string model_file(const std::string& subject, const std::string& session) {
+  return fmt::format("models/{}_{}.json", subject, session);
+}
+
+Json settings_of(const identify::HandRequest& o) {
+  Json ends = Json::object();
+  for (const auto& [joint, of] : o.ends) ends[joint] = {of.open_deg, of.fist_deg};
+  const auto digest = [](const auto& model) {
+    return model ? Json(io::digest(model::to_json(*model))) : Json(nullptr);
+  };
+  return {{"rate_hz", o.rate_hz},
+          {"split", o.split},
+          {"structure", o.structure},
+          {"refit", digest(o.refit)},
+          {"initial", digest(o.initial)},
+          {"fit_all", o.fit_all},
+          {"lead_s", o.lead_s},
+          {"clock_offset_s", o.clock_offset_s ? Json(*o.clock_offset_s) : Json(nullptr)},
+          {"reference_error_deg", o.reference_error_deg},
+          {"ends_deg", std::move(ends)},
+          {"units", {o.input_unit, o.output_unit, o.time.unit}},
+          {"time_columns", o.time.columns},
+          {"log_rate_hz", o.time.log_rate_hz},
+          {"segments", o.time.segments},
+          {"leave_out", o.leave_out == identify::LeaveOut::person ? "person" : ""}};
+}
+
+class Run {
+ public:
+  explicit Run(const CohortRequest& request) : request_(request), takes_(request.manifest.takes) {
+    Json takes = Json::array();
+    for (std::size_t t = 0; t < takes_.size(); ++t) {
+      const Take& take = takes_[t];
+      Json person;
+      if (request.options.leave_out == identify::LeaveOut::person && take.fault.empty()) {
+        auto at = std::ranges::find_if(persons_, [&](const auto& takes) {
+          return takes_[takes.front()].subject == take.subject && takes_[takes.front()].map == take.map;
+        });
+        if (at == persons_.end()) at = persons_.emplace(at);
+        at->push_back(t);
+        person = at - persons_.begin();
+      }
+      takes.push_back({{"row", take.row},
+                       {"subject", take.subject},
+                       {"session", take.session},
+                       {"covariates", take.covariates},
+                       {"person", std::move(person)}});
+    }
+    settings_ = {{"kind", "cohort"},
+                 {"version", FLEXOR_VERSION},
+                 {"manifest", request.manifest.digest},
+                 {"options", settings_of(request.options)},
+                 {"covariates", request.manifest.covariates},
+                 {"takes", std::move(takes)},
+                 {"persons", persons_.size()}};
+    if (request.shard.of > 1) settings_["shard"] = {{"index", request.shard.index}, {"of", request.shard.of}};
+  }
+
+  const Json& settings() const { return settings_; }
+  std::size_t jobs() const { return takes_.size() + persons_.size(); }
+  bool is_stopped() const { return request_.goes_on && !request_.goes_on(); }
+
+  // Writes what it finds.
+  void do_job(std::size_t job, int threads) const {
+    Part part;
+    try {
+      job < takes_.size() ? identify(takes_[job], threads, part)
+                          : leave_out(persons_[job - takes_.size()], threads, part);
+    } catch (const InputError& error) {
+      part.reason = reason_of(error, request_.manifest.folder);
+    } catch (const io::JobError& error) {
+      part.reason = reason_of(error, request_.manifest.folder);
+    }
+    if (is_stopped()) throw io::Cancelled("");  // it may be the best so far only
+    write_part(request_.folder, job, part);
+  }
+
+ private:
+  identify::HandRequest request_of(const Take& take, int threads) const {
+    identify::HandRequest out = request_.options;
+    out.leave_out = identify::LeaveOut::none;
+    out.room = deploy::share_of_room;
+    out.threads = threads;
+    out.pairs = {take.files};
+    out.map = take.map.empty() ? identify::map_by_name(take.files, out.time) : identify::parse_map(take.map);
+    return out;
+  }
+
+  identify::Step step() const {
+    return [this](std::size_t, std::size_t, const std::string&) { return !is_stopped(); };
+  }
+
+  void identify(const Take& take, int threads, Part& part) const {
+    if (!take.fault.empty()) throw InputError(take.fault);
+    const identify::HandIdentification found = identify::identify_hand(request_of(take, threads), step());
+    if (is_stopped()) return;
+    for (const identify::JointResult& joint : found.joints) {
+      auto& [name, cells] = part.joints.emplace_back(joint.name, std::vector{joint.structure});
+      std::ranges::move(score_cells(joint.all(), joint.verdict), std::back_inserter(cells));
+    }
+    // The model first: a row says that it is there.
+    model::save(found.model, request_.folder / model_file(take.subject, take.session));
+  }
+
+  void leave_out(const std::vector<std::size_t>& person, int threads, Part& part) const {
+    const Take& first = takes_[person.front()];
+    identify::HandRequest all = request_of(first, threads);
+    all.pairs.clear();
+    std::vector<std::size_t> own;
+    for (const Take& take : takes_) {
+      if (!take.fault.empty() || take.map != first.map) continue;
+      if (take.subject == first.subject) own.push_back(all.pairs.size());
+      all.pairs.push_back(take.files);
+    }
+    try {
+      for (const identify::LeftOut& one : identify::leave_person_out(all, own, step()))
+        part.joints.emplace_back(one.row.name, score_cells(one.row, one.verdict));
+    } catch (const io::JobError& error) {
+      throw io::JobError(fmt::format("without {}: {}", first.subject, error.what()));
+    }
+  }
+
+  const CohortRequest& request_;
+  const std::vector<Take>& takes_;
+  std::vector<std::vector<std::size_t>> persons_;  // of each its takes of one map
+  Json settings_;
+};
+
+// From a folder in which all rows are.
+void write_table(const fs::path& folder, const Json& settings) {
+  const bool has_left_out = settings.at("persons") > 0;
+  const std::size_t scores = 1 + score_columns("").size();
+  const std::size_t left_out = has_left_out ? scores - 1 : 0;
+  const auto add = [](std::vector<std::string>& to, const std::vector<std::string>& cells,
+                      std::size_t count) {
+    to.insert(to.end(), cells.begin(), cells.end());
+    to.resize(to.size() + count - cells.size());
+  };
+  io::Output out(folder / "cohort.csv");
+  std::vector<std::string> header = {"subject", "session"};
+  const auto covariates = settings.at("covariates").get<std::vector<std::string>>();
+  add(header, covariates, covariates.size());
+  add(header, {"joint", "structure"}, 2);
+  add(header, score_columns(""), scores - 1);
+  if (has_left_out) add(header, score_columns("left_out_"), left_out);
+  header.emplace_back("reason");
+  out.write(line_of(header));
+  const Json& takes = settings.at("takes");
+  for (std::size_t t = 0; t < takes.size(); ++t) {
+    const Json& take = takes[t];
+    Part part = read_part(folder, t).value();
+    Part person;
+    if (!take.at("person").is_null())
+      person = read_part(folder, takes.size() + take.at("person").get<std::size_t>()).value();
+    if (part.joints.empty()) part.joints.emplace_back();
+    for (const auto& [joint, cells] : part.joints) {
+      std::vector<std::string> row = {take.at("subject"), take.at("session")};
+      add(row, take.at("covariates"), covariates.size());
+      row.push_back(joint);
+      add(row, cells, scores);
+      const auto of = std::ranges::find(person.joints, joint, [](const auto& one) { return one.first; });
+      if (has_left_out)
+        add(row, of == person.joints.end() ? std::vector<std::string>() : of->second, left_out);
+      row.push_back(part.reason.empty() ? person.reason : part.reason);
+      out.write(line_of(row));
+    }
+  }
+  out.commit();
+}
+
+std::string name_of(const Json& settings, std::size_t job) {
+  const Json& takes = settings.at("takes");
+  if (job < takes.size())
+    return fmt::format("row {} ({} {})", takes[job].at("row").get<std::size_t>(),
+                       takes[job].at("subject").get<std::string>(),
+                       takes[job].at("session").get<std::string>());
+  const auto at =
+      std::ranges::find_if(takes, [&](const Json& take) { return take.at("person") == job - takes.size(); });
+  return fmt::format("{} left out", at->at("subject").get<std::string>());
+}
+
+std::size_t jobs_of(const Json& settings) {
+  return settings.at("takes").size() + settings.at("persons").get<std::size_t>();
+}
+
+void start_folder(const fs::path& folder, const Json& settings) {
+  io::require_writable(folder / "cohort.csv");
+  if (!is_same_run(folder, io::dump(settings))) io::write_file(folder / "run.json", io::dump(settings));
+  for (const char* inner : {"rows", "models"}) io::make_folder(folder / inner);
+}
+
+// Of the whole run, and the folders of its shards 1, 2, ...; null where one is not there.
+std::pair<Json, std::vector<fs::path>> read_shards_of_cohort(const std::vector<fs::path>& parts) {
+  Json first;
+  std::vector<fs::path> out;
+  for (const fs::path& part : parts) {
+    if (!is_cohort(part)) throw InputError(part.string() + ": is no folder of flexor identify --manifest");
+    const std::string file = (part / "run.json").string();
+    Json settings = io::parse_json(io::read_document(file), file);
+    const Json shard = settings.value("shard", Json{{"index", 1}, {"of", 1}});
+    settings["shard"] = shard.at("of");
+    if (first.is_null()) {
+      first = settings;
+      out.resize(shard.at("of").get<std::size_t>());
+    }
+    for (const auto& [key, value] : first.items())
+      if (settings.value(key, Json()) != value)
+        throw InputError(fmt::format("{}: belongs to another run than {}: \"{}\" differs in their run.json",
+                                     part.string(), parts.front().string(), key));
+    fs::path& mine = out.at(shard.at("index").get<std::size_t>() - 1);
+    if (!mine.empty())
+      throw InputError(
+          fmt::format("{} and {} are both shard {}", mine.string(), part.string(), shard.at("index").dump()));
+    mine = part;
+  }
+  if (first.is_null()) throw InputError("no folders to merge");
+  if (first.at("version") != FLEXOR_VERSION)
+    throw InputError(fmt::format("{}: is of Flexor {}, this is {}: merge with that version",
+                                 parts.front().string(), first.at("version").get<std::string>(),
+                                 FLEXOR_VERSION));
+  first.erase("shard");
+  return {std::move(first), std::move(out)};
+}
+
+}  // namespace
+
+Manifest read_manifest(const fs::path& path) {
+  const std::string bytes = io::read_file(path);
+  const std::string source = io::to_utf8(path.filename().string());
+  io::note_input(path);
+  Manifest out{path.parent_path(), bytes, {}, {}};
+  std::istringstream stream(bytes);
+  recording::LineReader lines(stream, source, false);
+  std::string line;
+  std::vector<std::string> cells;
+  std::vector<std::size_t> columns;
+  std::map<std::string, std::size_t> rows;  // by the model's name
+  char separator = ',';
+  while (lines.next(line)) {
+    if (line.find_first_not_of(" \t,;") == std::string::npos) continue;
+    if (columns.empty()) {
+      separator = recording::separator_of(line);
+      recording::split(line, separator, cells);
+      columns = columns_of(cells, source);
+      for (std::size_t i = kOwnColumns; i < columns.size(); ++i) out.covariates.push_back(cells[columns[i]]);
+      continue;
+    }
+    recording::split(line, separator, cells);
+    Take& take = out.takes.emplace_back();
+    take.row = lines.number();
+    const auto cell = [&](std::size_t i) {
+      return columns[i] < cells.size() ? io::to_utf8(io::one_line(cells[columns[i]])) : "";
+    };
+    take.subject = cell(kSubject);
+    take.session = cell(kSession);
+    for (std::size_t i = kOwnColumns; i < columns.size(); ++i) take.covariates.push_back(cell(i));
+    const ManifestRow row(source, take.row);
+    try {
+      const auto [other, is_new] = rows.emplace(model_file(take.subject, take.session), take.row);
+      if (!is_new && !take.subject.empty())
+        row.fail(
+            kSession,
+            fmt::format("subject \"{}\" and session \"{}\" are those of row {}, or their model's file is",
+                        take.subject, take.session, other->second));
+      row.fill(take, cells, columns, out.folder);
+      out.digest += take.map;
+    } catch (const InputError& error) {
+      take.fault = reason_of(error, out.folder);
+    }
+  }
+  if (out.takes.empty())
+    throw InputError(fmt::format("{}: no row: a header with {} and a row for each session", source,
+                                 fmt::join(kNames, ",")));
+  out.digest = io::digest(out.digest);
+  return out;
+}
+
+CohortResult run_cohort(const CohortRequest& request,
+                        const std::function<void(std::size_t done, std::size_t of)>& progress) {
+  io::require_folder(request.folder, "cohort");
+  const FolderLock lock(request.folder);
+  const Run run(request);
+  start_folder(request.folder, run.settings());
+  const Shard& shard = request.shard;
+  const std::size_t mine = shard.count(run.jobs());
+  std::vector<std::size_t> todo;
+  for (std::size_t k = 0; k < mine; ++k) {
+    const std::optional<Part> part = read_part(request.folder, shard.item(k));
+    if (!part || part->joints.empty()) todo.push_back(shard.item(k));
+  }
+  const int threads = io::threads_of(request.threads);
+  const int inner = std::max(1, threads / std::max(1, static_cast<int>(todo.size())));
+  try {
+    io::run_in_order<char>(
+        0, todo.size(), threads,
+        [&](std::size_t k) {
+          run.do_job(todo[k], inner);
+          return char();
+        },
+        [&](std::size_t k, char) {
+          if (progress) progress(k + 1, todo.size());
+        });
+  } catch (const io::Cancelled&) {
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < mine; ++k) kept += fs::exists(part_file(request.folder, shard.item(k)));
+    throw io::Cancelled(
+        fmt::format("stopped: {} of {} rows are kept in {}, and the same command goes on from there", kept,
+                    mine, request.folder.string()));
+  }
+  if (shard.of == 1) write_table(request.folder, run.settings());
+  CohortResult out;
+  for (std::size_t k = 0; k < mine && shard.item(k) < request.manifest.takes.size(); ++k, ++out.takes) {
+    const Part part = read_part(request.folder, shard.item(k)).value();
+    if (part.joints.empty())
+      out.failed.push_back(fmt::format("{}: {}", name_of(run.settings(), shard.item(k)), part.reason));
+  }
+  return out;
+}
+
+bool is_cohort(const fs::path& folder) {
+  const fs::path file = folder / "run.json";
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return false;
+  const Json settings = io::parse_json(io::read_document(file), file.string());
+  return settings.is_object() && settings.value("kind", Json()) == "cohort";
+}
+
+void merge_cohort(const std::vector<fs::path>& parts, const fs::path& out) {
+  const auto [settings, folders] = read_shards_of_cohort(parts);
+  std::vector<std::string> missing;
+  const auto folder_of = [&, &shards = folders](std::size_t job) { return shards[job % shards.size()]; };
+  for (std::size_t job = 0; job < jobs_of(settings); ++job)
+    if (folder_of(job).empty() || !fs::exists(part_file(folder_of(job), job)))
+      missing.push_back(fmt::format("{} of shard {}", name_of(settings, job), job % folders.size() + 1));
+  if (!missing.empty())
+    throw InputError(fmt::format("{} missing: {}: give their folders too, or their commands again",
+                                 missing.size() > 1 ? "rows are" : "a row is", recording::listed(missing)));
+  const FolderLock lock(out);
+  start_folder(out, settings);
+  for (std::size_t job = 0; job < jobs_of(settings); ++job) {
+    const fs::path from = folder_of(job);
+    const Part part = read_part(from, job).value();
+    if (job < settings.at("takes").size() && !part.joints.empty()) {
+      const Json& take = settings.at("takes")[job];
+      const std::string model = model_file(take.at("subject"), take.at("session"));
+      io::write_file(out / model, io::read_file(from / model));
+    }
+    write_part(out, job, part);
+  }
+  write_table(out, settings);
+}
+
+}  // namespace flexor::study

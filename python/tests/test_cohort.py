@@ -1,0 +1,99 @@
+"""A cohort: the command's bytes, whoever runs it, also where a part of it is killed."""
+
+import os
+import signal
+import subprocess
+import time
+
+import numpy as np
+import pytest
+
+pd = pytest.importorskip("pandas")
+
+import flexor
+
+PROGRAM = os.environ.get("FLEXOR_PROGRAM", "flexor")
+
+
+@pytest.fixture(scope="module")
+def manifest(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cohort")
+    rows = []
+    for k in range(8):
+        random = np.random.default_rng(k)
+        t_s = np.arange(2400) * 0.05
+        angle = 45 + 30 * np.sin(t_s * (1 + 0.02 * k)) + 10 * np.sin(2.3 * t_s + k)
+        counts = np.round(300 + 4 * angle + random.normal(size=t_s.size))
+        pd.DataFrame({"t_s": t_s, "host_s": t_s, "index_adc": counts}).to_csv(folder / f"{k}_glove.csv", index=False)
+        pd.DataFrame({"t_s": t_s, "host_s": t_s, "index_deg": angle}).to_csv(folder / f"{k}_camera.csv", index=False)
+        rows.append((f"P{k // 2}", f"0{k % 2}", f"{k}_glove.csv", f"{k}_camera.csv", "", 30 + k))
+    rows.append(("P9", "01", "none.csv", "0_camera.csv", "", 40))
+    path = folder / "m.csv"
+    pd.DataFrame(rows, columns=["subject", "session", "glove", "reference", "map", "age"]).to_csv(path, index=False)
+    return path
+
+
+def command(manifest, out, *more):
+    return [PROGRAM, "identify", "--manifest", str(manifest), "--out", str(out), "--structure", "curve", *more]
+
+
+def files(folder):
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+@pytest.fixture(scope="module")
+def whole(manifest):
+    out = manifest.parent / "whole"
+    done = subprocess.run(command(manifest, out), capture_output=True, text=True)
+    assert done.returncode == 0 and "8 of 9 takes identified" in done.stderr and "none.csv" in done.stderr
+    return files(out)
+
+
+def test_the_module_gives_the_commands_bytes(manifest, whole, tmp_path):
+    table = flexor.cohort(manifest, tmp_path / "out", structure="curve", progress=False)
+    assert files(tmp_path / "out") == whole
+    assert table.session.tolist() == ["00", "01"] * 4 + ["01"] and table.rmse_deg[:8].max() < 2 and table.age[3] == 33
+    with pytest.raises(flexor.InputError, match="other settings"):
+        flexor.cohort(manifest, tmp_path / "out", structure="line")
+
+
+def test_all_that_fail_are_an_error(manifest, tmp_path):
+    bad = manifest.parent / "bad.csv"
+    bad.write_text("subject,session,glove,reference,map\nP,1,no.csv,no.csv,\n")
+    with pytest.raises(flexor.JobError, match="row 2"):
+        flexor.cohort(bad, tmp_path / "out", progress=False)
+    done = subprocess.run(command(bad, tmp_path / "again"), capture_output=True, text=True)
+    assert done.returncode == 1 and (tmp_path / "again" / "cohort.csv").read_text().count("\n") == 2
+    bad.write_text("subject,session\n")
+    done = subprocess.run(command(bad, tmp_path / "third"), capture_output=True, text=True)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and not (tmp_path / "third").exists()
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_interrupted_it_goes_on(manifest, whole, tmp_path, how):
+    out = tmp_path / "out"
+    run = subprocess.Popen(command(manifest, out, "--threads", "1"), stderr=subprocess.PIPE, text=True)
+    while run.poll() is None and not (out / "rows" / "2.json").exists():
+        time.sleep(0.002)
+    run.send_signal(how)
+    error = run.communicate()[1]
+    assert run.returncode in ((-how,) if how == signal.SIGKILL else (75, 0)), error
+    assert subprocess.run(command(manifest, out), capture_output=True).returncode == 0
+    kept = files(out)
+    kept.pop("lock", None)  # of who was killed
+    assert kept == whole
+
+
+def test_dask_loses_a_worker(manifest, whole, tmp_path):
+    distributed = pytest.importorskip("distributed", reason="distributed is not installed")
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, local_directory=str(tmp_path)) as cluster, \
+            distributed.Client(cluster) as client:
+        victim = list(client.run(os.getpid).values())[0]
+        kills = iter([victim])
+
+        def progress(done, of, what):
+            if done >= 2 and (pid := next(kills, None)):
+                os.kill(pid, signal.SIGKILL)
+
+        flexor.cohort(manifest, tmp_path / "out", client=client, structure="curve", progress=progress)
+    assert files(tmp_path / "out") == whole and next(kills, None) is None

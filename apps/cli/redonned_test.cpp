@@ -64,7 +64,8 @@ class Redonned : public Command {
   void read_moves() {
     const fs::path moves = folder_ / "moves.json";
     const std::string command = fmt::format(
-        "PYTHONPATH=python build/python/bin/python -c \"import glob, pandas; from flexor.donning import "
+        "PYTHONPATH=python:build/release/python/package build/python/bin/python -c \"import glob, pandas; "
+        "from flexor.donning import "
         "compare; "
         "compare({{file: pandas.read_csv(file) for file in glob.glob('{}/donning/P6*.csv')}}).to_json('{}', "
         "orient='records')\"",

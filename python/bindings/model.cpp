@@ -1,108 +1,97 @@
-#include "python/bindings/model.hpp"
+#include "host/model/model.hpp"
 
 #include <fmt/format.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <variant>
+
+#include "host/identify/estimator.hpp"
 #include "host/identify/map_check.hpp"
-#include "host/io/json.hpp"
 #include "host/model/standard_error.hpp"
 #include "python/bindings/job.hpp"
-#include "python/bindings/rooms.hpp"
+#include "python/bindings/recording.hpp"
 
 namespace flexor::python {
-
 namespace {
 
-std::shared_ptr<Estimator> estimator_of(const model::Model& model, const std::string& arithmetic) {
-  if (arithmetic == "double")
-    return std::make_shared<Estimator>(identify::Estimator<model::DoubleArithmetic>(model));
-  if (arithmetic == "float")
-    return std::make_shared<Estimator>(identify::Estimator<model::FloatArithmetic>(model));
-  if (arithmetic == "fixed")
-    return std::make_shared<Estimator>(identify::Estimator<model::FixedArithmetic>(model));
+using Estimator =
+    std::variant<identify::Estimator<model::DoubleArithmetic>, identify::Estimator<model::FloatArithmetic>,
+                 identify::Estimator<model::FixedArithmetic>>;
+
+// `arithmetic`: double, float, or fixed, as in the glove. Throws io::InputError.
+Estimator estimator_of(const model::Model& model, const std::string& arithmetic) {
+  if (arithmetic == "double") return identify::Estimator<model::DoubleArithmetic>(model);
+  if (arithmetic == "float") return identify::Estimator<model::FloatArithmetic>(model);
+  if (arithmetic == "fixed") return identify::Estimator<model::FixedArithmetic>(model);
   throw io::InputError(fmt::format("arithmetic \"{}\": double, float or fixed", arithmetic));
 }
 
-}  // namespace
+// A row for each sample, a column for each joint.
+struct Angles {
+  std::size_t joints;
+  const model::StandardErrors* errors;  // none: not asked for
+  std::vector<double> t_s = {};
+  std::vector<double> angle_deg = {};
+  std::vector<double> status = {};
+  std::vector<double> se_deg = {};
 
-Compensator::Compensator(model::Model model, std::string arithmetic)
-    : model_(std::move(model)), arithmetic_(std::move(arithmetic)) {
-  model::check(model_);
-  reset();
-}
-
-void Compensator::reset() {
-  estimator_ = estimator_of(model_, arithmetic_);
-  next_ = 0;
-}
-
-nb::tuple Compensator::step(const Matrix& readings) {
-  const std::size_t rows = readings.shape(0);
-  const std::size_t inputs = readings.shape(1);
-  if (inputs != model_.inputs.size())
-    throw io::InputError(
-        fmt::format("rows of {} readings: the model has {} input(s)", inputs, model_.inputs.size()));
-  std::vector<double> angle_deg;
-  std::vector<double> status;
-  angle_deg.reserve(rows * model_.joints.size());
-  status.reserve(rows * model_.joints.size());
-  const auto keep = [&](const identify::Estimate& e) {
+  void operator()(const identify::Estimate& e) {
+    t_s.push_back(e.t_s);
     angle_deg.insert(angle_deg.end(), e.angle_deg.begin(), e.angle_deg.end());
     status.insert(status.end(), e.status.begin(), e.status.end());
-  };
-  std::visit(
-      [&](auto& estimator) {
-        for (std::size_t k = 0; k < rows; ++k)
-          estimator.push(static_cast<double>(next_++) * model_.sample_period_s,
-                         {readings.data() + k * inputs, inputs}, keep);
-      },
-      *estimator_);
-  return nb::make_tuple(to_array(std::move(angle_deg), {rows, model_.joints.size()}),
-                        to_array(std::move(status), {rows, model_.joints.size()}));
-}
-
-namespace {
-
-// As flexor apply: the log's clock is repaired, its readings come to the model's grid. JOINT_deg, JOINT_status and, with intervals,
-// JOINT_se_deg of each joint.
-recording::Recording follow(const model::Model& model, Estimator& estimator, bool intervals,
-                            recording::LogReader& reader, Progress& progress) {
-  recording::Recording out;
-  for (const model::Joint& joint : model.joints) {
-    out.columns.push_back({joint.name + "_deg", {}, "deg"});
-    out.columns.push_back({joint.name + "_status", {}});
-    if (intervals) out.columns.push_back({joint.name + "_se_deg", {}, "deg"});
+    for (std::size_t j = 0; errors != nullptr && j < joints; ++j)
+      se_deg.push_back(errors->of(j, e.angle_deg[j], e.reading));
   }
-  const model::StandardErrors errors(model);
-  const auto keep = [&](const identify::Estimate& e) {
-    out.t_s.push_back(e.t_s);
-    auto column = out.columns.begin();
-    for (std::size_t j = 0; j < e.angle_deg.size(); ++j) {
-      (column++)->value.push_back(e.angle_deg[j]);
-      (column++)->value.push_back(e.status[j]);
-      if (intervals) (column++)->value.push_back(errors.of(j, e.angle_deg[j], e.reading));
-    }
-  };
-  recording::Stream stream(reader, recording::Resets::follow);
-  recording::Row row;
-  for (std::size_t rows = 0; stream.next(row); ++rows) {
-    if (rows % 4096 == 0) progress.step(rows, 0, "rows");
-    std::visit([&](auto& one) { one.push(row.t_s, row.value, keep); }, estimator);
+  nb::object table(std::vector<double>& of) const {
+    const std::size_t rows = of.size() / joints;
+    return to_array(std::move(of), {rows, joints});
   }
-  if (out.t_s.empty())
-    throw io::InputError(fmt::format("{}: no row with a reading of every input", reader.name()));
-  out.source = model.name;
-  out.warnings = stream.notes();
-  return out;
-}
+};
 
-nb::tuple predict(const Compensator& compensator, const nb::handle& log,
+// A compensator that remembers what was stepped before. In one thread at a time.
+class Steps {
+ public:
+  Steps(const model::Model& model, const std::string& arithmetic)
+      : period_s_(model.sample_period_s),
+        inputs_(model.inputs.size()),
+        joints_(model.joints.size()),
+        estimator_(estimator_of(model, arithmetic)) {}
+
+  // (angles, status), a row for each of `readings`, which are a sample period apart.
+  nb::tuple step(const Matrix& readings) {
+    if (readings.shape(1) != inputs_)
+      throw io::InputError(
+          fmt::format("rows of {} readings: the model has {} input(s)", readings.shape(1), inputs_));
+    Angles out{joints_, nullptr};
+    out.angle_deg.reserve(readings.shape(0) * joints_);
+    out.status.reserve(readings.shape(0) * joints_);
+    std::visit(
+        [&](auto& estimator) {
+          for (std::size_t k = 0; k < readings.shape(0); ++k)
+            estimator.push(static_cast<double>(next_++) * period_s_, {readings.data() + k * inputs_, inputs_},
+                           out);
+        },
+        estimator_);
+    return nb::make_tuple(out.table(out.angle_deg), out.table(out.status));
+  }
+
+ private:
+  double period_s_;
+  std::size_t inputs_;
+  std::size_t joints_;
+  Estimator estimator_;
+  std::uint64_t next_ = 0;
+};
+
+// As flexor apply: the log's clock is repaired, its readings come to the model's grid. (times, angles, status, standard errors,
+// warnings)
+nb::tuple predict(const model::Model& model, const std::string& arithmetic, const recording::Log& log,
                   const std::vector<std::string>& inputs, bool intervals, bool track,
                   const nb::object& show) {
-  const model::Model& model = compensator.model();
   const auto reader =
-      recording::open_log(to_log(log), {model::columns_of(model, inputs), {}, recording::Holes::some});
+      recording::open_log(log, {model::columns_of(model, inputs), {}, recording::Holes::some});
   std::vector<std::string> notes;
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     if (auto note =
@@ -114,37 +103,47 @@ nb::tuple predict(const Compensator& compensator, const nb::handle& log,
       throw io::InputError(
           fmt::format("{} does not say how accurate it is: identify it from measured angles", joint.name));
   }
-  const std::shared_ptr<Estimator> estimator = estimator_of(model, compensator.arithmetic());
+  Estimator estimator = estimator_of(model, arithmetic);
   const auto tracks_any = [](auto& one) {
     one.track({});
     return one.trackers()->any();
   };
-  if (track && !std::visit(tracks_any, *estimator))
+  if (track && !std::visit(tracks_any, estimator))
     throw io::InputError(
         "no input says what its strip reads at the open hand and at the fist, against which it is tracked: "
         "identify the model anew from a recording with both");
-  recording::Recording out =
-      run(show, [&](Progress& progress) { return follow(model, *estimator, intervals, *reader, progress); });
-  out.warnings.insert(out.warnings.begin(), notes.begin(), notes.end());
-  return to_python(std::move(out));
+  const model::StandardErrors errors(model);
+  Angles out{model.joints.size(), intervals ? &errors : nullptr};
+  recording::Stream stream(*reader, recording::Resets::follow);
+  run(show, [&](Progress& progress) {
+    recording::Row row;
+    for (std::size_t rows = 0; stream.next(row); ++rows) {
+      if (rows % 4096 == 0) progress.step(rows, 0, "rows");
+      std::visit([&](auto& one) { one.push(row.t_s, row.value, out); }, estimator);
+    }
+    if (out.t_s.empty())
+      throw io::InputError(fmt::format("{}: no row with a reading of every input", reader->name()));
+    return true;
+  });
+  for (std::string& note : stream.notes()) notes.push_back(std::move(note));
+  return nb::make_tuple(to_array(std::move(out.t_s)), out.table(out.angle_deg), out.table(out.status),
+                        out.table(out.se_deg), notes);
 }
 
 }  // namespace
 
 void add_model(nb::module_& m) {
-  nb::class_<Compensator>(m, "Compensator", "A model document and what it remembers between steps.")
-      .def(
-          "__init__",
-          [](Compensator* self, const std::string& text, const std::string& source,
-             const std::string& arithmetic) {
-            new (self) Compensator(model::from_json(text, source), arithmetic);
-          },
-          nb::arg("text"), nb::arg("source"), nb::arg("arithmetic") = "double")
-      .def("to_json", [](const Compensator& self) { return model::to_json(self.model()); })
-      .def("step", &Compensator::step, nb::arg("readings"))
-      .def("reset", &Compensator::reset)
-      .def("predict", &predict, nb::arg("recording"), nb::arg("inputs"), nb::arg("intervals"),
-           nb::arg("track"), nb::arg("progress").none());
+  nb::class_<model::Model>(m, "Model", "A model document.").def("to_json", [](const model::Model& self) {
+    return model::to_json(self);
+  });
+  m.def("model", [](const std::string& text, const std::string& source) {
+    model::Model out = model::from_json(text, source);
+    model::check(out);
+    return out;
+  });
+  nb::class_<Steps>(m, "Steps").def(nb::init<model::Model, std::string>()).def("step", &Steps::step);
+  m.def("predict", &predict, nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg(),
+        nb::arg().none());
 }
 
 }  // namespace flexor::python

@@ -1,7 +1,5 @@
-#include <nanobind/nanobind.h>
-
 #include "host/io/io.hpp"
-#include "python/bindings/rooms.hpp"
+#include "python/bindings/recording.hpp"
 
 NB_MODULE(_flexor, m) {
   namespace io = flexor::io;

@@ -5,30 +5,30 @@
 
 #include <sstream>
 
+#include "host/model/model.hpp"
 #include "host/posture/posture.hpp"
 #include "host/study/builtin.hpp"
 #include "python/bindings/job.hpp"
-#include "python/bindings/model.hpp"
-#include "python/bindings/rooms.hpp"
+#include "python/bindings/recording.hpp"
 
 namespace flexor::python {
 namespace {
 
 // `document`: of flexor posture learn; empty: the shipped one.
-nb::tuple complete(const nb::object& log, const std::string& document, const std::vector<std::string>& from,
-                   const std::vector<std::string>& bends, double rest_s, bool flexion_is_positive,
-                   const Compensator* compensator, const nb::object& show) {
+nb::tuple complete(const recording::Log& log, const std::string& document,
+                   const std::vector<std::string>& from, const std::vector<std::string>& bends, double rest_s,
+                   bool flexion_is_positive, const model::Model* model, const nb::object& show) {
   const posture::Posture known =
       posture::parse(document.empty() ? study::builtin("posture.json") : document, "posture");
-  posture::CompleteOptions options{from, bends, rest_s, flexion_is_positive || compensator != nullptr};
-  if (compensator != nullptr) {
-    for (const model::Joint& joint : compensator->model().joints) {
-      const model::Ends ends = model::ends(compensator->model(), joint);
+  posture::CompleteOptions options{from, bends, rest_s, flexion_is_positive || model != nullptr};
+  if (model != nullptr) {
+    for (const model::Joint& joint : model->joints) {
+      const model::Ends ends = model::ends(*model, joint);
       options.ends_deg[joint.name] = {ends.open_deg, ends.fist_deg};
     }
   }
   const std::unique_ptr<recording::LogReader> reader =
-      recording::open_log(to_log(log), {{}, {}, recording::Holes::all});
+      recording::open_log(log, {{}, {}, recording::Holes::all});
   return to_python(run(show, [&](Progress& progress) {
     std::string text;
     const posture::Completion done = posture::complete_table(
@@ -43,9 +43,8 @@ nb::tuple complete(const nb::object& log, const std::string& document, const std
 }  // namespace
 
 void add_posture(nb::module_& m) {
-  m.def("complete", &complete, nb::arg("recording"), nb::arg("document"), nb::arg("sensed"), nb::arg("bends"),
-        nb::arg("rest_s"), nb::arg("flexion_is_positive"), nb::arg("model").none(),
-        nb::arg("progress").none());
+  m.def("complete", &complete, nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg(),
+        nb::arg().none(), nb::arg().none());
 }
 
 }  // namespace flexor::python

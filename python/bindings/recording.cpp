@@ -1,6 +1,7 @@
 #include "python/bindings/recording.hpp"
 
 #include <fmt/format.h>
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
@@ -13,7 +14,6 @@
 #include "host/recording/csv.hpp"
 #include "host/recording/pair.hpp"
 #include "host/recording/unit.hpp"
-#include "python/bindings/rooms.hpp"
 
 namespace flexor::python {
 
@@ -24,31 +24,6 @@ nb::object to_array(std::vector<double> values, std::vector<std::size_t> shape) 
   const nb::capsule owner(held.release(),
                           [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
   return nb::cast(nb::ndarray<nb::numpy, double>(data, shape.size(), shape.data(), owner));
-}
-
-recording::Recording to_recording(const nb::handle& from) {
-  recording::Recording out;
-  out.source = nb::cast<std::string>(from.attr("source"));
-  out.digest = nb::cast<std::string>(from.attr("digest"));
-  const auto values = [](const nb::handle& array) {
-    const auto all = nb::cast<Vector>(array);
-    return std::vector<double>(all.data(), all.data() + all.size());
-  };
-  out.t_s = values(from.attr("t_s"));
-  const nb::dict units = from.attr("units");
-  const nb::dict columns = from.attr("columns");
-  for (const auto& [name, array] : columns) {
-    out.columns.push_back({nb::cast<std::string>(name), values(array), nb::cast<std::string>(units[name])});
-    if (out.columns.back().value.size() != out.t_s.size())
-      throw io::InputError(fmt::format("{}: column \"{}\" has {} values, the times are {}", out.source,
-                                       out.columns.back().name, out.columns.back().value.size(),
-                                       out.t_s.size()));
-  }
-  return out;
-}
-
-recording::Log to_log(const nb::handle& from) {
-  return from.is_none() ? recording::Log() : recording::Log(to_recording(from));
 }
 
 nb::tuple to_python(recording::Recording from) {
@@ -68,21 +43,68 @@ nb::object to_python(const nlohmann::ordered_json& json) {
 
 namespace {
 
-nb::tuple read(const std::string& path, const std::vector<std::string>& columns, const std::string& time_unit,
-               const std::optional<std::string>& time_column, double log_rate_hz) {
+// `from`: has source, t_s, columns {name: array}, units {name: unit} and digest. Throws io::InputError: columns of other lengths
+// than the times.
+recording::Log to_log(const nb::handle& from) {
+  recording::Recording out;
+  out.source = nb::cast<std::string>(from.attr("source"));
+  out.digest = nb::cast<std::string>(from.attr("digest"));
+  const auto values = [](const nb::handle& array) {
+    const auto all = nb::cast<Vector>(array);
+    return std::vector<double>(all.data(), all.data() + all.size());
+  };
+  out.t_s = values(from.attr("t_s"));
+  const nb::dict units = from.attr("units");
+  const nb::dict columns = from.attr("columns");
+  for (const auto& [name, array] : columns) {
+    out.columns.push_back({nb::cast<std::string>(name), values(array), nb::cast<std::string>(units[name])});
+    if (out.columns.back().value.size() != out.t_s.size())
+      throw io::InputError(fmt::format("{}: column \"{}\" has {} values, the times are {}", out.source,
+                                       out.columns.back().name, out.columns.back().value.size(),
+                                       out.t_s.size()));
+  }
+  return recording::Log(std::move(out));
+}
+
+// `columns`: names, or a function of those there are. `repair`: its clock; else rows are as they stand, also where it goes back or
+// starts again.
+nb::tuple read(const std::filesystem::path& path, const nb::object& columns, const std::string& time_unit,
+               const std::vector<std::string>& time_columns, double log_rate_hz, bool repair) {
   recording::TimeOptions time(time_unit.c_str());
-  if (time_column) time.columns = {*time_column};
+  time.columns = time_columns;
   time.log_rate_hz = log_rate_hz;
-  recording::CsvReader reader(path, {columns, time, recording::Holes::all});
-  return to_python(recording::read(reader));
+  const bool chooses = PyCallable_Check(columns.ptr()) != 0;
+  using Names = std::vector<std::string>;
+  recording::CsvReader reader(path,
+                              {chooses ? Names() : nb::cast<Names>(columns), time, recording::Holes::all});
+  if (chooses) reader.choose(nb::cast<Names>(columns(reader.columns())));
+  if (repair) return to_python(recording::read(reader));
+  recording::Recording out;
+  for (std::size_t i = 0; i < reader.columns().size(); ++i)
+    out.columns.push_back({reader.columns()[i], {}, reader.units()[i]});
+  for (recording::Row row; reader.next(row);) {
+    out.t_s.push_back(row.t_s);
+    for (std::size_t i = 0; i < row.value.size(); ++i) out.columns[i].value.push_back(row.value[i]);
+  }
+  if (out.t_s.empty()) throw io::InputError(reader.name() + ": no row of data");
+  out.source = reader.name();
+  out.warnings = reader.notes();
+  out.digest = reader.digest();
+  return to_python(std::move(out));
 }
 
 }  // namespace
 
 void add_recording(nb::module_& m) {
-  m.def("read", &read, nb::arg("path"), nb::arg("columns"), nb::arg("time_unit"),
-        nb::arg("time_column").none(), nb::arg("log_rate_hz"),
-        "A log as flexor.Recording's parts; a missing reading is NaN.");
+  nb::class_<recording::Log>(m, "Log", "A flexor.Recording as the rooms read it; without one, none.")
+      .def(nb::init<>())
+      .def("__init__", [](recording::Log* self, const nb::handle& recording) {
+        new (self) recording::Log(to_log(recording));
+      });
+  m.def("read", &read, "A log as flexor.Recording's parts; a missing reading is NaN.");
+  m.def("write_file", [](const std::filesystem::path& path, const nb::bytes& bytes) {
+    io::write_file(path, {bytes.c_str(), bytes.size()});
+  });
   m.def("unit_of", &recording::unit_of, nb::arg("column"),
         "The unit that a column's name states; empty: none.");
   m.def("known_unit", &recording::known_unit, nb::arg("text"),

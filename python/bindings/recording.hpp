@@ -23,15 +23,18 @@ using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::
 // The array owns the values: `shape` has as many.
 nb::object to_array(std::vector<double> values, std::vector<std::size_t> shape = {});
 
-// `recording`: has source, t_s, columns {name: array}, units {name: unit} and digest. Throws io::InputError: columns of other
-// lengths than the times.
-recording::Recording to_recording(const nb::handle& recording);
-recording::Log to_log(const nb::handle& recording);  // None: an empty one
-
 // (source, t_s, {name: array}, {name: unit}, warnings)
 nb::tuple to_python(recording::Recording recording);
 
 // Of a JSON document, by Python's own reader.
 nb::object to_python(const nlohmann::ordered_json& json);
+
+// What each room's file adds to the module.
+void add_recording(nb::module_& m);
+void add_model(nb::module_& m);
+void add_identify(nb::module_& m);
+void add_score(nb::module_& m);
+void add_twin(nb::module_& m);
+void add_posture(nb::module_& m);
 
 }  // namespace flexor::python

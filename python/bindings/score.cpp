@@ -8,15 +8,14 @@
 #include "host/recording/resample.hpp"
 #include "host/score/judge.hpp"
 #include "python/bindings/recording.hpp"
-#include "python/bindings/rooms.hpp"
 
 namespace flexor::python {
 namespace {
 
-nb::object score_columns(const nb::object& measured, const std::string& measured_column,
-                         const nb::object& estimated, const std::string& estimated_column) {
-  const auto angles = [](const nb::object& log, const std::string& column) {
-    recording::Recording out = recording::read_angle(to_log(log), column, {});
+nb::object score_columns(const recording::Log& measured, const std::string& measured_column,
+                         const recording::Log& estimated, const std::string& estimated_column) {
+  const auto angles = [](const recording::Log& log, const std::string& column) {
+    recording::Recording out = recording::read_angle(log, column, {});
     recording::to_degrees(out, column, "");
     return out;
   };
@@ -42,10 +41,8 @@ nb::object judge(const std::vector<double>& error_deg,
 }  // namespace
 
 void add_score(nb::module_& m) {
-  m.def("score", &score_columns, nb::arg("measured"), nb::arg("measured_column"), nb::arg("estimated"),
-        nb::arg("estimated_column"));
-  m.def("judge", &judge, nb::arg("error_deg"), nb::arg("baseline_error_deg"), nb::arg("period_s"),
-        nb::arg("part_ends"));
+  m.def("score", &score_columns);
+  m.def("judge", &judge);
 }
 
 }  // namespace flexor::python

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <nanobind/stl/filesystem.h>
-#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
@@ -15,8 +14,7 @@
 #include "host/study/twin_table.hpp"
 #include "host/twin/random.hpp"
 #include "python/bindings/job.hpp"
-#include "python/bindings/model.hpp"
-#include "python/bindings/rooms.hpp"
+#include "python/bindings/recording.hpp"
 
 namespace flexor::python {
 namespace {
@@ -30,11 +28,11 @@ twin::Parameters to_parameters(const std::string& document, const std::vector<st
 }
 
 // (glove, camera, hand) of each donning
-nb::list record(const std::string& document, const std::vector<std::string>& changes, int donnings,
-                double rate_hz, std::uint64_t seed, const nb::object& show) {
-  const study::GloveRequest request{to_parameters(document, changes), rate_hz, donnings, seed};
-  std::vector<study::GloveRecording> recordings =
-      run(show, [&](Progress&) { return study::record_glove(request); });
+nb::list record(const twin::Parameters& parameters, int donnings, double rate_hz, std::uint64_t seed,
+                const nb::object& show) {
+  std::vector<study::GloveRecording> recordings = run(show, [&](Progress&) {
+    return study::record_glove({parameters, rate_hz, donnings, seed});
+  });
   nb::list out;
   for (study::GloveRecording& one : recordings)
     out.append(nb::make_tuple(to_python(std::move(one.glove)), to_python(std::move(one.camera)),
@@ -42,40 +40,17 @@ nb::list record(const std::string& document, const std::vector<std::string>& cha
   return out;
 }
 
-// Compensators by name, or (name, model).
-std::vector<study::Compensator> to_compensators(const nb::list& list, double rate_hz) {
-  std::vector<study::Compensator> out;
-  for (const nb::handle item : list) {
-    std::string name;
-    if (nb::try_cast(item, name)) {
-      out.push_back(study::compensator(name, rate_hz));
-      continue;
-    }
-    const auto [called, compensator] = nb::cast<std::pair<std::string, const Compensator*>>(item);
-    out.push_back({called, compensator->model()});
-    out.back().model.sample_period_s = 1 / rate_hz;
-    model::check(out.back().model);
-  }
-  for (const study::Compensator& one : out) study::require_name(one.name, "compensator " + one.name);
-  return out;
-}
-
-nb::object experiment(const std::string& gestures, const nb::list& compensators, int trials,
-                      std::uint64_t seed, double rate_hz, const std::string& document,
-                      const std::vector<std::string>& changes, int threads,
-                      const std::filesystem::path& folder, const std::string& shard, const nb::object& show) {
-  study::Plan plan;
+nb::object experiment(study::Plan plan, const std::string& gestures, double rate_hz, const std::string& shard,
+                      const nb::object& show) {
   if (!shard.empty()) plan.shard = study::parse_shard(shard);
   std::vector<std::string> notes;
-  plan.parameters = to_parameters(document, changes);
   plan.motions = study::motions(gestures, notes);
-  plan.compensators = to_compensators(compensators, rate_hz);
-  for (study::Compensator& one : plan.compensators)
+  for (study::Compensator& one : plan.compensators) {
+    one.model.sample_period_s = 1 / rate_hz;
+    model::check(one.model);
+    study::require_name(one.name, "compensator " + one.name);
     one.model = deploy::on_hand(std::move(one.model), plan.parameters, notes);
-  plan.trials = trials;
-  plan.seed = seed;
-  plan.threads = threads;
-  plan.folder = folder;
+  }
   study::check(plan);
   const study::Result result = run(show, [&](Progress& progress) {
     return study::run(
@@ -103,10 +78,9 @@ nb::object merge(const std::vector<std::filesystem::path>& folders, const std::f
 }
 
 // How likely the published averages of gestures 1 to last are beside the twin's (host/study/twin_table.hpp).
-double table_log_likelihood(const std::vector<std::string>& changes, int last, int trials,
-                            std::uint64_t seed) {
-  const study::TableErrors ours = study::twin_table(to_parameters("", changes), last, trials, seed);
-  return study::log_likelihood(ours, study::published_table(last));
+double table_log_likelihood(const twin::Parameters& parameters, int last, int trials, std::uint64_t seed) {
+  return study::log_likelihood(study::twin_table(parameters, last, trials, seed),
+                               study::published_table(last));
 }
 
 nb::object published_table() {
@@ -120,21 +94,14 @@ nb::object published_table() {
 }
 
 // The laboratory is one of many: `number` makes its random numbers its own.
-nb::object play_laboratory(const std::vector<std::string>& changes, std::uint64_t number,
-                           const std::string& gestures, int trials, std::uint64_t seed,
+nb::object play_laboratory(study::Plan plan, std::uint64_t number, const std::string& gestures,
                            std::uint64_t glove_seed, double rate_hz, bool scenarios) {
-  study::LaboratoryPlan laboratory;
-  study::Plan& plan = laboratory.plan;
-  plan.parameters = to_parameters("", changes);
   plan.motions = study::motions(gestures);
   plan.compensators = study::compensators(study::published_compensators(), rate_hz);
-  plan.trials = trials;
-  plan.threads = 1;
-  plan.seed = twin::seed_of(seed, number);
-  laboratory.rate_hz = rate_hz;
-  laboratory.glove_seed = twin::seed_of(glove_seed, number);
-  if (scenarios) laboratory.scenarios = study::changed_scenarios();
+  plan.seed = twin::seed_of(plan.seed, number);
   study::check(plan);
+  study::LaboratoryPlan laboratory{plan, {}, rate_hz, twin::seed_of(glove_seed, number)};
+  if (scenarios) laboratory.scenarios = study::changed_scenarios();
   nlohmann::ordered_json played;
   {
     const nb::gil_scoped_release released;
@@ -146,29 +113,28 @@ nb::object play_laboratory(const std::vector<std::string>& changes, std::uint64_
 }  // namespace
 
 void add_twin(nb::module_& m) {
-  m.def("twin_record", &record, nb::arg("document"), nb::arg("changes"), nb::arg("donnings"),
-        nb::arg("rate_hz"), nb::arg("seed"), nb::arg("progress").none());
-  m.def(
-      "twin_parameters",
-      [](const std::string& document, const std::vector<std::string>& changes) {
-        return twin::to_json(to_parameters(document, changes));
-      },
-      nb::arg("document"), nb::arg("changes"));
-  m.def("experiment", &experiment, nb::arg("gestures"), nb::arg("compensators"), nb::kw_only(),
-        nb::arg("trials"), nb::arg("seed"), nb::arg("rate_hz"), nb::arg("document"), nb::arg("changes"),
-        nb::arg("threads"), nb::arg("folder"), nb::arg("shard"), nb::arg("progress").none());
-  m.def("merge", &merge, nb::arg("folders"), nb::arg("out"), nb::arg("progress").none());
-  m.def(
-      "published_model",
-      [](const std::string& name) {
-        return model::to_json(study::compensator(name, study::kPublishedRate_hz).model);
-      },
-      nb::arg("name"));
+  nb::class_<twin::Parameters>(m, "Parameters").def("to_json", [](const twin::Parameters& self) {
+    return twin::to_json(self);
+  });
+  nb::class_<study::Compensator>(m, "NamedModel")
+      .def(nb::init<std::string, model::Model>())
+      .def_ro("model", &study::Compensator::model);
+  nb::class_<study::Plan>(m, "Plan")
+      .def(nb::init<>())
+      .def_rw("parameters", &study::Plan::parameters)
+      .def_rw("compensators", &study::Plan::compensators)
+      .def_rw("trials", &study::Plan::trials)
+      .def_rw("seed", &study::Plan::seed)
+      .def_rw("threads", &study::Plan::threads)
+      .def_rw("folder", &study::Plan::folder);
+  m.def("parameters", &to_parameters);
+  m.def("named_model", &study::compensator);
+  m.def("twin_record", &record, nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg().none());
+  m.def("experiment", &experiment, nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg().none());
+  m.def("merge", &merge, nb::arg(), nb::arg(), nb::arg().none());
   m.def("published_table", &published_table);
-  m.def("table_log_likelihood", &table_log_likelihood, nb::arg("changes"), nb::arg("last"), nb::arg("trials"),
-        nb::arg("seed"), nb::call_guard<nb::gil_scoped_release>());
-  m.def("play_laboratory", &play_laboratory, nb::arg("changes"), nb::arg("number"), nb::arg("gestures"),
-        nb::arg("trials"), nb::arg("seed"), nb::arg("glove_seed"), nb::arg("rate_hz"), nb::arg("scenarios"));
+  m.def("table_log_likelihood", &table_log_likelihood, nb::call_guard<nb::gil_scoped_release>());
+  m.def("play_laboratory", &play_laboratory);
 }
 
 }  // namespace flexor::python

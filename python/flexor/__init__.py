@@ -15,22 +15,16 @@ Everything is what the command ``flexor`` does, by the same functions. Only NumP
 of progress tqdm, ``flexor.sklearn`` scikit-learn, ``flexor.plot`` matplotlib.
 """
 
-try:
-    from flexor._core import InputError, JobError, __version__
-    from flexor import posture
-    from flexor._cohort import cohort
-    from flexor._identify import Identification, align, from_poses, identify, recalibrate
-    from flexor._model import Compensator
-    from flexor._recording import Recording, read
-    from flexor._score import judge, score
-    from flexor._twin import Experiment, experiment, merge, twin, twin_parameters
+from flexor._core import InputError, JobError, __version__
+from flexor import posture
+from flexor._cohort import cohort
+from flexor._identify import Identification, align, from_poses, identify, recalibrate
+from flexor._model import Compensator
+from flexor._recording import Recording, read
+from flexor._score import judge, score
+from flexor._twin import Experiment, experiment, merge, twin, twin_parameters
 
-    __all__ = [
-        "Compensator", "Experiment", "Identification", "InputError", "JobError", "Recording", "__version__",
-        "align", "cohort", "experiment", "from_poses", "identify", "judge", "merge", "posture", "read", "recalibrate", "score", "twin",
-        "twin_parameters",
-    ]
-except ModuleNotFoundError as missing:  # sources alone: flexor.export, flexor.donning and flexor.posture_learning
-    if missing.name != "_flexor":
-        raise
-    __all__ = []
+__all__ = [
+    "Compensator", "Experiment", "Identification", "InputError", "JobError", "Recording", "__version__", "align", "cohort",
+    "experiment", "from_poses", "identify", "judge", "merge", "posture", "read", "recalibrate", "score", "twin", "twin_parameters",
+]

@@ -7,11 +7,16 @@ import pathlib
 import shutil
 from typing import Any, Union
 
-from flexor._core import JobError, Show, core, pandas, shown
+from flexor._core import InputError, JobError, Show, core, filled, pandas, shown
+
+
+def _run(manifest: pathlib.Path, out: pathlib.Path, options: dict[str, Any], shard: str, threads: int, show: Any) -> Any:
+    asked = dict(options, leave_out=core.LeaveOut.person if options["leave_out"] else core.LeaveOut.none, threads=threads)
+    return core.cohort(manifest, out, filled(core.HandRequest(), **asked), shard, show)
 
 
 def _part(manifest: str, out: str, options: dict[str, Any], shard: str) -> str:
-    core.cohort(pathlib.Path(manifest), pathlib.Path(out), **options, shard=shard, threads=1, progress=None)
+    _run(pathlib.Path(manifest), pathlib.Path(out), options, shard, 1, None)
     return out
 
 
@@ -29,10 +34,12 @@ def cohort(manifest: Union[str, os.PathLike], out: Union[str, os.PathLike], *, c
     """
     manifest, out = pathlib.Path(manifest).absolute(), pathlib.Path(out).absolute()
     options = dict(rate_hz=rate_hz, split=split, structure=structure, lead_s=lead_s, fit_all=fit_all, leave_out=leave_out)
+    if leave_out not in ("", "person"):
+        raise InputError(f"leave_out is {leave_out!r}: \"person\", or nothing")
     with shown(progress) as show:
         if client is not None and not (out / "cohort.csv").exists():
             _on_cluster(client, manifest, out, options, show)
-        takes, failed = core.cohort(manifest, out, **options, shard="", threads=threads, progress=show)
+        takes, failed = _run(manifest, out, options, "", threads, show)
     if takes == len(failed):
         raise JobError(f"all {takes} takes failed: {failed[0]}")
     return pandas().read_csv(out / "cohort.csv", dtype={"subject": str, "session": str})

@@ -26,6 +26,19 @@ def pandas() -> Any:
     return found
 
 
+def filled(request: Any, **fields: Any) -> Any:
+    """A room's request with these fields."""
+    for name, value in fields.items():
+        setattr(request, name, value)
+    return request
+
+
+def run(job: Callable[..., Any], *given: Any, progress: Show) -> Any:
+    """A job of the rooms, which shows how far it is."""
+    with shown(progress) as show:
+        return job(*given, show)
+
+
 @contextlib.contextmanager
 def shown(progress: Show) -> Iterator[Optional[Callable[[int, int, str], object]]]:
     """What a job calls with (done, of, what): the caller's own function; none for False; else a bar of tqdm, where that is

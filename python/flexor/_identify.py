@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, Mapping, Optional, Sequence, Union
 
-from flexor._core import InputError, Show, core, pandas, shown
+from flexor._core import InputError, Show, core, filled, pandas, run
 from flexor._model import Compensator, of_core
-from flexor._recording import Recording, as_recording
+from flexor._recording import Recording, as_log
 
 Sensors = Union[str, Sequence[str]]
 
@@ -78,31 +78,35 @@ def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[
     a start more. ``refit``: only its gains and dead zones are fitted. ``time_limit_s``: after it the best so far is taken.
     Raises ``InputError``: recordings or map are wrong; ``JobError``: nothing can be told from them. Ctrl-C stops it.
     """
-    rows = None if map is None else [(joint, [one] if isinstance(one, str) else list(one), angle)
-                                     for joint, (one, angle) in map.items()]
-    logs: dict[int, Recording] = {}
+    if leave_out and leave_out not in ("take", "block"):
+        raise InputError(f'leave_out "{leave_out}": take or block')
+    logs: dict[int, Any] = {}
 
-    def log_of(given: Any) -> Recording:
-        return logs.setdefault(id(given), as_recording(given))
+    def log_of(given: Any) -> Any:
+        return logs.setdefault(id(given), as_log(given))
 
-    with shown(progress) as show:
-        results, model, proven, covariances = core.identify(
-            [(log_of(sensor), log_of(reference)) for sensor, reference in pairs], rows, rate_hz=rate_hz, split=split,
-            structure=structure, lead_s=lead_s, clock_offset_s=clock_offset_s, fit_all=fit_all, leave_out=leave_out,
-            input_unit=input_unit, output_unit=output_unit, reference_error_deg=dict(reference_error_deg),
-            ends_deg={joint: tuple(ends) for joint, ends in ends_deg.items()}, initial=initial and initial._core,
-            refit=refit and refit._core, time_limit_s=time_limit_s, threads=threads, progress=show)
+    name = core.joint_name
+    request = filled(
+        core.HandRequest(), pairs=[core.PairFiles(log_of(sensor), log_of(reference)) for sensor, reference in pairs],
+        map=[core.JointMap(name(joint), [one] if isinstance(one, str) else list(one), angle) for joint, (one, angle) in (map or {}).items()],
+        rate_hz=rate_hz, split=split, structure=structure, lead_s=lead_s, clock_offset_s=clock_offset_s, fit_all=fit_all,
+        leave_out=core.LeaveOut[leave_out or "none"], input_unit=input_unit, output_unit=output_unit, ends=_ends(ends_deg),
+        reference_error_deg={name(joint): error_deg for joint, error_deg in reference_error_deg.items()}, threads=threads,
+        initial=initial and initial._core, refit=refit and refit._core)
+    results, model, proven, covariances = run(core.identify, request, time_limit_s, progress=progress)
     return Identification(of_core(model), of_core(proven), results, covariances)
+
+
+def _ends(ends_deg: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
+    return {core.joint_name(joint): core.Ends(*ends) for joint, ends in ends_deg.items()}
 
 
 def align(sensor: Any, reference: Any, *, input: str = "", output: str = "", rate_hz: float = 20,
           clock_offset_s: Optional[float] = None, output_unit: str = "", progress: Show = None) -> tuple[dict[str, Any], Recording]:
     """The clock offset of two logs of one motion, from their signals alone: what ``flexor align --json`` prints, and both on the
     sensor's clock. ``input``, ``output``: their columns, where they have several. Raises ``InputError`` and ``JobError``."""
-    log = as_recording(sensor)
-    with shown(progress) as show:
-        results, parts = core.align(log, log if reference is sensor else as_recording(reference), input=input, output=output,
-                                    rate_hz=rate_hz, clock_offset_s=clock_offset_s, output_unit=output_unit, progress=show)
+    files = core.SourceFiles(as_log(sensor), as_log(reference), input, output, output_unit)
+    results, parts = run(core.align, files, rate_hz, clock_offset_s, progress=progress)
     return results, Recording._of(parts)
 
 
@@ -117,12 +121,12 @@ def recalibrate(compensator: Compensator, *, recording: Any = None, poses: Seque
     """
     if recording is None and poses_recording is None and pair is None:
         raise InputError("no evidence: recording, poses with poses_recording, or pair")
-    sensor, reference = (None, None) if pair is None else pair
-    given = [None if one is None else as_recording(one) for one in (recording, poses_recording, sensor, reference)]
-    with shown(progress) as show:
-        results, model = core.recalibrate(
-            compensator._core, recording=given[0], poses=list(poses), poses_log=given[1], sensor=given[2], reference=given[3],
-            map=",".join(f"{joint}={column}" for joint, column in (map or {}).items()), inputs=list(inputs), progress=show)
+    sensor, reference = pair or (None, None)
+    request = filled(
+        core.RecalibrationFiles(), model=compensator._core, recording=as_log(recording), poses=list(poses), poses_log=as_log(poses_recording),
+        pair_sensor=as_log(sensor), pair_camera=as_log(reference), inputs=list(inputs),
+        map=",".join(f"{joint}={column}" for joint, column in (map or {}).items()))
+    results, model = run(core.recalibrate, request, progress=progress)
     return (of_core(model) if results["applied"] else compensator), results
 
 
@@ -130,6 +134,5 @@ def from_poses(recording: Any, *, rate_hz: float = 20, joints: Sequence[str] = (
                ends_deg: Mapping[str, tuple[float, float]] = {}) -> tuple[Compensator, list[str]]:
     """A straight line for each sensor from held poses, for a glove without a camera: the open hand for three seconds, a fist, and
     both again. And which sensors were left out. ``joints``: of the columns in their order, if not by name."""
-    model, warnings = core.from_poses(as_recording(recording), rate_hz=rate_hz, joints=list(joints),
-                                      ends_deg={joint: tuple(ends) for joint, ends in ends_deg.items()})
+    model, warnings = core.from_poses(as_log(recording), rate_hz, _ends(ends_deg), list(joints))
     return of_core(model), warnings

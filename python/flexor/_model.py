@@ -10,8 +10,8 @@ from typing import Any, Sequence, Union
 
 import numpy as np
 
-from flexor._core import Show, core, pandas, shown
-from flexor._recording import Recording, as_recording
+from flexor._core import Show, core, pandas, run
+from flexor._recording import Recording, as_log
 
 
 class Compensator:
@@ -24,8 +24,9 @@ class Compensator:
     def __init__(self, text: str, *, source: str = "model", arithmetic: str = "double") -> None:
         """``text``: the document. ``arithmetic``: double, float, or fixed, as in the glove. Raises ``InputError``."""
         self._arithmetic = arithmetic
-        self._core = core.Compensator(text, source, arithmetic)
+        self._core = core.model(text, source)
         self.text: str = self._core.to_json()
+        self.reset()
 
     @classmethod
     def load(cls, path: Union[str, os.PathLike], *, arithmetic: str = "double") -> Compensator:
@@ -75,17 +76,22 @@ class Compensator:
         the root mean square error of such an angle on data that the fit did not see. ``track``: follows each sensor while the
         glove is worn. Raises ``InputError``: no such column, another unit, no reading.
         """
-        with shown(progress) as show:
-            return Recording._of(self._core.predict(as_recording(recording), list(inputs), intervals, track, show))
+        t_s, *tables, warnings = run(core.predict, self._core, self._arithmetic, as_log(recording), list(inputs), intervals, track,
+                                     progress=progress)
+        kinds = ("deg", "status", "se_deg")[: 2 + intervals]
+        columns = {f"{joint}_{kind}": np.ascontiguousarray(table[:, j]) for j, joint in enumerate(self.joints)
+                   for kind, table in zip(kinds, tables)}
+        units = {name: "deg" if name.endswith("_deg") else "" for name in columns}
+        return Recording._of((self.document.get("name", ""), t_s, columns, units, warnings, ""))
 
     def step(self, rows: Any) -> tuple[np.ndarray, np.ndarray]:
         """Readings as they come: ``rows`` of one reading of each input (n x inputs), a sample period apart. Angles in degrees and
         status (see ``predict``), n x joints. What was stepped before is remembered, until ``reset``."""
         readings = np.ascontiguousarray(rows, dtype=np.float64)
-        return self._core.step(readings if readings.ndim == 2 else np.atleast_2d(readings))
+        return self._steps.step(np.atleast_2d(readings))
 
     def reset(self) -> None:
-        self._core.reset()
+        self._steps = core.Steps(self._core, self._arithmetic)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Compensator) and self.text == other.text

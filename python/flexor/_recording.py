@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from typing import Any, Mapping, Optional, Sequence, Union
+from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
@@ -107,11 +107,12 @@ class Recording:
         return f"Recording({self.source!r}, {len(self)} rows, {lasts_s:.6g} s: {', '.join(names)})"
 
 
-def read(path: Union[str, os.PathLike], columns: Sequence[str] = (), *, time_unit: str = "",
-         time_column: Optional[str] = None, log_rate_hz: float = 0) -> Recording:
+def read(path: Union[str, os.PathLike], columns: Union[Sequence[str], Callable[[list[str]], list[str]]] = (), *, time_unit: str = "",
+         time_column: Optional[str] = None, log_rate_hz: float = 0, repair: bool = True) -> Recording:
     """A log of text, as every command reads it: separators, decimal commas, units and clocks are found, and what was assumed
-    or repaired is in ``warnings``. ``columns``: all of numbers, unless some are named. Raises ``InputError``."""
-    return Recording._of(core.read(os.fspath(path), list(columns), time_unit, time_column, log_rate_hz))
+    or repaired is in ``warnings``. ``columns``: all of numbers, unless some are named or chosen of those by
+    a function. ``repair``: its clock; else rows are as they stand, also where it goes back or starts again. Raises ``InputError``."""
+    return Recording._of(core.read(path, columns, time_unit, [time_column] if time_column else [], log_rate_hz, repair))
 
 
 def as_recording(log: Any) -> Recording:
@@ -121,6 +122,11 @@ def as_recording(log: Any) -> Recording:
     if isinstance(log, (str, os.PathLike)):
         return read(log)
     return Recording(log)
+
+
+def as_log(given: Any) -> Any:
+    """The same for a room; none of None."""
+    return core.Log() if given is None else core.Log(as_recording(given))
 
 
 def _is_frame(data: Any) -> bool:

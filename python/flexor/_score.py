@@ -7,7 +7,7 @@ from typing import Any, Mapping, Optional, Sequence
 import numpy as np
 
 from flexor._core import InputError, core
-from flexor._recording import as_recording
+from flexor._recording import as_log, as_recording
 
 
 def score(measured: Any, estimated: Any, columns: Optional[Mapping[str, str]] = None) -> dict[str, dict[str, Any]]:
@@ -30,7 +30,7 @@ def score(measured: Any, estimated: Any, columns: Optional[Mapping[str, str]] = 
     if not columns:
         raise InputError(f"no angle of one name: {reference.source} has {', '.join(reference.columns)}; "
                          f"{estimate.source} has {', '.join(estimate.columns)}")
-    return {one.removesuffix("_deg"): core.score(reference, one, estimate, other) for one, other in columns.items()}
+    return {one.removesuffix("_deg"): core.score(as_log(reference), one, as_log(estimate), other) for one, other in columns.items()}
 
 
 def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[float]], period_s: float,

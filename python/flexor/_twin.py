@@ -5,10 +5,9 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import pathlib
 from typing import Any, Mapping, NamedTuple, Sequence, Union
 
-from flexor._core import Show, core, pandas, shown
+from flexor._core import Show, core, filled, pandas, run
 from flexor._model import Compensator
 from flexor._recording import Recording
 
@@ -19,13 +18,13 @@ class Donning(NamedTuple):
     hand: Recording
 
 
-def _document(parameters: Mapping[str, Any]) -> str:
-    return json.dumps(parameters) if parameters else ""
+def _parameters(parameters: Mapping[str, Any], changes: Sequence[str]) -> Any:
+    return core.parameters(json.dumps(parameters) if parameters else "", list(changes))
 
 
 def twin_parameters(set: Sequence[str] = (), *, parameters: Mapping[str, Any] = {}) -> dict[str, Any]:
     """All numbers of the twin, as ``flexor twin --json`` prints them. ``set``: changes, ``["radio.loss=0.05"]``."""
-    return json.loads(core.twin_parameters(_document(parameters), list(set)))
+    return json.loads(_parameters(parameters, set).to_json())
 
 
 def twin(donnings: int = 1, *, rate_hz: float = 10, seed: int = 1001, set: Sequence[str] = (),
@@ -37,8 +36,7 @@ def twin(donnings: int = 1, *, rate_hz: float = 10, seed: int = 1001, set: Seque
     >>> glove.units["index_alpha_deg"], list(camera.columns)[1]
     ('deg', 'index_deg')
     """
-    with shown(progress) as show:
-        found = core.twin_record(_document(parameters), list(set), donnings, rate_hz, seed, show)
+    found = run(core.twin_record, _parameters(parameters, set), donnings, rate_hz, seed, progress=progress)
     # Each is called what it is, in place of a file's name.
     return [Donning(*(Recording._of((name, *parts[1:])) for name, parts in zip(Donning._fields, one))) for one in found]
 
@@ -65,14 +63,14 @@ def experiment(gestures: str = "1-6", compensators: Sequence[Union[str, os.PathL
     >>> experiment("1", trials=1).cells["compensator"].tolist()
     ['raw', 'published-w', 'published-hw']
     """
-    given: list[Any] = []
+    named: list[Any] = []
     for one in compensators:
         if isinstance(one, Compensator):
             one = (one.document.get("name") or "identified", one)
-        given.append((one[0], one[1]._core) if isinstance(one, tuple) else os.fspath(one))
-    with shown(progress) as show:
-        return Experiment(core.experiment(gestures, given, trials=trials, seed=seed, rate_hz=rate_hz, document=_document(parameters),
-                                          changes=list(set), threads=threads, folder=pathlib.Path(folder) if folder else "", shard=shard, progress=show))
+        named.append(core.NamedModel(one[0], one[1]._core) if isinstance(one, tuple) else core.named_model(os.fspath(one), rate_hz))
+    plan = filled(core.Plan(), parameters=_parameters(parameters, set), compensators=named, trials=trials, seed=seed, threads=threads,
+                  folder=folder)
+    return Experiment(run(core.experiment, plan, gestures, rate_hz, shard, progress=progress))
 
 
 def merge(folders: Sequence[Union[str, os.PathLike]], out: Union[str, os.PathLike], *, progress: Show = None) -> Experiment:
@@ -85,5 +83,4 @@ def merge(folders: Sequence[Union[str, os.PathLike]], out: Union[str, os.PathLik
     ...     merge(parts, f"{d}/whole").results == experiment("1,4").results
     True
     """
-    with shown(progress) as show:
-        return Experiment(core.merge([pathlib.Path(folder) for folder in folders], pathlib.Path(out), show))
+    return Experiment(run(core.merge, list(folders), out, progress=progress))

@@ -7,12 +7,13 @@ counts. Lengths are shares of a sensor's span, which is that of the sessions' me
 of this glove differ, for `flexor recalibrate --prior` (host/identify/donning_prior.hpp).
 """
 import argparse
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import pandas as pd
 
-from flexor._files import read_table, run_command, write_json
+from flexor._files import run_command, write_json
+from flexor._recording import read
 
 SHARES = np.array([0.02, 0.1, 0.5, 0.9, 0.98])
 FINGERS = ("thumb", "index", "middle", "ring", "pinky")
@@ -36,7 +37,7 @@ def compare(sessions: Mapping[str, pd.DataFrame], sensors: list[str] | None = No
     Raises ValueError: fewer than three sessions, fewer than 100 rows, a sensor that stands still, or spans ten times as much as
     in most sessions, or a tenth.
     """
-    sensors = sensors or [column for column in next(iter(sessions.values())) if str(column).split("_")[0] in FINGERS]
+    sensors = sensors or _like_fingers(next(iter(sessions.values())))
     if not sensors:
         raise ValueError("no column is called like a finger: name the sensors")
     for name, frame in sessions.items():
@@ -63,6 +64,10 @@ def compare(sessions: Mapping[str, pd.DataFrame], sensors: list[str] | None = No
             rows[name, sensor] = _change(u, quantiles[name], mean, random)
     changes = pd.DataFrame.from_dict(rows, orient="index").rename_axis(["session", "sensor"])
     return changes.loc[[key for name in sessions for sensor in sensors if (key := (name, sensor)) in rows]]
+
+
+def _like_fingers(columns: Iterable[str]) -> list[str]:
+    return [column for column in columns if str(column).split("_")[0] in FINGERS]
 
 
 def _span(quantiles: np.ndarray) -> np.ndarray:
@@ -108,7 +113,7 @@ def prior(changes: pd.DataFrame) -> dict:
 
 
 def _job(o: argparse.Namespace) -> None:
-    sessions = {file: read_table(file) for file in o.files}
+    sessions = {file: read(file, o.sensors or _like_fingers, repair=False).frame for file in o.files}
     if len(sessions) < len(o.files):
         raise ValueError("a session is there twice: give each once")
     changes = compare(sessions, o.sensors)
@@ -122,7 +127,7 @@ def _job(o: argparse.Namespace) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser("flexor.donning", description="What changed between sessions of one glove.")
-    parser.add_argument("files", nargs="+", help="logs with t_s, one for each time that the glove was put on")
+    parser.add_argument("files", nargs="+", help="logs, one for each time that the glove was put on")
     parser.add_argument("--sensors", type=lambda text: text.split(","), help="columns (default: those that are called like fingers)")
     parser.add_argument("--out", help="write how the donnings differ, for flexor recalibrate --prior")
     run_command(parser, _job)

@@ -1,16 +1,18 @@
 """Angles for other programs: BIDS, OpenSim (.mot), MATLAB (.mat) and the Lab Streaming Layer.
 
-A frame has a row for each sample, its index the time: seconds, or dates; and a column NAME_deg or NAME_rad for each joint, as
-`flexor apply`, `flexor track` and `flexor posture complete` write them. The joint is NAME. Other columns are left out,
-standard errors (NAME_se_deg) too; where NAME_quality is 3, the camera lost the angle, and it is NaN. Files are written whole
-or not at all. Raises ValueError, one line.
+A log is a file, a Recording or a frame with a time index, with a column NAME_deg or NAME_rad for each joint, as `flexor apply`,
+`flexor track` and `flexor posture complete` write them. The joint is NAME. Other columns are left out, standard errors
+(NAME_se_deg) too; where NAME_quality is 3, the camera lost the angle, and it is NaN. Files are written whole or not at all.
+Raises ValueError, one line.
 
     python -m flexor.export angles.csv --to bids --out dataset/ --subject 01
     python -m flexor.export angles.csv --to mot --out angles.mot        # or mat
     python -m flexor.export ws://127.0.0.1:PORT/TOKEN/socket --to lsl   # the address that flexor live prints
 """
 import argparse
+import io
 import json
+import os
 import re
 import shutil
 import time
@@ -20,9 +22,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from flexor._files import read_table, replacing, run_command, version, write_json
+from flexor._core import __version__, core
+from flexor._files import run_command, write_json, write_text
+from flexor._model import Compensator
+from flexor._recording import Recording, as_recording, read
 
 LOST = 3  # a camera's quality
+A_DATE_S = 1e8  # dates are seconds since 1970; no log runs for three years
 UNEVEN = 0.15  # of the mean step: clocks are written in whole milliseconds
 README = """# Joint angles of a hand
 
@@ -32,44 +38,38 @@ column, latency, has the seconds from the first sample on. An angle that is not 
 """
 
 
-def joints_of(frame: pd.DataFrame, model=None) -> pd.DataFrame:
-    """Joints by name in degrees on strictly rising seconds; a row with the time of one before is left out.
+def joints_of(log, model=None) -> pd.DataFrame:
+    """Joints by name in degrees on strictly rising seconds, of dates since the first; a row with the time of one before is left out.
 
     model: the document that the angles are of; they become flexion, 0 at the open hand and growing towards the fist.
     """
-    out = {}
-    for column in frame:
-        joint, _, unit = str(column).rpartition("_")
+    log, out = _log(log), {}
+    for column, angle in log.columns.items():
+        joint, _, unit = column.rpartition("_")
         if unit not in ("deg", "rad") or not joint or joint.endswith("_se"):
             continue
         if joint in out:
             raise ValueError(f"two columns are the joint {joint}: drop one")
-        angle = frame[column].astype(float) * (1 if unit == "deg" else 180 / np.pi)
-        out[joint] = angle.mask(frame[f"{joint}_quality"] >= LOST) if f"{joint}_quality" in frame else angle
+        is_lost = log.columns.get(f"{joint}_quality", np.zeros(len(log))) >= LOST
+        out[joint] = np.where(is_lost, np.nan, angle if unit == "deg" else np.degrees(angle))
     if not out:
-        raise ValueError(f"no column is called NAME_deg or NAME_rad; there are {', '.join(map(str, frame))}")
-    angles = pd.DataFrame(out) if model is None else _flexion(pd.DataFrame(out), model)
+        raise ValueError(f"no column is called NAME_deg or NAME_rad; there are {', '.join(log.columns)}")
+    begin_s = log.t_s[0] if log.t_s[0] > A_DATE_S else 0
+    angles = pd.DataFrame(out if model is None else _flexion(out, model), index=log.t_s - begin_s)
     if np.isinf(angles.to_numpy()).any():
         raise ValueError("an angle is infinite")
-    angles.index = _seconds(frame.index)
     return angles[angles.index > np.r_[-np.inf, np.maximum.accumulate(angles.index)[:-1]]]
 
 
-def _seconds(index: pd.Index) -> np.ndarray:
-    if isinstance(index, pd.DatetimeIndex):
-        index = index - index[0]
-    if isinstance(index, pd.TimedeltaIndex):
-        return index.total_seconds().to_numpy()
-    if not pd.api.types.is_float_dtype(index) and index.name != "t_s":
-        raise ValueError("the index is no time: seconds called t_s, or dates, are needed")
-    t_s = index.to_numpy(dtype=float)
-    if not np.isfinite(t_s).all():
-        raise ValueError("a time is not a number")
-    return t_s
+def _log(given) -> Recording:
+    """Of a file the angles alone, whatever its clock does: `joints_of` leaves out what does not rise."""
+    if isinstance(given, (str, os.PathLike)):
+        return read(given, lambda names: [name for name in names if name.endswith(("_deg", "_rad", "_quality"))], repair=False)
+    return as_recording(given)
 
 
-def _flexion(angles: pd.DataFrame, model) -> pd.DataFrame:
-    ends = {joint["name"]: joint.get("ends") for joint in json.loads(Path(model).read_text("utf-8"))["joints"]}
+def _flexion(angles: dict, model) -> dict:
+    ends = {joint["name"]: joint.get("ends") for joint in Compensator.load(model).document["joints"]}
     for joint in angles:
         if not ends.get(joint):
             raise ValueError(f"{model}: has no ends of a joint {joint}: drop its column, or choose another model")
@@ -91,7 +91,7 @@ def _rate_hz(t_s: np.ndarray) -> float:
     return 1 / mean_s
 
 
-def bids(folder, frame: pd.DataFrame, *, subject: str = "01", task: str = "motion", number: int | None = None, model=None) -> list[Path]:
+def bids(folder, log, *, subject: str = "01", task: str = "motion", number: int | None = None, model=None) -> list[Path]:
     """Adds a recording to a BIDS dataset with motion, a new one or one that is there; returns the files.
 
     number: of the run. In a dataset that is there nothing changes but for a line in participants.tsv. The last column, latency,
@@ -111,7 +111,7 @@ def bids(folder, frame: pd.DataFrame, *, subject: str = "01", task: str = "motio
     files = [Path(stem + end) for end in ("_motion.tsv", "_motion.json", "_channels.tsv")]
     if there := [file for file in files if file.exists()]:
         raise ValueError(f"{there[0]}: is there already: choose another subject, task or run")
-    angles = joints_of(frame, model)
+    angles = joints_of(log, model)
     if "latency" in angles:
         raise ValueError("a joint is called latency, as the column of times is: call it otherwise")
     rate_hz = _rate_hz(angles.index.to_numpy())
@@ -122,7 +122,7 @@ def bids(folder, frame: pd.DataFrame, *, subject: str = "01", task: str = "motio
             (folder / "README.md").write_text(README, "utf-8")
             write_json(folder / "dataset_description.json", {
                 "Name": "Joint angles of a hand", "BIDSVersion": "1.10.0", "DatasetType": "raw",
-                "GeneratedBy": [{"Name": "Flexor", "Version": version()}]})
+                "GeneratedBy": [{"Name": "Flexor", "Version": __version__}]})
         _add_participant(folder / "participants.tsv", f"sub-{subject}")
     except BaseException:
         for file in files:
@@ -142,7 +142,7 @@ def _write_run(angles: pd.DataFrame, files: list[Path], task: str, rate_hz: floa
         "TaskName": task, "TaskDescription": "Motion of the fingers of one hand", "SamplingFrequency": rate_hz,
         "TrackingSystemName": "glove", "TrackedPointsCount": count, "MotionChannelCount": count + 1,
         "JNTANGChannelCount": count, "LATENCYChannelCount": 1, "RecordingDuration": len(angles) / rate_hz,
-        "MissingValues": "n/a", "SoftwareVersions": f"Flexor {version()}"})
+        "MissingValues": "n/a", "SoftwareVersions": f"Flexor {__version__}"})
     rows = [f"{joint}\tn/a\tJNTANG\t{joint}\tdeg" for joint in angles]
     rows = ["name\tcomponent\ttype\ttracked_point\tunits", *rows, "latency\tn/a\tLATENCY\tn/a\ts"]
     files[2].write_text("\n".join(rows) + "\n", "utf-8")
@@ -157,47 +157,46 @@ def _add_participant(path: Path, subject: str) -> None:
     lines = path.read_text("utf-8").splitlines() if path.exists() else ["participant_id"]
     if subject not in [line.split("\t")[0] for line in lines]:
         lines.append(subject + "\tn/a" * lines[0].count("\t"))
-    with replacing(path) as file:
-        file.write_text("\n".join(lines) + "\n", "utf-8")
+    write_text(path, "\n".join(lines) + "\n")
 
 
-def mot(path, frame: pd.DataFrame, *, model=None) -> int:
+def mot(path, log, *, model=None) -> int:
     """An OpenSim motion in degrees; returns its rows. A joint's name is a coordinate's: blanks in it become underscores.
 
     A row with an angle that is not known is left out: OpenSim's Storage reads no further than such a row.
     """
-    angles = joints_of(frame, model).dropna()
+    angles = joints_of(log, model).dropna()
     if angles.empty:
         raise ValueError("no row with all its angles")
     angles.columns = _without(r"[\x00-\x20\x7f]", angles)
     if "time" in angles or not angles.columns.is_unique:
         raise ValueError(f"a .mot file cannot have the columns time, {', '.join(angles)}: call a joint otherwise")
-    with replacing(path) as file, open(file, "w", encoding="utf-8") as out:
-        out.write(f"Flexor\nversion=1\nnRows={len(angles)}\nnColumns={1 + len(angles.columns)}\ninDegrees=yes\nendheader\n")
-        angles.to_csv(out, sep="\t", index_label="time")
+    header = f"Flexor\nversion=1\nnRows={len(angles)}\nnColumns={1 + len(angles.columns)}\ninDegrees=yes\nendheader\n"
+    write_text(path, header + angles.to_csv(sep="\t", index_label="time"))
     return len(angles)
 
 
-def mat(path, frame: pd.DataFrame, *, model=None) -> int:
+def mat(path, log, *, model=None) -> int:
     """A .mat file (level 5) with t_s (rows x 1), angle_deg (rows x joints) and joints, a cell array of names; returns its rows."""
     from scipy.io import savemat
 
-    angles = joints_of(frame, model)
-    with replacing(path) as file, open(file, "wb") as out:
-        savemat(out, {"t_s": angles.index.to_numpy()[:, None], "angle_deg": angles.to_numpy(),
-                      "joints": np.array(list(angles), dtype=object)[None, :]}, do_compression=True)
+    angles = joints_of(log, model)
+    out = io.BytesIO()
+    savemat(out, {"t_s": angles.index.to_numpy()[:, None], "angle_deg": angles.to_numpy(),
+                  "joints": np.array(list(angles), dtype=object)[None, :]}, do_compression=True)
+    core.write_file(path, out.getvalue())
     return len(angles)
 
 
 def lsl(source, *, stream: str = "Flexor") -> int:
     """Streams angles of type MoCap through the Lab Streaming Layer; returns the samples once the source ends.
 
-    source: a frame, which is played in its own time, or the address of `flexor live`'s socket, ws://127.0.0.1:PORT/TOKEN/socket.
+    source: a log, which is played in its own time, or the address of `flexor live`'s socket, ws://127.0.0.1:PORT/TOKEN/socket.
     """
     import pylsl
 
     outlet, count = None, 0
-    for names, angles in _played(source) if isinstance(source, pd.DataFrame) else _live(source):
+    for names, angles in _live(source) if isinstance(source, str) and source.startswith("ws://") else _played(source):
         if outlet is None:
             info = pylsl.StreamInfo(stream, "MoCap", len(names), 0, "double64", "flexor")
             info.set_channel_labels(names)
@@ -207,8 +206,8 @@ def lsl(source, *, stream: str = "Flexor") -> int:
     return count
 
 
-def _played(frame: pd.DataFrame) -> Iterator[tuple[list[str], list[float]]]:
-    angles = joints_of(frame)
+def _played(log) -> Iterator[tuple[list[str], list[float]]]:
+    angles = joints_of(log)
     begin = time.monotonic() - angles.index[0]
     for t_s, row in zip(angles.index, angles.to_numpy().tolist(), strict=True):
         time.sleep(max(0, begin + t_s - time.monotonic()))
@@ -237,14 +236,14 @@ def live_samples(messages) -> Iterator[tuple[list[str], list[float]]]:
 
 def _job(o: argparse.Namespace) -> None:
     if o.to == "lsl":
-        return print(f"{lsl(o.file if o.file.startswith('ws://') else read_table(o.file))} samples")
+        return print(f"{lsl(o.file)} samples")
     if not o.out:
         raise ValueError("--out is needed")
-    frame = read_table(o.file)
+    log = _log(o.file)
     if o.to == "bids":
-        print(*bids(o.out, frame, subject=o.subject, task=o.task, number=o.run, model=o.model), sep="\n")
+        print(*bids(o.out, log, subject=o.subject, task=o.task, number=o.run, model=o.model), sep="\n")
     else:
-        print(f"{o.out}: {(mot if o.to == 'mot' else mat)(o.out, frame, model=o.model)} of {len(frame)} rows")
+        print(f"{o.out}: {(mot if o.to == 'mot' else mat)(o.out, log, model=o.model)} of {len(log)} rows")
 
 
 def main() -> None:

@@ -30,8 +30,8 @@ from typing import Any, Callable, NamedTuple, Optional
 import numpy as np
 import pandas as pd
 
-from flexor._core import InputError, Show, __version__, core, shown
-from flexor._files import replacing, run_command, write_json
+from flexor._core import InputError, Show, __version__, core, filled, shown
+from flexor._files import run_command, write_json, write_text
 
 SCHEMA = "flexor-ensemble"
 FINGERS = ("thumb", "index", "middle", "ring", "pinky")
@@ -78,7 +78,7 @@ def prior() -> Prior:
     """
     bends: dict[tuple[str, str], list[float]] = {(end, finger): [] for end in ("lower", "upper") for finger in FINGERS}
     for name in ("published-w", "published-hw"):
-        blocks = {(b["type"], b["to"].split()[0]): b for b in json.loads(core.published_model(name))["blocks"]}
+        blocks = {(b["type"], b["to"].split()[0]): b for b in json.loads(core.named_model(name, 10).model.to_json())["blocks"]}
         for end, finger in bends:
             edge_deg = blocks.get(("dead_zone", finger), {"upper": 0})["upper"]
             limit_deg = blocks["saturation", finger][f"{end}_deg"]
@@ -98,8 +98,8 @@ def prior() -> Prior:
                  np.r_[bend_deg, median], np.r_[np.full(10, 16.0), factor], np.r_[bend_deg - 45, low], np.r_[bend_deg + 45, high])
 
 
-def _changes(values: list[float]) -> list[str]:
-    return [f"{name}={value}" for name, value in zip(prior().names, values)]
+def _parameters(values: list[float]) -> Any:
+    return core.parameters("", [f"{name}={value}" for name, value in zip(prior().names, values)])
 
 
 def sample(log_density: Callable[[np.ndarray], float], start: np.ndarray, steps: int, *, seed: int = 7, threads: int = 0,
@@ -139,7 +139,7 @@ def draw(laboratories: int = 200, *, walkers: int = 64, steps: int = 600, starts
         before = of.log_density(x)
         if math.isinf(before):
             return before
-        return before + core.table_log_likelihood(_changes(of.values(x)), 4, trials, seed)
+        return before + core.table_log_likelihood(_parameters(of.values(x)), 4, trials, seed)
 
     random = np.random.default_rng(seed)
     begins = np.array([of.draw(random) for _ in range(max(walkers, starts))])
@@ -184,7 +184,8 @@ def load(path: Any) -> dict[str, Any]:
 def play(values: list[float], number: int, *, gestures: str = "1-6", trials: int = 16, seed: int = 1, glove_seed: int = 1001,
          rate_hz: float = 10, scenarios: bool = False) -> dict[str, Any]:
     """The experiment in one laboratory, `number` of its random numbers: {"cells", "lead_s", "shapes"} (host/study/laboratory.hpp)."""
-    return core.play_laboratory(_changes(values), number, gestures, trials, seed, glove_seed, rate_hz, scenarios)
+    plan = filled(core.Plan(), parameters=_parameters(values), trials=trials, seed=seed, threads=1)
+    return core.play_laboratory(plan, number, gestures, glove_seed, rate_hz, scenarios)
 
 
 def run(ensemble: dict[str, Any], *, out: Any = None, threads: int = 0, client: Any = None, progress: Show = None,
@@ -221,8 +222,7 @@ def _rows_of(folder: Path, identity: dict[str, Any]) -> list[dict[str, Any]]:
         raise InputError(f"{folder} has another run: another folder, or remove it")
     mark.write_text(json.dumps(identity), "utf-8")
     whole = journal.read_text("utf-8").rpartition("\n")[0].splitlines() if journal.exists() else []
-    with replacing(journal) as file:
-        file.write_text("".join(line + "\n" for line in whole), "utf-8")
+    write_text(journal, "".join(line + "\n" for line in whole))
     return [json.loads(line) for line in whole]
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Optional, Sequence
 
-from flexor._core import Show, core, shown
+from flexor._core import Show, core, run
 from flexor._model import Compensator
-from flexor._recording import Recording, as_recording
+from flexor._recording import Recording, as_log
 
 
 def complete(recording: Any, sensed: Sequence[str], *, bends: Sequence[str] = (), rest_s: float = 0,
@@ -20,6 +20,5 @@ def complete(recording: Any, sensed: Sequence[str], *, bends: Sequence[str] = ()
     unless ``flexion_is_positive``, or ``model``, whose angles these are. ``document``: of ``flexor posture learn``, if not the
     shipped one. Raises ``InputError``.
     """
-    with shown(progress) as show:
-        return Recording._of(core.complete(as_recording(recording), document, list(sensed), list(bends), rest_s,
-                                           flexion_is_positive, model and model._core, show))
+    return Recording._of(run(core.complete, as_log(recording), document, list(sensed), list(bends), rest_s, flexion_is_positive,
+                             model and model._core, progress=progress))

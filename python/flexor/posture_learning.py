@@ -16,7 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from flexor._files import read_table, run_command, version, write_json
+from flexor._core import __version__
+from flexor._files import run_command, write_json
+from flexor._recording import read
 
 JOINTS = [f"thumb_{joint}" for joint in ("rot", "mcp", "ip", "abd")]
 JOINTS += [f"{finger}_{joint}" for finger in ("index", "middle", "ring", "pinky") for joint in ("mcp", "pip", "dip", "abd")]
@@ -42,21 +44,14 @@ class Recorded:
 
 
 def read_recorded(path) -> Recorded:
-    """Needs t_s and NAME_deg of all JOINTS, none missing. Raises ValueError, one line."""
-    path = Path(path)
-    frame = read_table(path)
-    if missing := [f"{joint}_deg" for joint in JOINTS if f"{joint}_deg" not in frame]:
-        raise ValueError(f"{path}: no column \"{missing[0]}\"")
-    hands = frame[[f"{joint}_deg" for joint in JOINTS]]
-    try:
-        hands_deg, t_s = hands.to_numpy(dtype=float), frame.index.to_numpy(dtype=float)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
-    rows, columns = np.nonzero(~(np.abs(hands_deg) <= 360))
+    """Needs NAME_deg of all JOINTS, none missing. Raises ValueError, one line."""
+    log = read(path, [f"{joint}_deg" for joint in JOINTS], repair=False)
+    hands_deg = np.column_stack(list(log.columns.values()))
+    rows, wrong = np.nonzero(~(np.abs(hands_deg) <= 360))
     if len(rows):
-        raise ValueError(f"{path}: row {rows[0] + 2}: column \"{hands.columns[columns[0]]}\": {hands_deg[rows[0], columns[0]]:g} is no "
-                         "angle of a joint; take the row out")
-    return Recorded(path.name, "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest(), t_s, hands_deg)
+        raise ValueError(f"{path}: row {rows[0] + 2}: column \"{JOINTS[wrong[0]]}_deg\": {hands_deg[rows[0], wrong[0]]:g} is no angle of a "
+                         "joint; take the row out")
+    return Recorded(Path(path).name, "sha256:" + hashlib.sha256(Path(path).read_bytes()).hexdigest(), log.t_s, hands_deg)
 
 
 def standard_error(errors: np.ndarray, shares: np.ndarray) -> float:
@@ -134,7 +129,7 @@ def learn(people: Sequence[Recorded], seed: int = 1) -> dict:
         if person.digest in [other.digest for other in people[:i]]:
             raise ValueError(f"{person.source}: the same recording twice; give each person once")
     low_deg, high_deg = limits_deg(people)
-    out = {"kind": "posture", "schema": 1, "written_by": version(), "seed": seed, "joints": JOINTS,
+    out = {"kind": "posture", "schema": 1, "written_by": __version__, "seed": seed, "joints": JOINTS,
            "low_deg": _rounded(low_deg), "high_deg": _rounded(high_deg), "curves": [], "people": []}
     for joint, follows in COUPLINGS:
         value_deg, sd_deg = coupled_curve(people, joint, follows)

@@ -8,9 +8,9 @@ import numpy as np
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
-from flexor._core import JobError, core
+from flexor._core import JobError, core, filled
 from flexor._model import Compensator, of_core
-from flexor._recording import Recording
+from flexor._recording import Recording, as_log
 
 
 class FlexorRegressor(RegressorMixin, BaseEstimator):
@@ -47,8 +47,8 @@ class FlexorRegressor(RegressorMixin, BaseEstimator):
         columns = {f"y{j}_deg": angles[:, j] for j in range(angles.shape[1])}
         try:
             log = Recording({**sensors, **columns}, rate_hz=self.rate_hz)
-            joints = [(f"y{j}", list(sensors), name) for j, name in enumerate(columns)]
-            self.compensator_ = of_core(core.fit(log, joints, self.rate_hz, self.structure, None))
+            joints = [core.JointMap(f"y{j}", list(sensors), name) for j, name in enumerate(columns)]
+            self.compensator_ = of_core(core.fit(filled(core.HandRequest(), map=joints, rate_hz=self.rate_hz, structure=self.structure), as_log(log)))
         except (JobError, ValueError) as error:
             self.refusal_ = str(error)
             self.line_ = np.linalg.lstsq(np.column_stack([X, np.ones(len(X))]), angles, rcond=None)[0]

@@ -77,3 +77,15 @@ def test_a_real_glove_over_months(wearer, shift_sd, log_gain_sd, alike):
         pytest.skip("needs ../shared/data/donning, which is not part of the repository")
     prior = donning.prior(donning.compare({file.stem: pd.read_csv(file) for file in sorted(DATA.glob(f"{wearer}_*.csv"))}))
     assert (prior["shift_sd"], prior["log_gain_sd"], prior["alike"]) == pytest.approx((shift_sd, log_gain_sd, alike), abs=1e-4)
+
+
+def test_the_command_reads_readings_alone(tmp_path, monkeypatch):
+    """Whatever else a log has, and whatever its clock does: only the order of rows counts."""
+    files = [tmp_path / f"s{i}.csv" for i in range(3)]
+    for file, readings in zip(files, three(0, 60, 75)):
+        t_s = np.r_[0.01 * np.arange(600), 3 + 0.01 * np.arange(600)]
+        pd.DataFrame({"t_s": t_s, "index": readings, "pose": ["1"] * 600 + ["1-2"] * 600}).to_csv(file, index=False)
+    monkeypatch.setattr("sys.argv", ["flexor.donning", *map(str, files), "--out", str(tmp_path / "prior.json")])
+    donning.main()
+    frames = {str(file): pd.read_csv(file) for file in files}
+    assert json.loads((tmp_path / "prior.json").read_text()) == donning.prior(donning.compare(frames))

@@ -29,7 +29,7 @@ def test_the_prior():
     assert (abs(np.median(x, axis=0) - prior.median) / prior.deviation < 0.15)[normal].all()
     assert prior.log_density(prior.median + np.eye(16)[3] * prior.deviation[3]) == pytest.approx(-0.5)
     assert prior.log_density(prior.median + np.eye(16)[3] * 46) == -np.inf
-    flexor.twin_parameters(laboratories._changes(prior.values(prior.median)))  # the twin has them
+    laboratories._parameters(prior.values(prior.median))  # the twin has them
 
 
 def test_a_known_density_is_recovered():
@@ -51,9 +51,9 @@ def test_draws_do_not_depend_on_threads():
 
 
 def test_the_shipped_parameters_are_plausible():
-    likely = flexor._core.core.table_log_likelihood([], 4, 16, 7)
+    likely = flexor._core.core.table_log_likelihood(flexor._core.core.parameters("", []), 4, 16, 7)
     assert -6 < likely < 0
-    assert flexor._core.core.table_log_likelihood(["person.pose_spread_deg=5"], 4, 16, 7) < likely
+    assert flexor._core.core.table_log_likelihood(flexor._core.core.parameters("", ["person.pose_spread_deg=5"]), 4, 16, 7) < likely
 
 
 def test_a_drawn_document_is_read_again(tmp_path):

@@ -1,7 +1,6 @@
 // The Arduino library: compiled with the packaged core for each of its boards, and run on a simulated Uno.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -35,8 +34,6 @@ class Arduino : public testing::Test {
   void SetUp() override {
     if (!fs::exists(kCore / "cores/arduino/Arduino.h"))
       GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
-    folder_ = fs::path(testing::TempDir()) / ("flexor_arduino_" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
     glove_.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
     glove_.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
   }
@@ -47,9 +44,6 @@ class Arduino : public testing::Test {
     deploy::write_arduino_library(glove_, folder_ / "Flexor");
   }
   Firmware with_core(const std::string& example);
-  void TearDown() override {
-    if (!folder_.empty()) fs::remove_all(folder_);
-  }
 
   // The flags of the core's platform.txt, warnings on for what is ours.
   std::vector<std::string> compiler(const Kind& board) const {
@@ -93,7 +87,8 @@ class Arduino : public testing::Test {
   }
 
   deploy::Glove glove_;
-  fs::path folder_;
+  const io::TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(Arduino, TheExamplesCompileForEachBoardOfTheCore) {
@@ -171,7 +166,7 @@ Firmware Arduino::with_core(const std::string& name) {
   command.resize(command.size() - 2);
   command.insert(command.end(), {"-w", "-DDECIMAL_DIG=__DECIMAL_DIG__", "-Wl,--gc-sections"});
   command.insert(command.end(), sources.begin(), sources.end());
-  return compiled(command).firmware();
+  return compiled(command);
 }
 
 TEST_F(Arduino, OnASimulatedUnoItSendsTheHostsAnglesToTheBit) {

@@ -3,8 +3,8 @@
 #include "host/study/bench.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -73,21 +73,11 @@ class Bench : public testing::Test {
 };
 
 double correlation(const std::vector<double>& a, const std::vector<double>& b) {
-  double ma = 0;
-  double mb = 0;
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    ma += a[k] / static_cast<double>(a.size());
-    mb += b[k] / static_cast<double>(a.size());
-  }
-  double ab = 0;
-  double aa = 0;
-  double bb = 0;
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    ab += (a[k] - ma) * (b[k] - mb);
-    aa += (a[k] - ma) * (a[k] - ma);
-    bb += (b[k] - mb) * (b[k] - mb);
-  }
-  return ab / std::sqrt(aa * bb);
+  const auto less_mean = [](const std::vector<double>& x) -> Eigen::VectorXd {
+    const Eigen::Map<const Eigen::VectorXd> all(x.data(), std::ssize(x));
+    return all.array() - all.mean();
+  };
+  return less_mean(a).normalized().dot(less_mean(b).normalized());
 }
 
 TEST_F(Bench, RecordSeesReadingsThatFollowTheFingersAndTheHandGoesOn) {

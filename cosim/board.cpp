@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <mutex>
 #include <string_view>
 #include <utility>
 
@@ -81,35 +80,9 @@ avr_uart_t* find_uart(avr_t* a) {
 
 }  // namespace
 
-struct Firmware::Image {
-  elf_firmware_t elf{};
-
-  Image() {
-    static std::once_flag once;
-    std::call_once(once, [] { avr_global_logger_set(quiet); });
-  }
-};
-
-Firmware::Firmware(const deploy::FlashContent& content, std::map<std::string, std::uint16_t> symbols,
-                   std::string mcu)
-    : image_(std::make_unique<Image>()), symbols_(std::move(symbols)), mcu_(std::move(mcu)) {
-  elf_firmware_t& elf = image_->elf;
-  elf.frequency = 1000 * kCyclesPerMs;
-  elf.flashbase = static_cast<std::uint32_t>(content.begin);
-  elf.flashsize = static_cast<std::uint32_t>(content.bytes.size() - content.begin);
-  elf.flash = static_cast<std::uint8_t*>(std::calloc(elf.flashsize + 1, 1));
-  std::copy(content.bytes.begin() + static_cast<std::ptrdiff_t>(content.begin), content.bytes.end(),
-            elf.flash);
-}
-
-Firmware::~Firmware() {
-  elf_firmware_t& elf = image_->elf;
-  free(elf.flash);
-}
-
 std::uint16_t Firmware::address(const std::string& symbol) const {
-  const auto found = symbols_.find(symbol);
-  if (found != symbols_.end()) return found->second;
+  const auto found = symbols.find(symbol);
+  if (found != symbols.end()) return found->second;
   throw io::JobError(fmt::format("the image has no symbol {}", symbol));
 }
 
@@ -133,9 +106,8 @@ struct Board::Hooks {
     const int pin = static_cast<int>(mux.src);
     b.set_counts(pin, b.on_sample(avr(b.avr_)->cycle, pin));
   }
-  template <int kMotorIndex>
-  static void width(avr_irq_t*, std::uint32_t value, void* board) {
-    static_cast<Board*>(board)->width_[kMotorIndex] = static_cast<int>(value);
+  static void width(avr_irq_t*, std::uint32_t value, void* width) {
+    *static_cast<int*>(width) = static_cast<int>(value);
   }
   static avr_cycle_count_t deliver(avr_t*, avr_cycle_count_t, void* board) {
     Board& b = *static_cast<Board*>(board);
@@ -152,13 +124,21 @@ struct Board::Hooks {
 };
 
 Board::Board(const Firmware& firmware) : firmware_(firmware) {
-  avr_t* a = avr_make_mcu_by_name(firmware.mcu().c_str());
-  if (a == nullptr) throw io::JobError(fmt::format("simavr knows no {}", firmware.mcu()));
+  [[maybe_unused]] static const bool is_quiet = (avr_global_logger_set(quiet), true);
+  avr_t* a = avr_make_mcu_by_name(firmware.mcu.c_str());
+  if (a == nullptr) throw io::JobError(fmt::format("simavr knows no {}", firmware.mcu));
   ram_end_ = a->ramend;
   avr_ = a;
   avr_init(a);
   a->sleep = Hooks::sleep;
-  elf_firmware_t image = firmware.image().elf;
+  std::vector<std::uint8_t> flash(
+      firmware.content.bytes.begin() + static_cast<std::ptrdiff_t>(firmware.content.begin),
+      firmware.content.bytes.end());
+  elf_firmware_t image{};
+  image.frequency = 1000 * kCyclesPerMs;
+  image.flashbase = static_cast<std::uint32_t>(firmware.content.begin);
+  image.flashsize = static_cast<std::uint32_t>(flash.size());
+  image.flash = flash.data();
   avr_load_firmware(a, &image);
   a->vcc = a->aref = kSupply_mV;
   uart_ = find_uart(a);
@@ -173,18 +153,13 @@ Board::Board(const Firmware& firmware) : firmware_(firmware) {
 }
 
 void Board::listen_to_motors() {
-  const auto pwm = [&](int motor, avr_irq_notify_t notify) {
+  for (std::size_t motor = 0; motor < width_.size(); ++motor) {
     const Motor& m = kMotor[motor];
     avr_irq_register_notify(
         avr_io_getirq(avr(avr_), static_cast<std::uint32_t>(AVR_IOCTL_TIMER_GETIRQ(m.timer)),
                       TIMER_IRQ_OUT_PWM0 + m.comparator),
-        notify, this);
-  };
-  pwm(0, Hooks::width<0>);
-  pwm(1, Hooks::width<1>);
-  pwm(2, Hooks::width<2>);
-  pwm(3, Hooks::width<3>);
-  pwm(4, Hooks::width<4>);
+        Hooks::width, &width_[motor]);
+  }
 }
 
 Board::~Board() {

@@ -8,10 +8,8 @@
 #include <array>
 #include <cstdint>
 #include <deque>
-#include <filesystem>
 #include <functional>
 #include <map>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,27 +22,14 @@ namespace flexor::cosim {
 using Cycles = std::uint64_t;
 inline constexpr Cycles kCyclesPerMs = 16000;
 
-// Flash content, for any number of boards.
-class Firmware {
- public:
-  // symbols: addresses in RAM, as deploy::Image has them.
-  explicit Firmware(const deploy::FlashContent& content, std::map<std::string, std::uint16_t> symbols = {},
-                    std::string mcu = deploy::kAtmega328p.name);
-  ~Firmware();
-  Firmware(const Firmware&) = delete;
-  Firmware& operator=(const Firmware&) = delete;
+// What any number of boards have in flash.
+struct Firmware {
+  deploy::FlashContent content;
+  std::map<std::string, std::uint16_t> symbols = {};  // addresses in RAM, as deploy::Image has them
+  std::string mcu = deploy::kAtmega328p.name;
 
-  // Address in data space. Throws io::JobError when the image has no such symbol.
+  // Throws io::JobError where the image has no such symbol.
   std::uint16_t address(const std::string& symbol) const;
-  const std::string& mcu() const { return mcu_; }
-
-  struct Image;
-  const Image& image() const { return *image_; }
-
- private:
-  std::unique_ptr<Image> image_;
-  std::map<std::string, std::uint16_t> symbols_;
-  std::string mcu_;
 };
 
 class Board {

@@ -20,14 +20,10 @@ inline twin::TrialInput between_soft_stops(twin::TrialInput input) {
   return input;
 }
 
-// As a user would flash them; not watched: the hand believes its potentiometers.
-inline Images built_images(const twin::TrialInput& input, bool watched = true) {
-  deploy::Hand hand = deploy::safe_hand(input.parameters, input.compensator, study::bench_key());
-  if (!watched) {
-    hand.motor = {};
-    hand.reach_deg = 1e9;
-  }
-  return {deploy::glove_for(input.parameters, input.compensator, study::bench_key()), hand};
+// As a user would flash them.
+inline Images built_images(const twin::TrialInput& input) {
+  return {deploy::glove_for(input.parameters, input.compensator, study::bench_key()),
+          deploy::safe_hand(input.parameters, input.compensator, study::bench_key())};
 }
 
 }  // namespace flexor::cosim

@@ -18,8 +18,8 @@ bool is(std::uint8_t marker, firmware::Marker which) { return marker == static_c
 }  // namespace
 
 Images::Images(const deploy::Glove& on_glove, const deploy::Hand& on_hand)
-    : glove(deploy::glove_flash(on_glove), deploy::glove_image().symbols),
-      hand(deploy::hand_flash(on_hand), deploy::hand_image().symbols) {}
+    : glove{deploy::glove_flash(on_glove), deploy::glove_image().symbols},
+      hand{deploy::hand_flash(on_hand), deploy::hand_image().symbols} {}
 
 CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, std::uint64_t trial,
                            ByteFaults faults)
@@ -137,8 +137,6 @@ void CoSimulation::inject_to_glove(const std::vector<std::uint8_t>& bytes) {
 link::LinkStatistics CoSimulation::link_statistics() const {
   return hand_.peek<link::LinkStatistics>(images_.hand.address("hand_link"));
 }
-
-std::uint16_t CoSimulation::worst_late_ms() const { return hand_status().worst_late_ms; }
 
 // The minute of rest before a recording is not run but computed, as in simulate(): a loop whose command lies
 // behind an end stop has wound up by then.

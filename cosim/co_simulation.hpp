@@ -68,7 +68,6 @@ class CoSimulation {
   twin::World& world() { return world_; }
   HandStatus hand_status() const;  // set-points: of the last tick
   link::LinkStatistics link_statistics() const;
-  std::uint16_t worst_late_ms() const;  // as the hand sees it
   // What the glove's image is asked or told, one byte-time apart, from now on.
   void inject_to_glove(const std::vector<std::uint8_t>& bytes);
   // Puts bytes on the hand's RX pin, one byte-time apart, from now on.

@@ -12,13 +12,7 @@
 namespace flexor::cosim {
 
 // command: the compiler, its options and sources; the output's name is appended.
-struct Compiled {
-  deploy::FlashContent content;
-  std::map<std::string, std::uint16_t> symbols;
-  Firmware firmware() const { return Firmware(content, symbols); }
-};
-
-inline Compiled compiled(std::vector<std::string> command) {
+inline Firmware compiled(std::vector<std::string> command) {
   const io::TemporaryFolder folder;
   const std::string elf = folder.path() / "program.elf";
   const std::string hex = folder.path() / "program.hex";

@@ -70,7 +70,7 @@ int main() {
   std::vector<std::string> command = {"avr-g++",    "-mmcu=atmega328p", "-Os",
                                       "-std=c++14", "-fno-exceptions",  program};
   if (assembly) command.emplace_back("-DFLEXOR_AVR_ASSEMBLY");
-  const cosim::Firmware firmware = cosim::compiled(command).firmware();
+  const cosim::Firmware firmware = cosim::compiled(command);
   cosim::Board board(firmware);
   deploy::CycleStatistic out;
   cosim::Cycles begin = 0;

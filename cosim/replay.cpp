@@ -162,7 +162,7 @@ void run(Board& board, double period_s, std::size_t samples, const std::size_t& 
 
 deploy::GloveFigures replay(const deploy::Glove& glove, const Counts& counts,
                             std::vector<std::string>* messages) {
-  return replay(Firmware(deploy::glove_flash(glove), deploy::glove_image().symbols), glove, counts, messages);
+  return replay({deploy::glove_flash(glove), deploy::glove_image().symbols}, glove, counts, messages);
 }
 
 deploy::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
@@ -280,7 +280,7 @@ class Motors {
 
 deploy::HandFigures measure_hand(const deploy::Hand& settings, double seconds) {
   deploy::HandFigures result;
-  const Firmware firmware(deploy::hand_flash(settings), deploy::hand_image().symbols);
+  const Firmware firmware{deploy::hand_flash(settings), deploy::hand_image().symbols};
   Board board(firmware);
   Cycles begin = 0;
   board.on_marker = [&](Cycles now, std::uint8_t value) {

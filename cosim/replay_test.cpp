@@ -2,7 +2,6 @@
 #include "cosim/replay.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -16,7 +15,6 @@
 #include "host/deploy/wiring.hpp"
 #include "host/identify/hand.hpp"
 #include "host/io/io.hpp"
-#include "host/model/channel.hpp"
 #include "host/model/random_glove.hpp"
 #include "host/model/wiring.hpp"
 #include "host/recording/csv.hpp"
@@ -33,12 +31,6 @@ using deploy::GloveFigures;
 
 class Replay : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / ("flexor_replay_" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   deploy::Glove glove_of(const model::Model& model) const {
     return deploy::glove_for({}, model, study::bench_key());
   }
@@ -58,7 +50,8 @@ class Replay : public testing::Test {
   }
 
   twin::Parameters parameters_;
-  fs::path folder_;
+  const io::TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 // Curves, plays, motion and a lead for each of five fingers, identified on the twin's glove.
@@ -175,18 +168,9 @@ TEST_P(NewModels, AreSentToTheBit) {
 }
 INSTANTIATE_TEST_SUITE_P(Forty, NewModels, testing::Range(0U, 8U));
 
-// One finger's model: the other four strips are missing.
-TEST_F(Replay, AModelOfOneFingerLeavesTheOthersAtRestAndSaysSo) {
-  const model::Model all = named("published-hw");
-  const GloveFigures f =
-      replay(glove_of(model::with_channels(all, {*model::channel(all, 1)})), exercise(300, 6));
-  EXPECT_EQ(f.mismatches, 0U);
-}
-
 class RealReplay : public Replay {
  protected:
   void SetUp() override {
-    Replay::SetUp();
     if (!fs::exists(data()))
       GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
   }
@@ -266,6 +250,17 @@ class Gloves : public Replay {
     EXPECT_GE(lines.size() + 1, counts.size()) << "a line for each sample";
     return lines;
   }
+  // Each wired button was down for a quarter of the time, as replay() presses them.
+  static void expect_pressed(const std::vector<std::string>& lines) {
+    std::array<int, 8> pressed{};
+    for (const std::string& line : lines) {
+      for (unsigned k = 0; k < 8; ++k) pressed[k] += (parsed(line).values.buttons >> k) & 1;
+    }
+    for (const model::Button& button : model::buttons())
+      EXPECT_NEAR(pressed[static_cast<std::size_t>(std::countr_zero(button.bit))],
+                  static_cast<double>(lines.size()) / 4, 10)
+          << button.name;
+  }
   static link::GloveLine parsed(const std::string& line) {
     link::GloveLine out{};
     EXPECT_EQ(link::parse_gloves(line.data(), static_cast<std::uint16_t>(line.size()), out),
@@ -301,21 +296,16 @@ TEST_F(Gloves, AHundredLinesASecondAreWhatTheDriverReads) {
 
 TEST_F(Gloves, ButtonsAndJoystickComeFromTheirPins) {
   const deploy::Glove g = glove(named("published-hw", 100), {{4, 3, 2, 1, 0}, {{6, 7}}, {7, 8, 9, 10, 12}});
-  std::array<int, 8> pressed{};
   std::array<int, 2> least = {1023, 1023};
   std::array<int, 2> most{};
   const std::vector<std::string> lines = sent(g, exercise(2000, 6));
+  expect_pressed(lines);
   for (const std::string& line : lines) {
     const link::GloveLine read = parsed(line);
-    for (unsigned k = 0; k < 8; ++k) pressed[k] += (read.values.buttons >> k) & 1;
     for (std::size_t i = 0; i < 2; ++i) {
       least[i] = std::min(least[i], static_cast<int>(read.values.joystick[i]));
       most[i] = std::max(most[i], static_cast<int>(read.values.joystick[i]));
     }
-  }
-  for (const model::Button& button : model::buttons()) {
-    const int count = pressed[static_cast<std::size_t>(std::countr_zero(button.bit))];
-    EXPECT_NEAR(count, static_cast<double>(lines.size()) / 4, 10) << button.name << ": a quarter of the time";
   }
   EXPECT_LT(least[0], 30);
   EXPECT_GT(most[0], 990);
@@ -327,16 +317,7 @@ TEST_F(Gloves, ButtonsAndJoystickComeFromTheirPins) {
 TEST_F(Gloves, AZeroThatIsSetByAButtonLeavesTheOtherButtonsAlone) {
   model::Model model = named("published-hw", 100);
   for (model::Input& input : model.inputs) input.poses = model::Poses{24, 112};
-  const deploy::Glove g = glove(model, {{4, 3, 2, 1, 0}, {}, {7, 8, 9, 10, 12}});
-  std::array<int, 8> pressed{};
-  const std::vector<std::string> lines = sent(g, exercise(1000, 6));
-  for (const std::string& line : lines) {
-    for (unsigned k = 0; k < 8; ++k) pressed[k] += (parsed(line).values.buttons >> k) & 1;
-  }
-  for (const model::Button& button : model::buttons()) {
-    const int count = pressed[static_cast<std::size_t>(std::countr_zero(button.bit))];
-    EXPECT_NEAR(count, static_cast<double>(lines.size()) / 4, 10) << button.name << ": a quarter of the time";
-  }
+  expect_pressed(sent(glove(model, {{4, 3, 2, 1, 0}, {}, {7, 8, 9, 10, 12}}), exercise(1000, 6)));
 }
 
 TEST_F(Gloves, OnlyWiredButtonsCount) {
@@ -383,7 +364,7 @@ TEST_F(Gloves, PlainLinesAreATableThatFlexorReads) {
 TEST_F(Gloves, AGloveThatIsAskedSaysWhichHandItIs) {
   deploy::Glove g = glove(named("published-hw", 100), {});
   g.right_hand = false;
-  const Firmware firmware(deploy::glove_flash(g));
+  const Firmware firmware{deploy::glove_flash(g)};
   Board board(firmware);
   std::string sent;
   board.on_byte = [&](Cycles, std::uint8_t byte) { sent += static_cast<char>(byte); };
@@ -415,7 +396,7 @@ TEST_F(Replay, AZeroedGloveReadsAsTheModelsGloveDid) {
   for (auto& input : glove.model.inputs) input.poses = model::Poses{40, 110};
   glove.pins.button[4] = 12;
   glove.key.reset();
-  const Firmware firmware(deploy::glove_flash(glove));
+  const Firmware firmware{deploy::glove_flash(glove)};
   const deploy::GloveTables tables = deploy::glove_tables(glove);
   const auto counts_at = [&](double alpha) {
     int n = 0;
@@ -506,8 +487,7 @@ TEST_F(Replay, TheMicrocontrollerSpeaksTheGoldenVectors) {
   program += "  for (;;) {}\n}\n";
   io::write_file(folder_ / "golden.cpp", program);
   const Firmware firmware = compiled({"avr-g++", "-mmcu=atmega328p", "-Os", "-std=c++14",
-                                      "-I" FLEXOR_SOURCE_DIR, (folder_ / "golden.cpp").string()})
-                                .firmware();
+                                      "-I" FLEXOR_SOURCE_DIR, (folder_ / "golden.cpp").string()});
   Board board(firmware);
   std::string sent;
   board.on_marker = [&](Cycles, std::uint8_t byte) { sent += fmt::format("{:02x}", byte); };

@@ -1,7 +1,6 @@
 // `flexor send` through a serial port to a board that runs the glove's firmware behind its bootloader: which model the
 // board runs afterwards, to the bit, and what is said when something is in the way.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -12,9 +11,6 @@
 
 #include "cosim/radio_ear.hpp"
 #include "cosim/usb_board_test.hpp"
-#include "host/deploy/images.hpp"
-#include "host/deploy/pair_key.hpp"
-#include "host/io/io.hpp"
 #include "host/io/serial.hpp"
 
 namespace flexor::cosim {
@@ -23,39 +19,26 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-class SendOverUsb : public testing::Test {
+class SendOverUsb : public OnUsb {
  protected:
   void SetUp() override {
-    FLEXOR_NEEDS_TERMINALS();
-    if (!fs::exists(kBootloaders))
-      GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
-    folder_ = fs::path(testing::TempDir()) / ("flexor_send_" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
-    build_optiboot("atmega328p", "0x7e00", "0x7ffe", folder_ / "boot.hex");
-    deploy::Glove glove = of(kBefore);
-    io::write_file(folder_ / "glove.hex", deploy::to_intel_hex(deploy::glove_flash(glove)));
-    deploy::write_key(folder_ / "pair.key", *glove.key);
-  }
-  void TearDown() override {
-    if (!folder_.empty()) fs::remove_all(folder_);
+    OnUsb::SetUp();
+    if (IsSkipped()) return;
+    write(folder_ / "glove.hex", deploy::glove_flash(of(kBefore)));
+    deploy::write_key(folder_ / "pair.key", key_);
   }
 
   static constexpr const char* kBefore = "published_hw";
   static constexpr const char* kAfter = "published_wiener";
 
-  static std::string path_of(const std::string& model) {
-    return std::string(FLEXOR_SOURCE_DIR) + "/models/" + model + ".json";
-  }
-  static deploy::Glove of(const std::string& model) {
-    deploy::Glove glove;
-    glove.model = model::load(path_of(model));
-    glove.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
-    glove.key = deploy::key_from_hex("000102030405060708090a0b0c0d0e0f");
+  deploy::Glove of(const std::string& model) const {
+    deploy::Glove glove = glove_of(model);
+    glove.key = key_;
     return glove;
   }
   // It keeps its EEPROM from one start to the next.
   UsbBoardSetup board(std::optional<long> unplugged_after = {}) const {
-    return {.bootloader = folder_ / "boot.hex",
+    return {.bootloader = boot(),
             .program = folder_ / "glove.hex",
             .eeprom = folder_ / "eeprom.bin",
             .unplugged_after = unplugged_after};
@@ -72,7 +55,7 @@ class SendOverUsb : public testing::Test {
     int wrong = 0;
   };
   // The board's frames after a start beside what the host computes with this model.
-  static Compared compare(const std::string& port, const std::string& model) {
+  Compared compare(const std::string& port, const std::string& model) const {
     constexpr std::size_t kSamples = 45;
     const deploy::Glove glove = of(model);
     model::HostChain chain(deploy::chain_parts(glove));
@@ -107,8 +90,6 @@ class SendOverUsb : public testing::Test {
     EXPECT_GT(c.frames, 20);
     EXPECT_EQ(c.wrong, 0) << "of " << c.frames;
   }
-
-  fs::path folder_;
 
  private:
   static void challenge(io::SerialPort& line, RadioEar& ear, const link::Key& key) {
@@ -181,7 +162,7 @@ TEST_F(SendOverUsb, OfManyAtOnceOneGetsThePortAndTheBoardIsReachableAfterwards) 
 TEST_F(SendOverUsb, NobodyThereIsOneLine) {
   deploy::FlashContent loop{std::vector<std::uint8_t>(0x7e02, 0xff), 0x7e00};
   loop.bytes[0x7e01] = 0xcf;  // rjmp .-2
-  io::write_file(folder_ / "boot.hex", deploy::to_intel_hex(loop));
+  write(boot(), loop);
   UsbBoard helper(board());
   expect_says(send(helper.port()), 1, "nothing answers: is it the glove's port, and --baud its rate?");
   expect_says(send((folder_ / "ttyNone").string()), 2, "no such port: is the board plugged in?");

@@ -2,10 +2,8 @@
 // potentiometers that break, supplies that dip. FLEXOR_SOAK_S sets how long, FLEXOR_SOAK_SEED which restarts and
 // faults: script/soak runs two hours of it.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <deque>
@@ -101,35 +99,6 @@ class Dice {
   std::mt19937 random_{static_cast<std::uint32_t>(from_environment("FLEXOR_SOAK_SEED", 7))};
 };
 
-// How far it is and how long it will take, on standard error: a line that rewrites itself for a person, one in ten
-// seconds in a log.
-class SoakProgress {
- public:
-  explicit SoakProgress(double length_s) : length_s_(length_s) {}
-
-  void show(double done_s) {
-    const Clock::time_point now = Clock::now();
-    if (done_s <= 0 || now - shown_ < kEvery_s[terminal_]) return;
-    shown_ = now;
-    const double left_s = std::chrono::duration<double>(now - begin_).count() * (length_s_ - done_s) / done_s;
-    std::fprintf(stderr, "%ssoak: %.0f of %.0f simulated seconds, about %.0f s left%s",
-                 terminal_ ? "\r\033[K" : "", done_s, length_s_, left_s, terminal_ ? "" : "\n");
-  }
-
-  void end() const {
-    if (terminal_) std::fputs("\r\033[K", stderr);
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  static constexpr std::chrono::seconds kEvery_s[] = {std::chrono::seconds(10), std::chrono::seconds(1)};
-
-  double length_s_;
-  bool terminal_ = ::isatty(STDERR_FILENO) != 0;
-  Clock::time_point begin_ = Clock::now();
-  Clock::time_point shown_ = begin_;
-};
-
 // A finger, a kind of fault, and until when.
 struct Fault {
   int finger = 0;
@@ -191,8 +160,7 @@ class Worn {
       : input_(wear(length_s)),
         images_(built_images(input_)),
         simulation_(images_, input_, 0, bursts()),
-        forger_(simulation_),
-        progress_(length_s) {
+        forger_(simulation_) {
     simulation_.on_hand_marker = [this](Cycles now, std::uint8_t marker) { mark(now, marker); };
     simulation_.on_potentiometer = [this](std::int64_t now, int finger, int counts) {
       return potentiometer(now, finger, counts);
@@ -206,7 +174,6 @@ class Worn {
 
   Wear run() {
     const twin::Trial trial = simulation_.run();
-    progress_.end();
     for (const int n : trial.impacts) w_.impacts += n;
     w_.impact_deg_s = *std::ranges::max_element(trial.impact_deg_s);
     return w_;
@@ -217,7 +184,8 @@ class Worn {
   static constexpr double kSetpoint_deg_s = 400;
 
   void step(std::int64_t now) {
-    if (now % 1000 == 0) progress_.show(static_cast<double>(now) / 1000);
+    if (now > 0 && now % 600'000 == 0)
+      std::fprintf(stderr, "soak: %lld simulated minutes\n", static_cast<long long>(now / 60'000));
     watch_joints();
     if (now >= hand_on_ms_) hear(now);
     if (now < on_ms_) return;
@@ -344,7 +312,6 @@ class Worn {
   Images images_;
   CoSimulation simulation_;
   Forger forger_;
-  SoakProgress progress_;
   Dice dice_;
   twin::Random noise_{7};
   Wear w_;

@@ -16,6 +16,8 @@
 #include "cosim/board.hpp"
 #include "cosim/flexor_test.hpp"
 #include "cosim/usb_port.hpp"
+#include "host/deploy/images.hpp"
+#include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "host/study/bench.hpp"
@@ -25,7 +27,7 @@ namespace flexor::cosim {
 inline const std::filesystem::path kBootloaders = "/usr/share/arduino/hardware/arduino/avr/bootloaders";
 inline const std::filesystem::path kOldBootloader = study::kBootloader;
 
-// At 115200 baud, built from the package's source without the LED's three flashes, which this compiler does not get into the 512
+// Optiboot at 115200 baud, built from the package's source without the LED's three flashes, which this compiler does not get into the 512
 // bytes that are there.
 inline void build_optiboot(const std::string& mcu, const std::string& begin, const std::string& version,
                            const std::filesystem::path& hex) {
@@ -66,7 +68,7 @@ inline int strip_counts(std::size_t sample, int pin) {
 class UsbBoard {
  public:
   explicit UsbBoard(const UsbBoardSetup& setup)
-      : setup_(setup), firmware_(content(setup.program), {}, setup.mcu), board_(firmware_) {
+      : setup_(setup), firmware_{content(setup.program), {}, setup.mcu}, board_(firmware_) {
     connect();
     board_.put_bootloader(content(setup_.bootloader));
     const std::span<std::uint8_t> flash = board_.flash();
@@ -156,6 +158,36 @@ class UsbBoard {
   long received_ = 0;            // bytes
   Cycles complete_ = 0;          // when the last byte is
   std::jthread thread_;
+};
+
+// Boards behind Optiboot, and a glove for them.
+class OnUsb : public testing::Test {
+ protected:
+  void SetUp() override {
+    FLEXOR_NEEDS_TERMINALS();
+    if (!std::filesystem::exists(kBootloaders))
+      GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
+    build_optiboot("atmega328p", "0x7e00", "0x7ffe", boot());
+  }
+
+  std::filesystem::path boot() const { return folder_ / "boot.hex"; }
+  static std::string path_of(const std::string& model) {
+    return std::string(FLEXOR_SOURCE_DIR) + "/models/" + model + ".json";
+  }
+  static deploy::Glove glove_of(const std::string& model) {
+    deploy::Glove glove;
+    glove.model = model::load(path_of(model));
+    glove.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
+    return glove;
+  }
+  static void write(const std::filesystem::path& hex, const deploy::FlashContent& content) {
+    std::filesystem::create_directories(hex.parent_path());
+    io::write_file(hex, deploy::to_intel_hex(content));
+  }
+
+  const io::TemporaryFolder temporary_;
+  const std::filesystem::path folder_ = temporary_.path();
+  const link::Key key_ = deploy::key_from_hex("000102030405060708090a0b0c0d0e0f");
 };
 
 }  // namespace flexor::cosim

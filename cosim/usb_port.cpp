@@ -9,31 +9,15 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/asio/serial_port_base.hpp>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <utility>
 
 #include "host/io/io.hpp"
 
 namespace flexor::cosim {
-namespace {
-
-constexpr std::array<std::pair<speed_t, double>, 11> kRates = {{{B9600, 9600},
-                                                                {B19200, 19200},
-                                                                {B38400, 38400},
-                                                                {B57600, 57600},
-                                                                {B115200, 115200},
-                                                                {B230400, 230400},
-                                                                {B460800, 460800},
-                                                                {B500000, 500000},
-                                                                {B921600, 921600},
-                                                                {B1000000, 1000000},
-                                                                {B2000000, 2000000}}};
-
-}  // namespace
-
 UsbPort::UsbPort() {
   terminal_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   std::array<char, 128> name{};
@@ -96,9 +80,10 @@ std::size_t UsbPort::write(std::string_view bytes) {
 double UsbPort::baud() const {
   termios settings{};
   if (tcgetattr(terminal_, &settings) != 0) return 0;
-  const auto* const rate =
-      std::ranges::find(kRates, cfgetospeed(&settings), &std::pair<speed_t, double>::first);
-  return rate == kRates.end() ? 0 : rate->second;
+  boost::asio::serial_port_base::baud_rate rate;
+  boost::system::error_code unknown;
+  rate.load(settings, unknown);
+  return rate.value();
 }
 
 std::uint8_t UsbPort::on_the_wire(std::uint8_t byte, double board_baud) const {

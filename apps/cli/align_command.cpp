@@ -4,7 +4,6 @@
 
 #include "apps/cli/commands.hpp"
 #include "host/identify/joint_map.hpp"
-#include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
@@ -29,38 +28,40 @@ void check_output(const Options& o) {
   io::require_writable(o.out);
 }
 
-void run(const Options& o) {
+std::string in_words(const Options& o, const recording::Aligned& aligned) {
+  const recording::Alignment a = aligned.alignment.value_or(recording::Alignment());
+  const std::string error = a.clock_offset_se_s ? fmt::format(" +- {:.3f}", *a.clock_offset_se_s) : "";
+  std::string text = fmt::format("clock offset   {:+.3f} s{} (reference time minus sensor time)\n",
+                                 aligned.clock_offset_s, o.clock_offset_s ? ", as given" : error);
+  if (o.clock_offset_s && aligned.alignment)
+    text += fmt::format("by the signals {:+.3f} s{}; what follows is said of this offset\n", a.clock_offset_s,
+                        error);
+  if (a.sensor_lag_s)
+    text += fmt::format("sensor lag     {:+.3f} s, of the readings behind the angle\n", *a.sensor_lag_s);
+  text += aligned.alignment
+              ? fmt::format(
+                    "confidence     {:.2f} (the probability that the offset is right to 0.15 s)\n"
+                    "explained      {:.0f} % of the angle by the sensor at this offset\n",
+                    a.confidence, 100 * a.eta_squared)
+              : "confidence     none: the offset is as given, the signals alone do not tell\n";
+  if (a.tapped) text += "tapped         three quick bends in both logs agree\n";
+  text += fmt::format("overlap        {:.1f} s\n", aligned.t_s.back() - aligned.t_s[aligned.overlap_begin]);
+  if (a.drift_se_ppm)
+    text +=
+        fmt::format("drift          {:+.0f} ppm +- {:.0f}, by which the reference's clock runs fast{}\n",
+                    *a.drift_ppm, *a.drift_se_ppm, o.clock_offset_s ? "" : "; taken out where it is clear");
+  return text + (o.out.empty() ? "" : fmt::format("written        {}\n", o.out));
+}
+
+Output run(const Options& o) {
   check_output(o);
   const recording::Pair pair = identify::load_pair(o.files, o.clock_offset_s.has_value());
   const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s);
-  const recording::Alignment a = aligned.alignment.value_or(recording::Alignment());
   if (!o.out.empty()) io::write_file(o.out, recording::to_csv(recording::to_recording(aligned, pair)));
-  if (o.json) return print(io::dump(to_json(aligned)));
-  for (const std::string& warning : aligned.warnings) log_warning(warning);
-  const std::string error = a.clock_offset_se_s ? fmt::format(" +- {:.3f}", *a.clock_offset_se_s) : "";
-  print(fmt::format("clock offset   {:+.3f} s{} (reference time minus sensor time)\n", aligned.clock_offset_s,
-                    o.clock_offset_s ? ", as given" : error));
-  if (o.clock_offset_s && aligned.alignment)
-    print(fmt::format("by the signals {:+.3f} s{}; what follows is said of this offset\n", a.clock_offset_s,
-                      error));
-  if (a.sensor_lag_s)
-    print(fmt::format("sensor lag     {:+.3f} s, of the readings behind the angle\n", *a.sensor_lag_s));
-  if (aligned.alignment) {
-    print(
-        fmt::format("confidence     {:.2f} (the probability that the offset is right to 0.15 s)\n"
-                    "explained      {:.0f} % of the angle by the sensor at this offset\n",
-                    a.confidence, 100 * a.eta_squared));
-    if (a.tapped) print("tapped         three quick bends in both logs agree\n");
-  } else {
-    print("confidence     none: the offset is as given, the signals alone do not tell\n");
+  if (!o.json) {
+    for (const std::string& warning : aligned.warnings) log_warning(warning);
   }
-  print(fmt::format("overlap        {:.1f} s\n", aligned.t_s.back() - aligned.t_s[aligned.overlap_begin]));
-  if (a.drift_se_ppm) {
-    print(fmt::format("drift          {:+.0f} ppm +- {:.0f}, by which the reference's clock runs fast{}\n",
-                      *a.drift_ppm, *a.drift_se_ppm,
-                      o.clock_offset_s ? "" : "; taken out where it is clear"));
-  }
-  if (!o.out.empty()) print(fmt::format("written        {}\n", o.out));
+  return {to_json(aligned), in_words(o, aligned)};
 }
 
 }  // namespace align_command

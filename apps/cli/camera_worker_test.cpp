@@ -40,15 +40,6 @@ class Rendered : public Command {
             {"out", path("angles.csv")},  {"preview", path("preview.mp4")}, {"seconds", 0}};
   }
 
-  // `flexor track` of that video, which has begun to write.
-  pid_t start_track() const {
-    const pid_t child = start("track " + quoted({path("video.mp4"), "--joints", path("joints.json"), "--out",
-                                                 path("angles.csv"), "--preview", path("preview.mp4")}));
-    for (int i = 0; i < 60000 && parts() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    EXPECT_GT(parts(), 0);
-    return child;
-  }
-
   int parts() const {
     int out = 0;
     for (const auto& entry : fs::directory_iterator(folder_))
@@ -106,19 +97,6 @@ TEST_F(Rendered, ATrackThatIsStoppedKeepsWhatItHas) {
   EXPECT_LT(io::read_file(path("angles.csv")).size(), all.size());
   EXPECT_TRUE(fs::exists(path("preview.mp4")));
   EXPECT_EQ(parts(), 0);
-}
-
-TEST_F(Rendered, CtrlCAndEvenAKillLeaveNothingHalfWrittenAndNoWorker) {
-  film("", 10);
-  for (const int signal : {SIGINT, SIGKILL}) {
-    const pid_t flexor = start_track();
-    ::kill(flexor, signal);
-    EXPECT_EQ(wait(flexor).signal, signal);
-    for (int i = 0; i < 10000 && parts() > 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    EXPECT_EQ(parts(), 0) << "after signal " << signal;
-    EXPECT_FALSE(fs::exists(path("angles.csv")) || fs::exists(path("preview.mp4")));
-    EXPECT_TRUE(fs::is_empty(folder_ / "tmp"));
-  }
 }
 
 }  // namespace camera_worker_test

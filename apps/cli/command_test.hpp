@@ -74,9 +74,9 @@ class Command : public testing::Test {
     ASSERT_EQ(std::system((quoted(program) + " " + quoted(folder_.string())).c_str()), 0);
   }
 
-  // A shell takes the arguments and the assignments of `environment`; `prepare` runs in the new process.
+  // A shell takes the arguments and the assignments of `environment`.
   pid_t start(const std::string& arguments, const std::string& input = "/dev/null",
-              const std::string& environment = "", const std::function<void()>& prepare = {}) const {
+              const std::string& environment = "") const {
     const std::string command = environment + " exec " + quoted(fs::absolute(FLEXOR_PROGRAM).string()) + " " +
                                 arguments + " < " + quoted(input);
     const pid_t child = ::fork();
@@ -85,7 +85,6 @@ class Command : public testing::Test {
     ::dup2(::open(path("stdout").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), 1);
     ::dup2(::open(path("stderr").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), 2);
     fs::current_path(runs_in_);
-    if (prepare) prepare();
     ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
     ::_exit(127);
   }
@@ -123,7 +122,8 @@ class Command : public testing::Test {
 // With its arguments as words.
 class CommandOfWords : public Command {
  protected:
-  Finished run(const Arguments& arguments) const { return Command::run(quoted(arguments)); }
+  pid_t start(const Arguments& arguments) const { return Command::start(quoted(arguments)); }
+  Finished run(const Arguments& arguments) const { return wait(start(arguments)); }
   void expect_refused(const Arguments& arguments, const std::string& expected) const {
     Command::expect_refused(quoted(arguments), 2, expected);
   }

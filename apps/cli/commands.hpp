@@ -18,19 +18,34 @@
 
 namespace flexor::cli {
 
+// What a command found: for programs, to which the version is added, and for people.
+struct Output {
+  nlohmann::ordered_json json;
+  std::string text;
+};
+void print(Output output, bool as_json);
+
 // A command; its options live until `run` gets them. `json`: what --json prints, where they have it.
-template <class Options>
+template <class Options, class Result>
 std::pair<std::remove_const_t<Options>*, CLI::App*> add_command(
-    CLI::App& app, const char* name, const char* about, void (*run)(Options&),
+    CLI::App& app, const char* name, const char* about, Result (*run)(Options&),
     const char* json = "one JSON object on standard output") {
   const auto options = std::make_shared<std::remove_const_t<Options>>();
   CLI::App* command = app.add_subcommand(name, about);
-  command->callback([options, run] { run(*options); });
+  command->callback([options, run] {
+    if constexpr (std::is_void_v<Result>) {
+      run(*options);
+    } else {
+      print(run(*options), options->json);
+    }
+  });
   if constexpr (requires { options->json; }) command->add_flag("--json", options->json, json);
   return {options.get(), command};
 }
 
-// All commands of `app`, as main() parses them.
+// Parses and runs; the exit status.
+int run(int argc, char** argv);
+// All commands of `app`, as run() parses them.
 void add_commands(CLI::App& app);
 
 void add_align(CLI::App& app);
@@ -93,6 +108,12 @@ std::map<std::string, std::pair<double, double>> ends_deg(const std::string& fil
 
 // A check for --seed: CLI11 alone takes -1 for 2^64 - 1. Empty, or what is wrong.
 std::string seed_fault(const std::string& text);
+void add_seed(CLI::App& command, std::uint64_t& seed,
+              const char* about = "everything random follows from it");
+// --compensator and --rate of simulated boards; --for; --port of one board.
+void add_compensator(CLI::App& command, std::string& model, double& rate_hz);
+void add_duration(CLI::App& command, double& for_s);
+CLI::Option* add_port(CLI::App& command, std::string& port, const std::string& of);
 
 // A reading in another unit than the model's would give angles that look right: throws io::InputError. Where
 // either states none, a note says so. `unit` is that of the column for the model's input.
@@ -102,6 +123,12 @@ void check_unit(const model::Input& input, const std::string& file, const std::s
 // Throws io::Doubt, one line, where the model hardly knows what the columns of the log hold; warns where it knows a part.
 void check_ranges(const model::Model& model, const std::string& file, const std::vector<std::string>& columns,
                   const model::RangeCount& ranges);
+
+// The recommended motion as a guide for a terminal: what to do now, for how long still, what comes next, how far to close.
+// `wait` returns at t_s of the motion, or later, with the time that it is then; below zero it has not begun. `write` gets
+// the same lines again and again, each time over those before, and a bell where there is something else to do.
+void guide_motion(const std::function<double(double t_s)>& wait,
+                  const std::function<void(const std::string& text)>& write);
 
 // The workers beside this program.
 inline constexpr const char* kCameraWorker = "flexor-camera";

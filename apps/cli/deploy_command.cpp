@@ -240,24 +240,24 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
   return json;
 }
 
-void say(const deploy::Deployment& d, const PairKey& pair) {
+std::string in_words(const deploy::Deployment& d, const PairKey& pair) {
   const std::string folder = io::one_line(d.folder);
   const bool radio = d.glove.output == deploy::Output::radio;
-  print(deployment_table(d));
-  print(
-      fmt::format("\nimages    {0}/glove.hex{1}\nwiring    {0}/wiring.md, {0}/wiring_glove.svg{2}\nArduino   "
-                  "{0}/arduino\n"
-                  "report    {0}/report.html\n",
-                  folder, radio ? fmt::format(", {}/hand.hex", folder) : "",
-                  radio ? fmt::format(", {}/wiring_hand.svg", folder) : ""));
-  if (pair.origin == nullptr) return;
+  std::string text = deployment_table(d);
+  text += fmt::format(
+      "\nimages    {0}/glove.hex{1}\nwiring    {0}/wiring.md, {0}/wiring_glove.svg{2}\nArduino   "
+      "{0}/arduino\n"
+      "report    {0}/report.html\n",
+      folder, radio ? fmt::format(", {}/hand.hex", folder) : "",
+      radio ? fmt::format(", {}/wiring_hand.svg", folder) : "");
+  if (pair.origin == nullptr) return text;
   const std::string is = pair.origin == std::string("reused")
                              ? "the one that was there, used again; --new-key makes another"
                              : "keep it, --key takes it for one board alone";
-  print(fmt::format("key       {}/{}: {}\n", folder, deploy::kKeyFile, is));
+  return text + fmt::format("key       {}/{}: {}\n", folder, deploy::kKeyFile, is);
 }
 
-void run(const Options& o) {
+Output run(const Options& o) {
   study::Boards boards(io::program_beside(kBoardsWorker));
   io::require_folder(o.out, "deployment");
   twin::Parameters p;
@@ -283,8 +283,7 @@ void run(const Options& o) {
                       kept.string()));
   }
   out.publish();
-  if (!o.json) return say(d, pair);
-  print(io::dump(json));
+  return {json, in_words(d, pair)};
 }
 
 void add_glove_options(CLI::App& command, Options& o) {

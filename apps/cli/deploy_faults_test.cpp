@@ -44,12 +44,6 @@ std::string key_in(const fs::path& hex) {
   return key ? deploy::to_hex(*key) : "";
 }
 
-int mode_of(const fs::path& path) {
-  struct stat info {};
-  EXPECT_EQ(stat(path.c_str(), &info), 0) << path;
-  return static_cast<int>(info.st_mode & 0777U);
-}
-
 // The first line that names the model by its digest is all that may differ.
 std::string without_digest(const std::string& text) {
   const std::size_t from = text.find("fnv1a64:");
@@ -96,16 +90,6 @@ TEST_F(DeployFaults, AKeyIsKeptFromOneDeploymentToTheNext) {
   EXPECT_EQ(key_in(path("d/glove.hex")) + "\n", content(path("d/pair.key")));
   for (const auto& entry : fs::directory_iterator(path("d")))
     EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
-}
-
-TEST_F(DeployFaults, NobodyElseCanReadAKey) {
-  write(path("k"), kKey + "\n");
-  ASSERT_EQ(run("deploy '" + kPublished + "' --key k --out d").exit, 0) << content(path("stderr"));
-  for (const char* file : {"pair.key", "glove.hex", "hand.hex", "arduino/Flexor/src/glove_data.h"}) {
-    EXPECT_EQ(mode_of(path("d") + "/" + file), 0600) << file;
-  }
-  for (const char* folder : {"", "arduino", "arduino/Flexor", "arduino/Flexor/src"})
-    EXPECT_EQ(mode_of(path("d") + "/" + folder), 0700) << folder;
 }
 
 // The files below `root`, and those of them that others than their owner can open: by their own mode and that
@@ -243,34 +227,6 @@ TEST_F(DeployFaults, WhatItProposesIsQuotedAndNothingIsObeyed) {
   EXPECT_EQ(hidden.out.find('\033'), std::string::npos);
   EXPECT_NE(hidden.out.find("report    a?[2Jb?c/report.html"), std::string::npos) << hidden.out;
   EXPECT_NE(hidden.out.find("flexor flash 'a?[2Jb?c' --board glove"), std::string::npos) << hidden.out;
-}
-
-// Names of files are names of motions and compensators; gnuplot would run what stands in backquotes, and read
-// _ and {} as commands.
-TEST_F(DeployFaults, NamesAreDrawnAsTheyAre) {
-  std::string rows = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";
-  for (int k = 0; k < 20; ++k)
-    rows += std::to_string(0.1 * k) + ",100,50,50,50," + std::to_string(30 + k) + "\n";
-  const std::string motion = "`touch m`' $x @y {z}%d";
-  write(folder_ / (motion + ".csv"), rows);
-  const std::string name = "a_{b}^`touch n`<b>&'";
-  const std::string hostile = model("hostile.json", [&](nlohmann::ordered_json& m) { m["name"] = name; });
-  fs::rename(hostile, folder_ / (name + ".json"));
-  const auto shell = [](std::string text) {
-    for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 4)
-      text.replace(at, 1, "'\\''");
-    return "'" + text + "'";
-  };
-  const Finished r = run("experiment --trials 2 --gestures " + shell(motion + ".csv") +
-                         " --compensators raw," + shell("./" + name + ".json") + " --out e");
-  ASSERT_EQ(r.exit, 0) << r.err;
-  ASSERT_EQ(run("report e --pdf").exit, 0);
-  EXPECT_FALSE(fs::exists(path("m")));
-  EXPECT_FALSE(fs::exists(path("n")));
-  const std::string errors = content(path("e/errors.svg"));
-  EXPECT_NE(errors.find("`touch m`' $x @y {"), std::string::npos) << "the tic";
-  EXPECT_NE(errors.find("a_{b}^`touch n`&lt;b>&amp;'"), std::string::npos);
-  EXPECT_EQ(content(path("e/report.html")).find("<b>&'"), std::string::npos);
 }
 
 }  // namespace deploy_faults_test

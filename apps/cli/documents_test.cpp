@@ -1,5 +1,7 @@
 // Foreign documents and foreign file names, through the program: hostile JSON at every option that reads
 // JSON, and files whose names are Latin-1.
+#include <set>
+
 #include "apps/cli/command_test.hpp"
 #include "host/io/json.hpp"
 
@@ -21,6 +23,20 @@ class Documents : public Command {
     out_ = r.out;
     err_ = r.err;
     return r.exit;
+  }
+
+  // How many files, or those of `kinds`; each is UTF-8, and its JSON such that we read it.
+  static int documents_below(const fs::path& folder, const std::set<std::string>& kinds = {}) {
+    int out = 0;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+      const std::string kind = entry.path().extension().string();
+      if (!kinds.empty() && !kinds.contains(kind)) continue;
+      const std::string text = content(entry.path());
+      EXPECT_EQ(io::to_utf8(text), text) << entry.path();
+      EXPECT_TRUE(kind != ".json" || !io::parse_json(text, entry.path()).is_null());
+      ++out;
+    }
+    return out;
   }
 
   std::string out_;
@@ -98,19 +114,14 @@ TEST_F(Documents, FilesWhoseNamesAreLatin1) {
            "deploy " + name + "_hw.json --recording " + name + "_log.csv --out d_" + name + " --json",
            "latency --edges 2 --compensator " + name + "_hw.json --out l_" + name + " --json",
            "camera calibrate board?.png --out lens_" + name + ".json --json",
+           "export " + name + "_a.csv --to mcap --out x_" + name + ".mcap --json",
        }) {
     EXPECT_EQ(run(command), 0) << command << "\n" << err_;
     EXPECT_NO_THROW((void)io::parse_json(out_, "standard output")) << command << "\n" << out_.substr(0, 500);
+    EXPECT_TRUE(out_.starts_with('{') && out_.ends_with("}\n")) << command;
+    EXPECT_EQ(err_.find('{'), std::string::npos) << command << ": the object is no log";
   }
-  int documents = 0;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder_)) {
-    const std::string kind = entry.path().extension().string();
-    if (kind != ".json" && kind != ".html" && kind != ".svg") continue;
-    const std::string text = content(entry.path());
-    EXPECT_EQ(io::to_utf8(text), text) << entry.path();
-    ++documents;
-  }
-  EXPECT_GE(documents, 10);
+  EXPECT_GE(documents_below(folder_, {".json", ".html", ".svg"}), 10);
 }
 
 // Such a log once cost the whole fit, which failed when its names were written.
@@ -133,16 +144,7 @@ TEST_F(Documents, ALogWhoseHeaderIsLatin1) {
   EXPECT_NO_THROW((void)io::parse_json(out_, "standard output"));
   EXPECT_TRUE(content(folder_ / "a.csv").starts_with("t_s,F\u00fchler_adc,Winkel \u00b0,gap\n"));
   EXPECT_NE(content(folder_ / "r/report.html").find("F\u00fchler_adc"), std::string::npos);
-  int documents = 0;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder_ / "r")) {
-    if (entry.path().extension() == ".json") {
-      EXPECT_NO_THROW((void)io::parse_json(content(entry.path()), entry.path()));
-    }
-    const std::string text = content(entry.path());
-    EXPECT_EQ(io::to_utf8(text), text) << entry.path();
-    ++documents;
-  }
-  EXPECT_GE(documents, 5);
+  EXPECT_GE(documents_below(folder_ / "r"), 5);
   // A terminal in Latin-1 may name the column so; that is told at once.
   EXPECT_EQ(run("identify " + files + "--input 'F\xfchler_adc' --structure linear --model n.json"), 2);
   EXPECT_NE(err_.find("there are: Zeit(ms), Phase, F\u00fchler_adc"), std::string::npos) << err_;

@@ -9,7 +9,6 @@
 #include "host/deploy/send_pages.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
-#include "host/io/json.hpp"
 
 namespace flexor::cli {
 namespace flash_command {
@@ -32,7 +31,7 @@ deploy::FlashContent fresh(const deploy::FlashContent& image, const std::string&
   return deploy::with_generation(image, static_cast<std::uint16_t>(std::random_device()()));
 }
 
-void run(const Options& o) {
+Output run(const Options& o) {
   const std::filesystem::path hex = deploy::image_of(o.what, o.board);
   const deploy::FlashContent image = fresh(deploy::read_image(hex), hex.string());
   const std::string port = deploy::choose_port(o.port);
@@ -41,8 +40,7 @@ void run(const Options& o) {
   int rate_Bd = 0;
   {
     ProgressLine line;
-    deploy::Bootloader bootloader(port, deploy::rates(o.baud),
-                                  [&](const std::string& what, int percent) { line.percent(what, percent); });
+    deploy::Bootloader bootloader(port, deploy::rates(o.baud), line.percents());
     deploy::require_same_board(deploy::contents_of(bootloader.read()), deploy::contents_of(image),
                                hex.string());
     io::set_interruption_note(fmt::format(
@@ -54,24 +52,22 @@ void run(const Options& o) {
   }
   const std::chrono::duration<double> took_s = std::chrono::steady_clock::now() - begin;
   const std::size_t bytes = image.bytes.size() - image.begin;
-  if (o.json) {
-    return print(io::dump({{"image", hex.string()},
-                           {"port", port},
-                           {"target", deploy::kAtmega328p.name},
-                           {"baud", rate_Bd},
-                           {"flash_bytes", bytes},
-                           {"verified", true},
-                           {"took_s", took_s.count()},
-                           {"version", FLEXOR_VERSION}}));
-  }
-  print(fmt::format(
+  std::string text = fmt::format(
       "{}: {} bytes written through the bootloader at {} baud and read back: the same, {:.1f} s\n", port,
-      bytes, rate_Bd, took_s.count()));
+      bytes, rate_Bd, took_s.count());
   if (rate_Bd == deploy::kOldRate_Bd)
-    print(
+    text +=
         "This is an old bootloader: after the watchdog has ended a program that hung, the board stays off "
         "until its "
-        "supply was. Optiboot (Arduino IDE: Tools, Burn Bootloader, as an Uno) mends that.\n");
+        "supply was. Optiboot (Arduino IDE: Tools, Burn Bootloader, as an Uno) mends that.\n";
+  return {{{"image", hex.string()},
+           {"port", port},
+           {"target", deploy::kAtmega328p.name},
+           {"baud", rate_Bd},
+           {"flash_bytes", bytes},
+           {"verified", true},
+           {"took_s", took_s.count()}},
+          text};
 }
 
 }  // namespace flash_command
@@ -84,8 +80,7 @@ void add_flash(CLI::App& app) {
       ->required();
   command->add_option("--board", o->board, "of the folder: glove or hand")
       ->check(CLI::IsMember({"glove", "hand"}));
-  command->add_option("--port", o->port, "serial port, or auto: the only one there is")
-      ->capture_default_str();
+  add_port(*command, o->port, "");
   command->add_option("--baud", o->baud, "of the bootloader (default: 115200, then 57600 as old ones have)")
       ->check(CLI::PositiveNumber);
 }

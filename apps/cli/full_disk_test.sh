@@ -136,7 +136,6 @@ for k in 0 1 2 3 4 5 6 7 8 9; do
   echo "0.$k,$((40 + k)),50,60,70,80" >>"$in/log.csv"
   echo "0.$k,100,50,50,50,$((30 + k))" >>"$in/motion.csv"
 done
-printf 't_s,a_deg\n0,1\n1,2\n2,3\n' >"$in/a.csv"
 
 align=("$flexor" align --sensor "$glove" --reference "$camera")
 file a.csv "${align[@]}" --out "$disk/a.csv"
@@ -177,23 +176,12 @@ rm "$work/whole/report.html"
 mv "$work/whole" "$work/job"
 START=$work/job folder "$flexor" report "$disk/new"
 
-stdout /dev/full "${film[@]}" --out "$work/film"
-stdout /dev/full "$flexor" twin record --out "$work/glove"
-stdout /dev/full "$flexor" deploy "$hw" --output opengloves --out "$work/firmware"
 for json in "" --json; do
   target=$([ -z "$json" ] && echo "$disk/out" || echo /dev/full)
   stdout "$target" "${align[@]}" $json
   stdout "$target" "${identify[@]}" $json
-  stdout "$target" "${track[@]}" --out "$work/a.csv" $json
-  stdout "$target" "${setup[@]}" --out "$work/s.png" $json
-  stdout "$target" "$flexor" camera calibrate "$in"/board?.png --out "$work/lens.json" $json
   stdout "$target" "$flexor" experiment --gestures 1 "${raw[@]}" $json
-  stdout "$target" "$flexor" latency --edges 2 $json
-  stdout "$target" "$flexor" report "$work/job" $json
   stdout "$target" "$flexor" twin $json
-  stdout "$target" "$flexor" show "$hw" $json
-  stdout "$target" "$flexor" score "$in/a.csv" "$in/a.csv" $json
-  stdout "$target" "$flexor" export "$in/a.csv" --to mcap --out "$work/a.mcap" $json
   stdout "$target" "$flexor" apply "$hw" "$in/log.csv" $json
 done
 stdout /dev/full "$flexor" --help

@@ -28,8 +28,7 @@ std::unique_ptr<listen::Listener> open_port(const GlovePort& o) {
   std::unique_ptr<listen::Listener> listener;
   {
     ProgressLine line;
-    listener = std::make_unique<listen::Listener>(
-        options, [&](const std::string& what) { line.show(options.port + ": " + what + " ..."); });
+    listener = std::make_unique<listen::Listener>(options, line.steps(options.port + ": "));
   }
   log(fmt::format("{}: {}", options.port, listener->says()));
   return listener;
@@ -86,10 +85,7 @@ std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
 }  // namespace
 
 void add_options(CLI::App& command, GlovePort& o) {
-  auto* port =
-      command
-          .add_option("--port", o.port, "serial port of the glove or of a radio; auto: the only one there is")
-          ->capture_default_str();
+  auto* port = add_port(command, o.port, " of the glove or of a radio");
   auto* baud = command.add_option("--baud", o.baud, "of the port (default: found by listening)")
                    ->check(CLI::PositiveNumber);
   command.add_flag("--readings", o.readings,

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include "apps/cli/commands.hpp"
-#include "host/io/json.hpp"
 #include "host/report/render.hpp"
 #include "host/study/latency.hpp"
 
@@ -18,7 +17,7 @@ struct Options {
   bool json = false;
 };
 
-void run(const Options& o) {
+Output run(const Options& o) {
   study::Boards boards(io::program_beside(kBoardsWorker));
   if (o.edges < 1) throw io::InputError("--edges must be at least 1");
   const twin::Parameters p = twin_parameters(o.twin);
@@ -37,18 +36,15 @@ void run(const Options& o) {
     study::save_results(budget, title, o.folder);
     report::render(o.folder);
   }
-  if (o.json) {
-    nlohmann::ordered_json json = to_json(budget);
-    json["rate_hz"] = o.rate_hz;
-    json["frame_rate_hz"] = frames_hz;
-    json["seed"] = o.seed;
-    json["version"] = FLEXOR_VERSION;
-    return print(io::dump(json));
-  }
-  print(fmt::format("from a sensor's edge to the motor, ms: {}, {} edges{}\n\n{}", title, budget.edges,
-                    budget.lost > 0 ? fmt::format(", {} more lost on the way", budget.lost) : "",
-                    study::latency_table(budget)));
-  if (!o.folder.empty()) print(fmt::format("\nreport {}/report.html\n", o.folder));
+  nlohmann::ordered_json json = to_json(budget);
+  json["rate_hz"] = o.rate_hz;
+  json["frame_rate_hz"] = frames_hz;
+  json["seed"] = o.seed;
+  return {json,
+          fmt::format("from a sensor's edge to the motor, ms: {}, {} edges{}\n\n{}{}", title, budget.edges,
+                      budget.lost > 0 ? fmt::format(", {} more lost on the way", budget.lost) : "",
+                      study::latency_table(budget),
+                      o.folder.empty() ? "" : fmt::format("\nreport {}/report.html\n", o.folder))};
 }
 
 }  // namespace latency_command
@@ -57,14 +53,9 @@ void add_latency(CLI::App& app) {
   using namespace latency_command;
   const auto [o, command] = add_command(
       app, "latency", "Time from a sensor's edge to the motor, stage by stage, on simulated boards", run);
-  command->add_option("--compensator", o->model, "raw, published-w, published-hw, or a model file")
-      ->capture_default_str();
-  command->add_option("--rate", o->rate_hz, "sample rate of the glove: 10, 20, 50 or 100 Hz")
-      ->capture_default_str();
+  add_compensator(*command, o->model, o->rate_hz);
   command->add_option("--edges", o->edges, "how many, at random times")->capture_default_str();
-  command->add_option("--seed", o->seed, "everything random follows from it")
-      ->check(seed_fault)
-      ->capture_default_str();
+  add_seed(*command, o->seed);
   add_twin_options(*command, o->twin);
   command->add_option("--out", o->folder, "write report.html and latency.csv into this folder")
       ->transform(kFolder);

@@ -1,3 +1,3 @@
-#include "apps/cli/program.hpp"
+#include "apps/cli/commands.hpp"
 
 int main(int argc, char** argv) { return flexor::cli::run(argc, argv); }

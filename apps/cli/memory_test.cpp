@@ -93,14 +93,5 @@ TEST_F(Memory, TimesThatAreAbsurd) {
   expect_all_bounded(glove, log("camera2.csv", "index_deg", 3000, 1, jump));
 }
 
-TEST_F(Memory, TrialsAreNotKept) {
-  const Finished few = run({"experiment", "--gestures", "2", "--compensators", "raw", "--trials", "200"});
-  const Finished many = run({"experiment", "--gestures", "2", "--compensators", "raw", "--trials", "4000"});
-  EXPECT_EQ(few.exit, 0);
-  EXPECT_EQ(many.exit, 0);
-  EXPECT_LE(many.peak_mb, few.peak_mb + 5);
-  EXPECT_LE(many.peak_mb, 200);
-}
-
 }  // namespace memory_test
 }  // namespace flexor::cli

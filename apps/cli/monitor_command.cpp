@@ -8,7 +8,6 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/glove_port.hpp"
 #include "host/io/interrupt.hpp"
-#include "host/io/json.hpp"
 
 namespace flexor::cli {
 namespace monitor_command {
@@ -135,12 +134,12 @@ void run(const Options& o) {
   if (o.json) {
     const listen::Tally& tally = source->tally();
     nlohmann::ordered_json json = source_json(o.glove, *source);
-    json.update({{"rate_hz", view.rate_hz()},
-                 {"columns", view.json()},
-                 {"torn", tally.torn},
-                 {"lost", tally.lost ? nlohmann::ordered_json(*tally.lost) : nlohmann::ordered_json(nullptr)},
-                 {"version", FLEXOR_VERSION}});
-    return print(io::dump(json));
+    json.update(
+        {{"rate_hz", view.rate_hz()},
+         {"columns", view.json()},
+         {"torn", tally.torn},
+         {"lost", tally.lost ? nlohmann::ordered_json(*tally.lost) : nlohmann::ordered_json(nullptr)}});
+    return print({json, ""}, true);
   }
   if (!live) view.draw(false, false);
 }
@@ -156,7 +155,7 @@ void add_monitor(CLI::App& app) {
                                         run, "one JSON object on standard output, at the end");
   add_options(*command, o->glove);
   add_speed(*command, o->glove);
-  command->add_option("--for", o->for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
+  add_duration(*command, o->for_s);
 }
 
 }  // namespace flexor::cli

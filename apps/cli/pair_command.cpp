@@ -8,7 +8,6 @@
 #include "host/deploy/pair_key.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
-#include "host/io/json.hpp"
 
 namespace flexor::cli {
 namespace pair_command {
@@ -53,12 +52,8 @@ void pair(const Options& o, const link::Key& key) {
   std::string mend = "flexor pair --key " + io::shell_word(o.key.empty() ? o.out : o.key);
   for (const auto& [name, port] : {std::pair{"glove", o.glove}, std::pair{"hand", o.hand}}) {
     if (port.empty()) continue;
-    const std::string board = name;
-    bootloaders.push_back(
-        std::make_unique<deploy::Bootloader>(deploy::choose_port(port), deploy::rates(o.baud),
-                                             [&line, board](const std::string& what, int percent) {
-                                               line.percent(board + ": " + what, percent);
-                                             }));
+    bootloaders.push_back(std::make_unique<deploy::Bootloader>(
+        deploy::choose_port(port), deploy::rates(o.baud), line.percents(fmt::format("{}: ", name))));
     boards.push_back({name, bootloaders.back().get()});
     mend += fmt::format(" --{} {}", name, io::shell_word(port));
   }
@@ -69,23 +64,19 @@ void pair(const Options& o, const link::Key& key) {
                       [](const std::string& note) { io::set_interruption_note(note); });
 }
 
-void run(const Options& o) {
+Output run(const Options& o) {
   require_sensible(o);
   const link::Key key = o.key.empty() ? deploy::new_key() : deploy::load_key(o.key);
   pair(o, key);
   const std::string file = o.key.empty() ? o.out : o.key;
-  if (o.json) {
-    return print(io::dump({{"key_file", file},
-                           {"key", o.key.empty() ? "new" : "given"},
-                           {"glove", !o.glove.empty()},
-                           {"hand", !o.hand.empty()},
-                           {"version", FLEXOR_VERSION}}));
-  }
   const std::string who = o.glove.empty() != o.hand.empty() ? "the board has" : "glove and hand have";
-  print(fmt::format("{} the key of {}: keep that file, whoever has it can move the hand\n", who,
-                    io::one_line(file)));
-  print(fmt::format("later deployments: flexor deploy --key {}, since a folder's own key is the old one\n",
-                    io::shell_word(file)));
+  return {{{"key_file", file},
+           {"key", o.key.empty() ? "new" : "given"},
+           {"glove", !o.glove.empty()},
+           {"hand", !o.hand.empty()}},
+          fmt::format("{} the key of {}: keep that file, whoever has it can move the hand\n"
+                      "later deployments: flexor deploy --key {}, since a folder's own key is the old one\n",
+                      who, io::one_line(file), io::shell_word(file))};
 }
 
 }  // namespace pair_command

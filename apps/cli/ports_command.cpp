@@ -3,7 +3,6 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/deploy/send_pages.hpp"
-#include "host/io/json.hpp"
 #include "host/listen/listener.hpp"
 
 namespace flexor::cli {
@@ -25,29 +24,26 @@ struct Heard {
 
 Heard hear(const std::string& port) {
   ProgressLine line;
-  try {
-    listen::ListenerOptions options;
-    options.port = port;
-    const listen::Listener listener(options,
-                                    [&](const std::string& what) { line.show(port + ": " + what + " ..."); });
-    return {port, listen::name_of(listener.format()), listener.baud(), {}};
-  } catch (const io::InputError& error) {
-    const std::string what = error.what();
-    return {port, what.starts_with(port + ": ") ? what.substr(port.size() + 2) : what, 0, {}};
-  }
+  listen::ListenerOptions options;
+  options.port = port;
+  const listen::Listener listener(options, line.steps(port + ": "));
+  return {port, listen::name_of(listener.format()), listener.baud(), {}};
 }
 
 // Through the bootloader: a board says the same whatever it does.
 Heard ask(const std::string& port) {
   ProgressLine line;
+  deploy::Bootloader bootloader(deploy::choose_port(port), deploy::rates(0), line.percents(port + ": "));
+  const std::optional<deploy::BoardContents> contents = deploy::contents_of(bootloader.read());
+  return {port, contents ? deploy::to_text(*contents) : "no image of this Flexor: flexor flash writes one", 0,
+          contents};
+}
+
+// No bootloader, no permission: the next port may be the board.
+Heard look(const Options& o, const std::string& port) {
   try {
-    deploy::Bootloader bootloader(
-        deploy::choose_port(port), deploy::rates(0),
-        [&](const std::string& what, int percent) { line.percent(port + ": " + what, percent); });
-    const std::optional<deploy::BoardContents> contents = deploy::contents_of(bootloader.read());
-    return {port, contents ? deploy::to_text(*contents) : "no image of this Flexor: flexor flash writes one",
-            0, contents};
-  } catch (const std::runtime_error& error) {  // no bootloader, no permission: the next port may be the board
+    return o.listen ? hear(port) : o.ask ? ask(port) : Heard{port, "", 0, {}};
+  } catch (const std::runtime_error& error) {
     const std::string what = error.what();
     return {port, what.starts_with(port + ": ") ? what.substr(port.size() + 2) : what, 0, {}};
   }
@@ -65,28 +61,23 @@ nlohmann::ordered_json to_json(const deploy::BoardContents& c) {
           {"model_bytes", c.model_bytes}};
 }
 
-void run(const Options& o) {
+Output run(const Options& o) {
   std::vector<Heard> ports;
   const std::vector<std::string> names = o.port.empty() ? deploy::find_ports("/dev") : std::vector{o.port};
-  for (const std::string& port : names)
-    ports.push_back(o.listen ? hear(port) : o.ask ? ask(port) : Heard{port, "", 0, {}});
-  if (o.json) {
-    nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    for (const Heard& h : ports) {
-      nlohmann::ordered_json entry = {{"port", h.port}};
-      if (o.listen) entry.update({{"says", h.says}, {"baud", h.baud}});
-      if (o.ask) entry["says"] = h.says;
-      if (h.contents) entry.update(to_json(*h.contents));
-      list.push_back(entry);
-    }
-    return print(io::dump({{"ports", list}, {"version", FLEXOR_VERSION}}));
+  for (const std::string& port : names) ports.push_back(look(o, port));
+  Output out = {{{"ports", nlohmann::ordered_json::array()}}, ""};
+  for (const Heard& h : ports) {
+    nlohmann::ordered_json& entry = out.json["ports"].emplace_back();
+    entry["port"] = h.port;
+    if (o.listen || o.ask) entry["says"] = h.says;
+    if (o.listen) entry["baud"] = h.baud;
+    if (h.contents) entry.update(to_json(*h.contents));
+    out.text += h.port + (h.says.empty() ? "" : ": " + h.says) +
+                (h.baud > 0 ? fmt::format(" at {} baud", h.baud) : "") + "\n";
   }
   if (ports.empty())
-    return print("no serial port: plug the board in with a cable that carries data, not power alone\n");
-  for (const Heard& h : ports) {
-    print(h.port + (h.says.empty() ? "" : ": " + h.says) +
-          (h.baud > 0 ? fmt::format(" at {} baud", h.baud) : "") + "\n");
-  }
+    out.text = "no serial port: plug the board in with a cable that carries data, not power alone\n";
+  return out;
 }
 
 }  // namespace ports_command

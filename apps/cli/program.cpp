@@ -18,10 +18,10 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/job.hpp"
-#include "apps/cli/program.hpp"
 #include "host/identify/map_check.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "host/io/process.hpp"
 #include "host/recording/line_format.hpp"
 
@@ -49,6 +49,31 @@ void add_hardware(CLI::App& command, std::string& hardware) {
       .add_option("--hardware", hardware,
                   "glove and hand: flexor, lucidgloves, or a document (flexor show --hardware)")
       ->capture_default_str();
+}
+
+void add_seed(CLI::App& command, std::uint64_t& seed, const char* about) {
+  command.add_option("--seed", seed, about)->check(seed_fault)->capture_default_str();
+}
+
+void add_compensator(CLI::App& command, std::string& model, double& rate_hz) {
+  command.add_option("--compensator", model, "raw, published-w, published-hw, or a model file")
+      ->capture_default_str();
+  command.add_option("--rate", rate_hz, "sample rate of the glove: 10, 20, 50 or 100 Hz")
+      ->capture_default_str();
+}
+
+void add_duration(CLI::App& command, double& for_s) {
+  command.add_option("--for", for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
+}
+
+CLI::Option* add_port(CLI::App& command, std::string& port, const std::string& of) {
+  return command.add_option("--port", port, "serial port" + of + ", or auto: the only one there is")
+      ->capture_default_str();
+}
+
+void print(Output output, bool as_json) {
+  output.json.emplace("version", FLEXOR_VERSION);
+  print(as_json ? io::dump(output.json) : output.text);
 }
 
 void print(const std::string& text) { print_as_it_is(io::without_controls(text, "\n\r\t")); }

@@ -37,7 +37,15 @@ class ProgressLine {
     show(progress);
   }
 
-  // The same for what is counted in percent; 0: it begins, or cannot be counted.
+  // As deploy::Bootloader and listen::Listener say what they do, of one of several boards: `of` before it.
+  auto percents(const std::string& of = "") {
+    return [this, of](const std::string& what, int done) { percent(of + what, done); };
+  }
+  auto steps(const std::string& of) {
+    return [this, of](const std::string& what) { show(of + what + " ..."); };
+  }
+
+  // What is counted in percent; 0: it begins, or cannot be counted.
   void percent(const std::string& what, int percent) {
     if (percent > 0) return step(what + ", percent", static_cast<std::size_t>(percent), 100);
     last_done_ = 0;

@@ -1,5 +1,3 @@
-#include "apps/cli/protocol_command.hpp"
-
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -122,8 +120,7 @@ void run(const Options& o) {
     Json moves = Json::array();
     for (const auto& [start_s, percent, speed_deg_s] : m.moves)
       moves.push_back({{"start_s", start_s}, {"percent", std::round(percent)}, {"speed_deg_s", speed_deg_s}});
-    return print(io::dump(
-        Json{{"duration_s", m.document.at("duration_s")}, {"moves", moves}, {"version", FLEXOR_VERSION}}));
+    return print({{{"duration_s", m.document.at("duration_s")}, {"moves", moves}}, ""}, true);
   }
   if (o.list || isatty(STDOUT_FILENO) == 0) return list();
   const auto wait = [begin = std::chrono::steady_clock::now()](double t_s) {

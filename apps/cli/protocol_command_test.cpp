@@ -1,8 +1,7 @@
-#include "apps/cli/protocol_command.hpp"
-
 #include <algorithm>
 
 #include "apps/cli/command_test.hpp"
+#include "apps/cli/commands.hpp"
 
 namespace flexor::cli {
 namespace protocol_test {

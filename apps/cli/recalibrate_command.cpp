@@ -3,7 +3,6 @@
 #include "apps/cli/commands.hpp"
 #include "host/identify/recalibrate_files.hpp"
 #include "host/io/io.hpp"
-#include "host/io/json.hpp"
 #include "host/io/output.hpp"
 
 namespace flexor::cli {
@@ -18,29 +17,24 @@ struct Options {
   bool json = false;
 };
 
-void show(const identify::Recalibration& r, const std::string& out) {
-  for (const std::string& note : r.notes) log_note(note);
-  print(fmt::format("{:<16}{:>18}{:>20}\n", "", "angles change by", "uncertain by"));
+std::string in_words(const identify::Recalibration& r, const std::string& out) {
+  std::string text = fmt::format("{:<16}{:>18}{:>20}\n", "", "angles change by", "uncertain by");
   for (const identify::RecalibratedJoint& joint : r.joints)
-    print(fmt::format("{:<16}{:>14.1f} deg{:>13.1f} deg\n", joint.name, joint.change_deg, joint.se_deg));
-  print("\n");
+    text += fmt::format("{:<16}{:>14.1f} deg{:>13.1f} deg\n", joint.name, joint.change_deg, joint.se_deg);
+  text += "\n";
   for (const identify::RecalibratedSensor& s : r.sensors) {
-    if (!s.applied) {
-      print(fmt::format("kept: {}\n", s.kept));
-      continue;
-    }
-    print(fmt::format("corrected: {}: {:.4g} times its reading {:+.4g} (+- {:.2g})\n", s.name,
-                      s.correction.gain, s.correction.shift, s.shift_se));
+    text += s.applied ? fmt::format("corrected: {}: {:.4g} times its reading {:+.4g} (+- {:.2g})\n", s.name,
+                                    s.correction.gain, s.correction.shift, s.shift_se)
+                      : fmt::format("kept: {}\n", s.kept);
   }
-  for (const std::string& wanted : r.wanted) print(fmt::format("wanted: {}\n", wanted));
+  for (const std::string& wanted : r.wanted) text += fmt::format("wanted: {}\n", wanted);
   if (r.clock)
-    print(fmt::format("clock    camera minus glove {:+.3f} s, confidence {:.2f}\n", r.clock->offset_s,
-                      r.clock->confidence));
-  if (r.applied) return print(fmt::format("model    {}\n", out));
-  print(fmt::format("model    {}, the old calibration\n", out));
+    text += fmt::format("clock    camera minus glove {:+.3f} s, confidence {:.2f}\n", r.clock->offset_s,
+                        r.clock->confidence);
+  return text + fmt::format("model    {}{}\n", out, r.applied ? "" : ", the old calibration");
 }
 
-void run(Options& o) {
+Output run(Options& o) {
   if (!o.poses.empty()) {
     o.request.poses = CLI::detail::split(o.poses.at(0), ',');
     o.request.poses_log = o.poses.at(1);
@@ -59,8 +53,10 @@ void run(Options& o) {
     if (!r.applied) check_ranges(r.model, log.file, log.columns, log.ranges);
   // Where nothing is applied the very bytes: what was signed, compared or committed stays as it was.
   io::write_file(o.out, r.applied ? model::to_json(r.model) : old);
-  if (o.json) return print(io::dump(to_json(r)));
-  show(r, o.out);
+  if (!o.json) {
+    for (const std::string& note : r.notes) log_note(note);
+  }
+  return {to_json(r), in_words(r, o.out)};
 }
 
 }  // namespace recalibrate_command

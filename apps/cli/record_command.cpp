@@ -7,7 +7,6 @@
 #include "apps/cli/glove_port.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/io/interrupt.hpp"
-#include "host/io/json.hpp"
 #include "host/listen/log.hpp"
 
 namespace flexor::cli {
@@ -92,25 +91,22 @@ void run(const Options& o) {
   const auto [log, unplugged, silent_s] = record(o, *source, *stop.flag());
   if (!log) stop.end();
   const listen::Tally& tally = source->tally();
-  if (o.json) {
-    nlohmann::ordered_json json = {{"out", o.out}};
-    json.update(source_json(o.glove, *source));
-    json.update({{"columns", source->columns()},
-                 {"rows", log->rows()},
-                 {"duration_s", log->duration_s()},
-                 {"torn", tally.torn},
-                 {"late", tally.late},
-                 {"lost", tally.lost ? nlohmann::ordered_json(*tally.lost) : nlohmann::ordered_json(nullptr)},
-                 {"board_restarts", log->restarts()},
-                 {"unplugged", unplugged},
-                 {"version", FLEXOR_VERSION}});
-    print(io::dump(json));
-  } else {
-    print(fmt::format(
-        "{}: {} rows in {:.1f} s, {} malformed, {}, {} restarts of the board, {} times unplugged\n", o.out,
-        log->rows(), log->duration_s(), tally.torn, listen::lost_in_words(tally), log->restarts(),
-        unplugged));
-  }
+  nlohmann::ordered_json json = {{"out", o.out}};
+  json.update(source_json(o.glove, *source));
+  json.update({{"columns", source->columns()},
+               {"rows", log->rows()},
+               {"duration_s", log->duration_s()},
+               {"torn", tally.torn},
+               {"late", tally.late},
+               {"lost", tally.lost ? nlohmann::ordered_json(*tally.lost) : nlohmann::ordered_json(nullptr)},
+               {"board_restarts", log->restarts()},
+               {"unplugged", unplugged}});
+  print(
+      {json, fmt::format(
+                 "{}: {} rows in {:.1f} s, {} malformed, {}, {} restarts of the board, {} times unplugged\n",
+                 o.out, log->rows(), log->duration_s(), tally.torn, listen::lost_in_words(tally),
+                 log->restarts(), unplugged)},
+      o.json);
   if (silent_s >= kSilence_s)
     throw io::Doubt(fmt::format("{}: the glove fell silent {:.0f} s before the end", o.out, silent_s));
 }
@@ -127,7 +123,7 @@ void add_record(CLI::App& app) {
   command->add_option("OUT", o->out, "CSV file, whole lines at any instant; Ctrl-C ends the recording")
       ->required();
   add_options(*command, o->glove);
-  command->add_option("--for", o->for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
+  add_duration(*command, o->for_s);
 }
 
 }  // namespace flexor::cli

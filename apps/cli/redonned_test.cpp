@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "apps/cli/command_test.hpp"
-#include "host/model/compensator.hpp"
-#include "host/model/model.hpp"
+#include "host/identify/estimator.hpp"
+#include "host/identify/recalibrate_files.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
@@ -38,10 +38,8 @@ struct Bends {
 struct Errors {
   double raw = 0;     // put on anew, nothing done
   double middle = 0;  // the middle of the bends' 2nd and 98th percentile mapped to the first half's
-  double ends = 0;    // both percentiles mapped
   double flexor = 0;
   double worse = 0;  // percent that flexor makes worse by more than 5 %
-  double worst = 0;  // of what nothing done leaves
 };
 
 struct Ends {
@@ -75,39 +73,29 @@ class Redonned : public Command {
       moved_.push_back({one.at("shift").get<double>(), std::exp(one.at("log_gain").get<double>())});
   }
 
-  std::string run(const std::string& arguments) {
-    const Finished r = Command::run(arguments);
-    EXPECT_EQ(r.exit, 0) << arguments << "\n" << r.err;
-    return r.out;
-  }
-
-  void write(const std::string& name, const std::vector<double>& reading, double from_s, double to_s) {
-    std::ofstream out(folder_ / name);
-    out << "t_s,index_adc\n";
-    for (std::size_t i = 0; i < t_s_.size(); ++i) {
-      if (t_s_[i] >= from_s && t_s_[i] <= to_s) out << fmt::format("{},{}\n", t_s_[i], reading[i]);
-    }
-  }
-
   void identify(const Finger& finger) {
     const fs::path file = kRealData / "glove" / finger.name / "realigned_20hz.csv";
     const auto log = recording::read_csv(file, {finger.sensor, "angle_ABC_deg", "adc_gap"});
     t_s_.clear();
     reading_.clear();
     angle_deg_.clear();
-    std::string reference = "t_s,index_deg\n";
+    std::string csv = "t_s,index_adc,index_deg\n";
     for (std::size_t i = 0; i < log.t_s.size(); ++i) {
       if (log.columns[2].value[i] != 0) continue;
       t_s_.push_back(log.t_s[i]);
       reading_.push_back(log.columns[0].value[i]);
       angle_deg_.push_back(log.columns[1].value[i]);
-      reference += fmt::format("{},{}\n", t_s_.back(), angle_deg_.back());
+      csv += fmt::format("{},{},{}\n", t_s_.back(), reading_.back(), angle_deg_.back());
     }
     half_s_ = t_s_.back() / 2;
-    io::write_file(folder_ / "reference.csv", reference);
-    write("sensor.csv", reading_, 0, t_s_.back());
-    run("identify --sensor sensor.csv --reference reference.csv --clock-offset 0 --model model.json");
-    made_ = ends({reading_.begin(), reading_.begin() + static_cast<std::ptrdiff_t>(reading_.size() / 2)});
+    write("log.csv", csv);
+    const Finished r = run(
+        "identify --sensor log.csv --reference log.csv --input index_adc --output index_deg --clock-offset 0 "
+        "--model model.json");
+    ASSERT_EQ(r.exit, 0) << r.err;
+    model_ = model::load(folder_ / "model.json");
+    first_half_ =
+        ends({reading_.begin(), reading_.begin() + static_cast<std::ptrdiff_t>(reading_.size() / 2)});
   }
 
   static Ends ends(std::vector<double> of) {
@@ -144,67 +132,55 @@ class Redonned : public Command {
   }
 
   // Mean square on the second half, but for its first second.
-  double mean_square_deg2(const model::Model& model, const std::vector<double>& reading) const {
-    model::Compensator<model::DoubleArithmetic> compensator(model);
+  double mean_square_deg2(const model::Model& model, const std::vector<double>& reading,
+                          bool tracked = false) const {
+    identify::Estimator<model::DoubleArithmetic> estimator(model);
+    if (tracked) estimator.track({});
     double sum = 0;
     double count = 0;
     for (std::size_t i = 0; i < t_s_.size(); ++i) {
-      const std::vector<double> row = {reading[i]};
-      const double angle_deg = compensator.step(row)[0].angle_deg;
-      if (t_s_[i] < half_s_ + 1) continue;
-      sum += std::pow(angle_deg - angle_deg_[i], 2);
-      ++count;
+      estimator.push(t_s_[i], std::span(&reading[i], 1), [&](const identify::Estimate& e) {
+        if (e.t_s < half_s_ + 1) return;
+        const auto at = std::ranges::upper_bound(t_s_, e.t_s + 1e-6) - t_s_.begin() - 1;
+        sum += std::pow(e.angle_deg[0] - angle_deg_[static_cast<std::size_t>(at)], 2);
+        ++count;
+      });
     }
     return sum / count;
-  }
-
-  // The same of what the program writes.
-  double applied_deg(const std::string& options) {
-    io::write_file(folder_ / "angles.csv", run("apply model.json sensor.csv" + options));
-    const auto out = recording::read_csv(folder_ / "angles.csv", {"index_deg"});
-    double sum = 0;
-    double count = 0;
-    for (std::size_t i = 0, k = 0; i < out.t_s.size(); ++i) {
-      while (k + 1 < t_s_.size() && t_s_[k + 1] <= out.t_s[i] + 1e-6) ++k;
-      if (out.t_s[i] < half_s_ + 1) continue;
-      sum += std::pow(out.columns[0].value[i] - angle_deg_[k], 2);
-      ++count;
-    }
-    return std::sqrt(sum / count);
   }
 
   std::vector<double> put_on_anew(const Moved& moved) const {
     std::vector<double> out;
     for (const double u : reading_) {
       out.push_back(std::clamp(
-          made_.middle() + moved.gain * (u - made_.middle()) + moved.shift * made_.span(), 0.0, 1023.0));
+          first_half_.middle() + moved.gain * (u - first_half_.middle()) + moved.shift * first_half_.span(),
+          0.0, 1023.0));
     }
     return out;
   }
 
-  void add(const Moved& moved, const Bends& seen, Errors& sums) {
-    const model::Model made = model::load(folder_ / "model.json");
+  void add(const Moved& moved, const Bends& seen, Errors& sums) const {
     const std::vector<double> now = put_on_anew(moved);
-    std::vector<double> shown;
+    recording::Recording bends;
+    bends.source = "bends";
+    bends.columns.emplace_back().name = "index_adc";
     for (std::size_t i = 0; i < t_s_.size(); ++i) {
-      if (t_s_[i] >= seen.begin_s && t_s_[i] <= seen.end_s) shown.push_back(now[i]);
+      if (t_s_[i] < seen.begin_s || t_s_[i] > seen.end_s) continue;
+      bends.t_s.push_back(t_s_[i]);
+      bends.columns[0].value.push_back(now[i]);
     }
-    const Ends there = ends(shown);
+    const double off = first_half_.middle() - ends(bends.columns[0].value).middle();
     std::vector<double> middle = now;
-    for (double& u : middle) u += made_.middle() - there.middle();
-    std::vector<double> both = now;
-    for (double& u : both) u = made_.low + (u - there.low) * made_.span() / there.span();
-    write("bends.csv", now, seen.begin_s, seen.end_s);
-    run("recalibrate model.json --recording bends.csv --out today.json");
-    const double raw = mean_square_deg2(made, now);
-    const double flexor = mean_square_deg2(model::load(folder_ / "today.json"), now);
+    for (double& u : middle) u += off;
+    identify::RecalibrationFiles request;
+    request.model = model_;
+    request.recording = recording::Log(bends);
+    const double raw = mean_square_deg2(model_, now);
+    const double flexor = mean_square_deg2(identify::recalibrate_files(request).model, now);
     sums.raw += raw;
-    sums.middle += mean_square_deg2(made, middle);
-    sums.ends += mean_square_deg2(made, both);
+    sums.middle += mean_square_deg2(model_, middle);
     sums.flexor += flexor;
-    const double ratio = std::sqrt(flexor / raw);
-    sums.worse += ratio > 1.05 ? 100 : 0;
-    sums.worst = std::max(sums.worst, ratio);
+    sums.worse += std::sqrt(flexor / raw) > 1.05 ? 100 : 0;
   }
 
   Errors errors(std::size_t count) {
@@ -215,7 +191,7 @@ class Redonned : public Command {
       for (const Moved& moved : moved_) add(moved, one, out);
     }
     const auto n = static_cast<double>(all.size() * moved_.size());
-    for (double Errors::*of : {&Errors::raw, &Errors::middle, &Errors::ends, &Errors::flexor})
+    for (double Errors::*of : {&Errors::raw, &Errors::middle, &Errors::flexor})
       out.*of = std::sqrt(out.*of / n);
     out.worse /= n;
     return out;
@@ -226,7 +202,8 @@ class Redonned : public Command {
   std::vector<double> reading_;
   std::vector<double> angle_deg_;
   double half_s_ = 0;
-  Ends made_;
+  Ends first_half_;
+  model::Model model_;
 };
 
 const std::vector<Finger> kRealFingers = {{"index_ind2", "adc_A1"}, {"middle_mid1", "adc_A2"}};
@@ -235,8 +212,8 @@ const std::vector<Finger> kRealFingers = {{"index_ind2", "adc_A1"}, {"middle_mid
 TEST_F(Redonned, TrackingCostsAGloveThatWasNotPutOnAnewAtMostThreePercent) {
   for (const Finger& finger : kRealFingers) {
     identify(finger);
-    const double plain = applied_deg("");
-    const double tracked = applied_deg(" --track");
+    const double plain = std::sqrt(mean_square_deg2(model_, reading_));
+    const double tracked = std::sqrt(mean_square_deg2(model_, reading_, true));
     std::printf("%-11s worn on: %.2f deg, tracked %.2f\n", finger.name.c_str(), plain, tracked);
     EXPECT_LE(tracked, 1.03 * plain);
   }
@@ -248,14 +225,13 @@ TEST_F(Redonned, WholeBendsBringARealFingerBack) {
   const std::vector<std::vector<double>> most = {{6.8, 3.6, 2.9}, {7.6, 5, 4.7}};  // degrees
   for (std::size_t f = 0; f < kRealFingers.size(); ++f) {
     identify(kRealFingers[f]);
-    const double before = std::sqrt(mean_square_deg2(model::load(folder_ / "model.json"), reading_));
+    const double before = std::sqrt(mean_square_deg2(model_, reading_));
     for (std::size_t count = 1; count <= 3; ++count) {
       const Errors e = errors(count);
       std::printf(
-          "%-11s %zu bends: before %.2f deg, put on anew %.2f, middle mapped %.2f, ends mapped %.2f, flexor "
-          "%.2f; "
-          "worse %.0f %%, worst %.2f times\n",
-          kRealFingers[f].name.c_str(), count, before, e.raw, e.middle, e.ends, e.flexor, e.worse, e.worst);
+          "%-11s %zu bends: before %.2f deg, put on anew %.2f, middle mapped %.2f, flexor %.2f; worse %.0f "
+          "%%\n",
+          kRealFingers[f].name.c_str(), count, before, e.raw, e.middle, e.flexor, e.worse);
       EXPECT_LT(e.flexor, most[f][count - 1]);
       EXPECT_LE(e.worse, 5);
       EXPECT_GT(e.flexor, 0.9 * before) << "too good to be true";

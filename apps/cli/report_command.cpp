@@ -4,7 +4,6 @@
 #include <optional>
 
 #include "apps/cli/commands.hpp"
-#include "host/io/json.hpp"
 #include "host/report/render.hpp"
 #include "host/study/journal.hpp"
 
@@ -17,13 +16,12 @@ struct Options {
   bool json = false;
 };
 
-void run(const Options& o) {
+Output run(const Options& o) {
   std::optional<study::FolderLock> lock;  // a run that goes on there would mix its results with these
   if (std::filesystem::exists(std::filesystem::path(o.folder) / "results.json")) lock.emplace(o.folder);
   report::render(o.folder, nullptr, o.files);
   const std::string page = o.folder + "/report.html";
-  print(o.json ? io::dump({{"report", page}, {"version", FLEXOR_VERSION}})
-               : fmt::format("report   {}\n", page));
+  return {{{"report", page}}, fmt::format("report   {}\n", page)};
 }
 
 }  // namespace report_command

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/commands.hpp"
-#include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/pair.hpp"
 #include "host/recording/resample.hpp"
@@ -106,22 +105,22 @@ score::Score score_of(const Options& o, const recording::Recording& measured, co
   return s;
 }
 
-void show(const score::Score& s) {
-  print(
-      fmt::format("samples           {}\n"
-                  "RMSE              {:.3f} deg\n"
-                  "largest           {:.3f} deg\n"
-                  "95th percentile   {:.3f} deg\n"
-                  "fit (NRMSE)       {:.2f} %\n"
-                  "R2                {:.4f}\n"
-                  "absolute error    {:.3f} deg s\n"
-                  "best lag          {:+.3f} s (positive: the estimate is late)\n"
-                  "without that lag  {:.3f} deg RMSE, {:.3f} deg s\n",
-                  s.samples, s.rmse_deg, s.max_abs_deg, s.p95_abs_deg, s.fit_percent, s.r2, s.iae_deg_s,
-                  s.best_lag_s, s.lag_removed_rmse_deg, s.lag_removed_iae_deg_s));
+std::string in_words(const score::Score& s) {
+  return fmt::format(
+      "samples           {}\n"
+      "RMSE              {:.3f} deg\n"
+      "largest           {:.3f} deg\n"
+      "95th percentile   {:.3f} deg\n"
+      "fit (NRMSE)       {:.2f} %\n"
+      "R2                {:.4f}\n"
+      "absolute error    {:.3f} deg s\n"
+      "best lag          {:+.3f} s (positive: the estimate is late)\n"
+      "without that lag  {:.3f} deg RMSE, {:.3f} deg s\n",
+      s.samples, s.rmse_deg, s.max_abs_deg, s.p95_abs_deg, s.fit_percent, s.r2, s.iae_deg_s, s.best_lag_s,
+      s.lag_removed_rmse_deg, s.lag_removed_iae_deg_s);
 }
 
-void run(const Options& o) {
+Output run(const Options& o) {
   if (!std::isfinite(o.estimate_offset_s))
     throw io::InputError("--estimate-offset must be a number of seconds");
   const recording::Recording reference = read(o.reference, o.reference_column, o.time);
@@ -135,16 +134,12 @@ void run(const Options& o) {
     const std::string joint = recording::without_unit(measured);
     const score::Score s = score_of(o, angle_of(reference, measured), measured, angle_of(estimate, estimated),
                                     estimated, columns.size() > 1 ? joint + ": " : "");
-    if (columns.size() == 1 && !o.json) return show(s);
+    if (columns.size() == 1) return {score::to_json(s), in_words(s)};
     joints[joint] = score::to_json(s);
     table += fmt::format("{:<16}{:>9}{:>8.3f} deg{:>8.3f} deg{:>8.2f} %{:>10.3f} s\n", joint, s.samples,
                          s.rmse_deg, s.max_abs_deg, s.fit_percent, s.best_lag_s);
   }
-  if (!o.json) return print(table);
-  nlohmann::ordered_json json =
-      columns.size() == 1 ? joints.front() : nlohmann::ordered_json{{"joints", joints}};
-  json["version"] = FLEXOR_VERSION;
-  print(io::dump(json));
+  return {{{"joints", joints}}, table};
 }
 
 }  // namespace score_command

@@ -15,7 +15,6 @@
 #include "host/deploy/send.hpp"
 #include "host/deploy/send_pages.hpp"
 #include "host/io/interrupt.hpp"
-#include "host/io/json.hpp"
 #include "host/io/serial.hpp"
 
 namespace flexor::cli {
@@ -75,9 +74,7 @@ deploy::Sent send_live(const Options& o, const deploy::Glove& glove, const std::
 deploy::Sent send_pages(const Options& o, const std::string& path) {
   const auto begin = std::chrono::steady_clock::now();
   ProgressLine progress;
-  deploy::Bootloader bootloader(path, deploy::rates(0), [&](const std::string& what, int percent) {
-    progress.step(what + ":", static_cast<std::size_t>(percent), 100);
-  });
+  deploy::Bootloader bootloader(path, deploy::rates(0), progress.percents());
   const deploy::FlashContent there = bootloader.read();
   const std::optional<glove::Settings> settings = deploy::glove_settings_in(there);
   const deploy::Glove glove =
@@ -89,7 +86,7 @@ deploy::Sent send_pages(const Options& o, const std::string& path) {
 }
 
 // Settings, key and model of a deployment, whichever the board does not have.
-void send_folder(const Options& o) {
+Output send_folder(const Options& o) {
   const std::filesystem::path hex = deploy::image_of(o.model, o.board);
   const deploy::FlashContent wanted = deploy::read_image(hex);
   const std::string path = deploy::choose_port(o.port);
@@ -110,20 +107,14 @@ void send_folder(const Options& o) {
     }
   }
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  if (o.json)
-    return print(io::dump({{"folder", o.model},
-                           {"port", path},
-                           {"sent", sent},
-                           {"bytes", bytes},
-                           {"took_s", took.count()},
-                           {"version", FLEXOR_VERSION}}));
-  print(sent.empty()
-            ? fmt::format("{}: has all of {} already\n", path, io::one_line(hex.string()))
-            : fmt::format("{}: has the {} of {} now: {} bytes, written and read back, {:.1f} s\n", path,
-                          fmt::join(sent, " and "), io::one_line(hex.string()), bytes, took.count()));
+  const std::string image = io::one_line(hex.string());
+  return {{{"folder", o.model}, {"port", path}, {"sent", sent}, {"bytes", bytes}, {"took_s", took.count()}},
+          sent.empty() ? fmt::format("{}: has all of {} already\n", path, image)
+                       : fmt::format("{}: has the {} of {} now: {} bytes, written and read back, {:.1f} s\n",
+                                     path, fmt::join(sent, " and "), image, bytes, took.count())};
 }
 
-void run(const Options& o) {
+Output run(const Options& o) {
   std::error_code error;
   if (std::filesystem::is_directory(o.model, error)) return send_folder(o);
 
@@ -134,17 +125,13 @@ void run(const Options& o) {
   if (bootloader && !o.bootloader)
     log("the model is too large for EEPROM: it goes through the bootloader, over USB, and the glove pauses");
   const deploy::Sent sent = bootloader ? send_pages(o, path) : send_live(o, glove, path);
-  if (o.json) {
-    nlohmann::ordered_json json = {{"model", o.model}, {"port", path}, {"bytes", sent.bytes}};
-    if (sent.pieces) json["pieces"] = *sent.pieces;
-    json["bootloader"] = bootloader;
-    json["took_s"] = sent.took_s;
-    json["version"] = FLEXOR_VERSION;
-    return print(io::dump(json));
-  }
-  print(fmt::format("{}: the glove runs {} now: {} bytes{}, written and read back, {:.1f} s\n", path,
-                    io::one_line(o.model), sent.bytes,
-                    sent.pieces ? fmt::format(" in {} pieces", *sent.pieces) : "", sent.took_s));
+  nlohmann::ordered_json json = {{"model", o.model}, {"port", path}, {"bytes", sent.bytes}};
+  if (sent.pieces) json["pieces"] = *sent.pieces;
+  json["bootloader"] = bootloader;
+  json["took_s"] = sent.took_s;
+  return {json, fmt::format("{}: the glove runs {} now: {} bytes{}, written and read back, {:.1f} s\n", path,
+                            io::one_line(o.model), sent.bytes,
+                            sent.pieces ? fmt::format(" in {} pieces", *sent.pieces) : "", sent.took_s)};
 }
 
 }  // namespace send_command
@@ -161,9 +148,7 @@ void add_send(CLI::App& app) {
       ->required();
   command->add_option("--board", o->board, "of the folder: glove or hand")
       ->check(CLI::IsMember({"glove", "hand"}));
-  command
-      ->add_option("--port", o->port, "serial port of the glove or of a radio; auto: the only one there is")
-      ->capture_default_str();
+  add_port(*command, o->port, " of the glove or of a radio");
   command->add_option("--baud", o->baud,
                       "of the glove's radio, which is that of its USB, too (default: the hardware's)");
   command->add_option("--key", o->key, "file with the pair's key: pair.key of the deployment");

@@ -67,54 +67,51 @@ Json setup_arguments(const Options& o) {
   return out;
 }
 
-void run_setup(const Options& o, io::Worker& camera) {
+Output run_setup(const Options& o, io::Worker& camera) {
   const Json setup = camera.run("propose_marks", setup_arguments(o));
-  if (o.json) return print(io::dump(setup));
   const auto trouble = setup.at("trouble").get<std::string>();
-  if (!trouble.empty()) log_warning(trouble);
-  print(fmt::format("{:>3}  {:<16}{:>9}{:>9}{:>9}\n", "", o.assign.empty() ? "proposed" : "assigned", "x px",
-                    "y px", "area"));
+  if (!o.json && !trouble.empty()) log_warning(trouble);
+  std::string text = fmt::format("{:>3}  {:<16}{:>9}{:>9}{:>9}\n", "",
+                                 o.assign.empty() ? "proposed" : "assigned", "x px", "y px", "area");
   for (const Json& c : setup.at("candidates")) {
     const auto mark = c.at("mark").get<std::string>();
-    print(fmt::format("{:>3}  {:<16}{:>9.1f}{:>9.1f}{:>9.0f}\n", c.at("number").get<int>(),
-                      mark.empty() ? "-" : mark, c.at("x_px").get<double>(), c.at("y_px").get<double>(),
-                      c.at("area_px").get<double>()));
+    text += fmt::format("{:>3}  {:<16}{:>9.1f}{:>9.1f}{:>9.0f}\n", c.at("number").get<int>(),
+                        mark.empty() ? "-" : mark, c.at("x_px").get<double>(), c.at("y_px").get<double>(),
+                        c.at("area_px").get<double>());
   }
-  print(fmt::format("picture  {}\n", o.track.out.string()));
-  if (!o.save.empty()) {
-    print(fmt::format("joints   {}\n", o.save));
-  } else {
-    print(
-        "to keep this for the video: --save JOINTS.json, with --assign NUMBER=MARK for each mark where it is "
-        "wrong\n");
-  }
+  text += fmt::format("picture  {}\n", o.track.out.string());
+  text += !o.save.empty()
+              ? fmt::format("joints   {}\n", o.save)
+              : "to keep this for the video: --save JOINTS.json, with --assign NUMBER=MARK for each mark "
+                "where it is wrong\n";
+  return {setup, text};
 }
 
-void show(const Options& o, const Json& r) {
+std::string in_words(const Options& o, const Json& r) {
   const auto count = [](const Json& json, const char* key) { return json.at(key).get<std::size_t>(); };
   const auto number = [](const Json& json, const char* key) { return json.at(key).get<double>(); };
-  print(fmt::format("{} frames, {:.2f} to {:.2f} s; every mark seen in {} of {}; {} missing by the clock\n\n",
-                    count(r, "frames"), number(r, "from_s"), number(r, "to_s"), count(r, "frames_labelled"),
-                    count(r, "frames"), count(r, "frames_dropped")));
-  print(fmt::format("{:<16}{:>10}{:>10}{:>12}{:>8}{:>10}{:>8}{:>7}\n", "angle, deg", "from", "to",
-                    "std. error", "good", "doubtful", "hidden", "lost"));
+  std::string text =
+      fmt::format("{} frames, {:.2f} to {:.2f} s; every mark seen in {} of {}; {} missing by the clock\n\n",
+                  count(r, "frames"), number(r, "from_s"), number(r, "to_s"), count(r, "frames_labelled"),
+                  count(r, "frames"), count(r, "frames_dropped")) +
+      fmt::format("{:<16}{:>10}{:>10}{:>12}{:>8}{:>10}{:>8}{:>7}\n", "angle, deg", "from", "to", "std. error",
+                  "good", "doubtful", "hidden", "lost");
   for (const auto& [name, a] : r.at("angles").items()) {
-    print(fmt::format("{:<16}{:>10.1f}{:>10.1f}{:>12.2f}{:>8}{:>10}{:>8}{:>7}\n", name, number(a, "min_deg"),
-                      number(a, "max_deg"), number(a, "standard_error_deg"), count(a, "frames_good"),
-                      count(a, "frames_doubtful"), count(a, "frames_hidden"), count(a, "frames_lost")));
+    text +=
+        fmt::format("{:<16}{:>10.1f}{:>10.1f}{:>12.2f}{:>8}{:>10}{:>8}{:>7}\n", name, number(a, "min_deg"),
+                    number(a, "max_deg"), number(a, "standard_error_deg"), count(a, "frames_good"),
+                    count(a, "frames_doubtful"), count(a, "frames_hidden"), count(a, "frames_lost"));
   }
-  print(fmt::format("\n{:.0f} frames a second, decoding left out\nangles   {}\n",
-                    number(r, "frames") / std::max(1e-9, number(r, "tracking_s")), o.track.out.string()));
-  if (!o.track.preview.empty()) print(fmt::format("preview  {}\n", o.track.preview.string()));
-  if (!o.track.report.empty()) print(fmt::format("report   {}/report.html\n", o.track.report.string()));
+  text += fmt::format("\n{:.0f} frames a second, decoding left out\nangles   {}\n",
+                      number(r, "frames") / std::max(1e-9, number(r, "tracking_s")), o.track.out.string());
+  if (!o.track.preview.empty()) text += fmt::format("preview  {}\n", o.track.preview.string());
+  if (!o.track.report.empty()) text += fmt::format("report   {}/report.html\n", o.track.report.string());
+  return text;
 }
 
-void run(const Options& o) {
+Output run(const Options& o) {
   io::Worker camera(io::program_beside(kCameraWorker));
-  if (o.setup) {
-    run_setup(o, camera);
-    return;
-  }
+  if (o.setup) return run_setup(o, camera);
   // A camera has no end of its own: Ctrl-C is how its recording is finished.
   std::optional<io::StopOnSignal> stop;
   if (std::filesystem::is_character_file(o.track.video)) stop.emplace();
@@ -123,8 +120,7 @@ void run(const Options& o) {
   if (stop && *stop->flag())
     result.at("warnings").push_back("interrupted: what was tracked until then is kept");
   for (const Json& warning : result.at("warnings")) log_warning(warning.get<std::string>());
-  if (o.json) return print(io::dump(result));
-  show(o, result);
+  return {result, in_words(o, result)};
 }
 
 struct CalibrateOptions {
@@ -134,7 +130,7 @@ struct CalibrateOptions {
   bool json = false;
 };
 
-void run_calibrate(const CalibrateOptions& o) {
+Output run_calibrate(const CalibrateOptions& o) {
   Json pictures = Json::array();
   for (const std::string& picture : o.pictures) pictures.push_back(io::bytes_to_json(picture));
   io::Worker camera(io::program_beside(kCameraWorker));
@@ -147,15 +143,15 @@ void run_calibrate(const CalibrateOptions& o) {
                                  return true;
                                });
   for (const Json& refused : lens.at("refused")) log_warning(refused.get<std::string>());
-  if (o.json) return print(io::dump(lens));
   const auto number = [&](const char* key, std::size_t i) { return lens.at(key).at(i).get<double>(); };
-  print(
+  return {
+      lens,
       fmt::format("{} of {} pictures; corners within {:.2f} px rms\nfocal length {:.1f} x {:.1f} px, centre "
                   "{:.1f}, {:.1f}, "
                   "k1 {:.4f}, k2 {:.4f}\nlens     {}\n",
                   lens.at("used").size(), o.pictures.size(), lens.at("reprojection_rms_px").get<double>(),
                   number("focal_px", 0), number("focal_px", 1), number("centre_px", 0),
-                  number("centre_px", 1), number("distortion", 0), number("distortion", 1), o.out));
+                  number("centre_px", 1), number("distortion", 0), number("distortion", 1), o.out)};
 }
 
 struct FilmOptions {
@@ -181,7 +177,7 @@ std::vector<twin::Motion> filmed(const FilmOptions& o) {
   return out;
 }
 
-void run_film(const FilmOptions& o) {
+Output run_film(const FilmOptions& o) {
   const twin::Parameters parameters = twin_parameters(o.twin);
   io::require_folder(o.folder);
   const std::vector<twin::Motion> motions = filmed(o);
@@ -204,9 +200,8 @@ void run_film(const FilmOptions& o) {
                           return true;
                         });
   }
-  if (o.json) return print(io::dump(result));
-  print(fmt::format("glove.csv, video.mp4{}, truth.csv and joints.json are in {}\n",
-                    o.mjpeg ? ", video.mjpeg" : "", o.folder));
+  return {result, fmt::format("glove.csv, video.mp4{}, truth.csv and joints.json are in {}\n",
+                              o.mjpeg ? ", video.mjpeg" : "", o.folder)};
 }
 
 }  // namespace track_command
@@ -285,9 +280,7 @@ void add_camera(CLI::App& app) {
                  "also video.mjpeg, which a browser takes in place of a camera "
                  "(Chromium: --use-file-for-fake-video-capture)");
   film->add_option("--rate", f->rate_hz, "of the glove's log, Hz")->capture_default_str();
-  film->add_option("--seed", f->seed, "everything random follows from it")
-      ->check(seed_fault)
-      ->capture_default_str();
+  add_seed(*film, f->seed);
   add_twin_options(*film, f->twin);
 }
 

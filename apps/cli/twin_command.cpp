@@ -5,7 +5,6 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
-#include "host/io/json.hpp"
 #include "host/study/glove_recording.hpp"
 
 namespace flexor::cli {
@@ -51,7 +50,7 @@ std::string next_command(const RecordOptions& o, double lead_s) {
   return out + " --fit-all --model " + io::shell_word(o.folder + "/identified.json");
 }
 
-void record(RecordOptions& o) {
+Output record(RecordOptions& o) {
   o.request.parameters = twin_parameters(o.twin);
   study::check(o.request);
   io::require_folder(o.folder);
@@ -65,30 +64,27 @@ void record(RecordOptions& o) {
   }
   const std::optional<study::HandLag> lag = study::hand_lag(recordings);
   const std::string next = next_command(o, lag ? lag->lead_s() : 0);
-  if (!o.json) {
-    print(fmt::format("{} donning(s) of {:.0f} s in {}\nlag from finger to hand {}\nnext: {}\n",
-                      o.request.donnings, study::recommended_motion().duration_s(), io::one_line(o.folder),
-                      lag ? fmt::format("{:.0f} ms, of these {:.0f} ms to the reading",
-                                        1000 * lag->finger_to_hand_s, 1000 * lag->sensor_s)
-                          : "outside the search",
-                      io::one_line(next)));
-    return;
-  }
   Json pairs = Json::array();
   for (int n = 1; n <= o.request.donnings; ++n) {
     pairs.push_back({{"glove", fmt::format("{}/glove-{}.csv", o.folder, n)},
                      {"camera", fmt::format("{}/camera-{}.csv", o.folder, n)},
                      {"hand", fmt::format("{}/hand-{}.csv", o.folder, n)}});
   }
-  print(io::dump(Json{{"pairs", std::move(pairs)},
-                      {"rate_hz", o.request.rate_hz},
-                      {"duration_s", study::recommended_motion().duration_s()},
-                      {"lag_s", lag ? Json(lag->finger_to_hand_s) : Json(nullptr)},
-                      {"sensor_lag_s", lag ? Json(lag->sensor_s) : Json(nullptr)},
-                      {"lead_s", lag ? Json(lag->lead_s()) : Json(nullptr)},
-                      {"next", next},
-                      {"seed", o.request.seed},
-                      {"version", FLEXOR_VERSION}}));
+  const double duration_s = study::recommended_motion().duration_s();
+  return {{{"pairs", std::move(pairs)},
+           {"rate_hz", o.request.rate_hz},
+           {"duration_s", duration_s},
+           {"lag_s", lag ? Json(lag->finger_to_hand_s) : Json(nullptr)},
+           {"sensor_lag_s", lag ? Json(lag->sensor_s) : Json(nullptr)},
+           {"lead_s", lag ? Json(lag->lead_s()) : Json(nullptr)},
+           {"next", next},
+           {"seed", o.request.seed}},
+          fmt::format("{} donning(s) of {:.0f} s in {}\nlag from finger to hand {}\nnext: {}\n",
+                      o.request.donnings, duration_s, io::one_line(o.folder),
+                      lag ? fmt::format("{:.0f} ms, of these {:.0f} ms to the reading",
+                                        1000 * lag->finger_to_hand_s, 1000 * lag->sensor_s)
+                          : "outside the search",
+                      io::one_line(next))};
 }
 
 void add_twin_record(CLI::App& twin) {
@@ -107,9 +103,7 @@ void add_twin_record(CLI::App& twin) {
                    "recordings of two minutes, the glove put on anew for each; one is what a user does")
       ->capture_default_str();
   command->add_option("--rate", o->request.rate_hz, "sample rate of the glove, Hz")->capture_default_str();
-  command->add_option("--seed", o->request.seed, "other than the experiment's")
-      ->check(seed_fault)
-      ->capture_default_str();
+  add_seed(*command, o->request.seed, "other than the experiment's");
   add_twin_options(*command, o->twin);
 }
 

@@ -5,7 +5,6 @@
 #include "apps/cli/commands.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/interrupt.hpp"
-#include "host/io/json.hpp"
 #include "host/study/bench.hpp"
 
 namespace flexor::cli {
@@ -35,18 +34,14 @@ study::BenchOptions bench_of(const Options& o) {
 
 void say(const Options& o, const study::Bench& bench) {
   if (!o.key.empty()) deploy::write_key(o.key, *bench.key());
-  if (o.json) {
-    const nlohmann::ordered_json key =
-        o.key.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(o.key);
-    return print(io::dump({{"port", bench.port()},
-                           {"key", key},
-                           {"bootloader", bench.has_bootloader()},
-                           {"rate_hz", o.rate_hz},
-                           {"seed", o.seed},
-                           {"version", FLEXOR_VERSION}}));
-  }
-  print(fmt::format("a glove is at {}: flexor monitor --port {}\n", bench.port(), bench.port()));
-  if (!bench.has_bootloader()) log(study::why_no_bootloader());
+  print({{{"port", bench.port()},
+          {"key", o.key.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(o.key)},
+          {"bootloader", bench.has_bootloader()},
+          {"rate_hz", o.rate_hz},
+          {"seed", o.seed}},
+         fmt::format("a glove is at {0}: flexor monitor --port {0}\n", bench.port())},
+        o.json);
+  if (!o.json && !bench.has_bootloader()) log(study::why_no_bootloader());
 }
 
 void run(const Options& o) {
@@ -90,15 +85,10 @@ void add_twin_wear(CLI::App& twin) {
       ->capture_default_str();
   command->add_option("--slip", o->slip_deg, "every strip has slipped by so many degrees of bend")
       ->capture_default_str();
-  command->add_option("--for", o->for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
-  command->add_option("--compensator", o->model, "raw, published-w, published-hw, or a model file")
-      ->capture_default_str();
-  command->add_option("--rate", o->rate_hz, "sample rate of the glove: 10, 20, 50 or 100 Hz")
-      ->capture_default_str();
+  add_duration(*command, o->for_s);
+  add_compensator(*command, o->model, o->rate_hz);
   command->add_option("--key", o->key, "write the pair's key into this file, for flexor send");
-  command->add_option("--seed", o->seed, "everything random follows from it")
-      ->check(seed_fault)
-      ->capture_default_str();
+  add_seed(*command, o->seed);
   add_twin_options(*command, o->twin);
 }
 

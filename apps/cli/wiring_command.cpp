@@ -5,7 +5,6 @@
 #include "apps/cli/commands.hpp"
 #include "host/deploy/wiring.hpp"
 #include "host/io/io.hpp"
-#include "host/io/json.hpp"
 #include "host/report/wiring.hpp"
 
 namespace flexor::cli {
@@ -25,7 +24,7 @@ void refuse_deployment(const std::string& folder) {
       "{}: holds a deployment, whose own wiring.md and pictures would go: --out another folder", folder));
 }
 
-void run(const Options& o) {
+Output run(const Options& o) {
   const model::Hardware hardware = model::hardware(o.hardware);
   const deploy::Output output = deploy::kOutputs.at(o.output);
   nlohmann::ordered_json json = to_json(deploy::wiring_plan(hardware, output));
@@ -35,13 +34,11 @@ void run(const Options& o) {
   report::save_wiring(json, o.out);
   json["folder"] = o.out;
   json["pins"] = model::to_json(hardware.pins);
-  json["version"] = FLEXOR_VERSION;
-  if (o.json) return print(io::dump(json));
-  print(
-      fmt::format("wiring    {0}/wiring.md, {0}/wiring_glove.svg{1}\nlog it    flexor deploy --output log "
-                  "--hardware {2} --out logger, then flexor flash logger\n",
-                  o.out, output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", o.out) : "",
-                  io::shell_word(o.hardware)));
+  return {json, fmt::format(
+                    "wiring    {0}/wiring.md, {0}/wiring_glove.svg{1}\nlog it    flexor deploy --output log "
+                    "--hardware {2} --out logger, then flexor flash logger\n",
+                    o.out, output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", o.out) : "",
+                    io::shell_word(o.hardware))};
 }
 
 }  // namespace wiring_command

@@ -8,11 +8,11 @@
 #include <cmath>
 
 #include "apps/camera/film.hpp"
-#include "apps/camera/results.hpp"
 #include "host/camera/draw.hpp"
 #include "host/camera/jpeg.hpp"
 #include "host/camera/video.hpp"
 #include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "host/io/output.hpp"
 #include "host/recording/csv.hpp"
 #include "host/twin/hand_view.hpp"
@@ -60,6 +60,21 @@ class AngleFile {
 void require_file(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path) || std::filesystem::is_regular_file(path)) return;
   throw io::InputError(fmt::format("{}: a report needs its angles in a file; name one", path.string()));
+}
+
+// For the report: angles.csv, results.json, and one picture with its marks.
+void save_results(const Tracked& r, const TrackRequest& request, const camera::Picture& labelled) {
+  const std::filesystem::path& folder = request.report;
+  io::make_folder(folder);
+  std::error_code error;
+  if (!std::filesystem::equivalent(request.out, folder / "angles.csv", error))
+    io::write_file(folder / "angles.csv", io::read_file(request.out));
+  if (!labelled.empty()) camera::write_picture(folder / "frame.jpg", labelled);
+  nlohmann::ordered_json json = {{"kind", "tracking"}};
+  json.update(to_json(r, request));
+  json["lens"] = io::to_utf8(request.lens.string());
+  json["most_hidden_frames"] = camera::kMaxHidden;
+  io::write_file(folder / "results.json", io::dump(json));
 }
 
 // Short bones turn most when a lens bends them.
@@ -140,7 +155,7 @@ class Track {
     add_warnings(out, bone_px > 0 ? bone_px : out.width / 12.0);
     file->finish();
     if (preview) preview->finish(last);
-    if (!request_.report.empty()) save_results(out, request_, request_.out, labelled, request_.report);
+    if (!request_.report.empty()) save_results(out, request_, labelled);
     return out;
   }
 

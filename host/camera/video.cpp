@@ -230,7 +230,7 @@ std::size_t packets(const std::filesystem::path& path) {
 struct VideoWriter::Writer {
   explicit Writer(const std::filesystem::path& p) : path(p), output(p) {}
   std::filesystem::path path;
-  io::StagedOutput output;
+  io::Output output;
   cv::VideoWriter writer;
   std::size_t frames = 0;
 };

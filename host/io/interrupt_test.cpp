@@ -128,7 +128,6 @@ TEST_F(Interrupt, AtAnyInstantNothingIsLeftBehind) {
             const TemporaryFolder temporary;
             Output output(temporary.path() / "inner");
             write_file(file, std::string(100000, letter));
-            StagedOutput staged(file);
           }
         } catch (const std::exception&) {  // as programs do before they report a fault
           wait_if_ending();

@@ -162,12 +162,15 @@ void remove_stale(const Target& target, const std::string& stem) {
   }
 }
 
-// A new file beside the target. `extension` is repeated at its end, for libraries that go by it.
-fs::path make_beside(const Target& target, Access who, std::string_view extension, Descriptor& descriptor) {
+// A new file beside the target, which ends as the user wrote it: libraries go by that.
+fs::path make_beside(const Target& target, Access who, Descriptor& descriptor) {
   constexpr std::size_t kLongest = 200;  // file systems end at 255
+  constexpr std::size_t kLongestExtension = 16;
   constexpr int kAttempts =
       1000;  // several outputs of one process, or one that was killed and had its number
   const std::string stem = target.file.filename().string().substr(0, kLongest);
+  std::string extension = target.named.extension().string();
+  if (extension.size() > kLongestExtension) extension.clear();
   remove_stale(target, stem);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const std::string more = attempt > 0 ? fmt::format("-{}", attempt) : "";
@@ -248,7 +251,7 @@ Output::Output(const fs::path& path, Access access) : open_(std::make_unique<Ope
     o.descriptor = open_through(o.target);
     return;
   }
-  o.temporary.emplace([&] { return make_beside(o.target, access, "", o.descriptor); });
+  o.temporary.emplace([&] { return make_beside(o.target, access, o.descriptor); });
   take_over_permissions(o.target, access, o.descriptor.number());
 }
 
@@ -276,61 +279,21 @@ void Output::commit() {
   if (o.temporary) replace(o.target, *o.temporary);
 }
 
+const fs::path& Output::name() const {
+  if (open_->target.through) refuse(open_->target.named, "is no file");
+  return open_->temporary->path();
+}
+
+void Output::require_room() {
+  (void)lseek(open_->descriptor.number(), 0, SEEK_END);
+  write_into(open_->target, open_->descriptor.number(), std::string(kBuffer, '\0'));
+  bring_to_disk(open_->target, open_->descriptor.number());
+}
+
 void write_file(const fs::path& path, std::string_view content, Access access) {
   Output output(path, access);
   output.write(content);
   output.commit();
-}
-
-struct StagedOutput::Staged {
-  Target target;
-  std::optional<TemporaryFolder> folder;  // for what is no file
-  std::optional<Temporary> temporary;
-};
-
-StagedOutput::StagedOutput(const fs::path& path, Access access) : staged_(std::make_unique<Staged>()) {
-  Staged& s = *staged_;
-  s.target = target_of(path);
-  Target beside = s.target;
-  if (s.target.through) {
-    s.folder.emplace();
-    beside = {
-        .named = path, .file = s.folder->path() / path.filename(), .own_descriptor = {}, .existing = {}};
-  }
-  Descriptor descriptor;
-  s.temporary.emplace([&] { return make_beside(beside, access, path.extension().string(), descriptor); });
-  take_over_permissions(beside, access, descriptor.number());
-}
-
-StagedOutput::~StagedOutput() = default;
-
-const fs::path& StagedOutput::name() const { return staged_->temporary->path(); }
-
-void StagedOutput::require_room() const {
-  const Descriptor staged(::open(name().c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0600));
-  if (staged.number() < 0) cannot_write(staged_->target.named, errno);
-  write_into(staged_->target, staged.number(), std::string(kBuffer, '\0'));
-  bring_to_disk(staged_->target, staged.number());
-}
-
-void StagedOutput::commit() {
-  Staged& s = *staged_;
-  Descriptor staged(::open(name().c_str(), O_RDONLY | O_CLOEXEC));
-  if (staged.number() < 0) cannot_write(s.target.named, errno);
-  bring_to_disk(s.target, staged.number());
-  if (!s.target.through) {
-    close_checked(s.target, staged);
-    replace(s.target, *s.temporary);
-    return;
-  }
-  Descriptor out = open_through(s.target);
-  std::string buffer(kBuffer, '\0');
-  for (ssize_t n = 0; (n = read(staged.number(), buffer.data(), buffer.size())) != 0;) {
-    if (n < 0) cannot_write(s.target.named, errno);
-    write_into(s.target, out.number(), std::string_view(buffer).substr(0, static_cast<std::size_t>(n)));
-  }
-  bring_to_disk(s.target, out.number());
-  close_checked(s.target, out);
 }
 
 }  // namespace flexor::io

@@ -24,7 +24,8 @@ namespace flexor::io {
 // Whether `path` is this process's standard output: /dev/stdout, /proc/self/fd/1 or a link to them.
 bool is_standard_output(const std::filesystem::path& path);
 
-// Bytes as they come: tables, documents.
+// Bytes as they come: tables, documents. Or what a library writes to name(); libraries do not report the last
+// byte: read back what they made before commit().
 class Output {
  public:
   explicit Output(const std::filesystem::path& path, Access access = Access::usual);
@@ -33,6 +34,10 @@ class Output {
   Output& operator=(const Output&) = delete;
 
   void write(std::string_view bytes);
+  // The file beside, empty, for a library to overwrite; ends as `path` does. Throws InputError where that is no file.
+  const std::filesystem::path& name() const;
+  // For when the library has failed: throws when the disk is what refuses more bytes.
+  void require_room();
   void commit();  // only after this is anything there
 
  private:
@@ -41,26 +46,6 @@ class Output {
   struct Open;
   std::unique_ptr<Open> open_;
   std::string buffer_;
-};
-
-// For libraries that write to a name and do not report the last byte: read back what they made before
-// commit().
-class StagedOutput {
- public:
-  explicit StagedOutput(const std::filesystem::path& path, Access access = Access::usual);
-  ~StagedOutput();
-  StagedOutput(const StagedOutput&) = delete;
-  StagedOutput& operator=(const StagedOutput&) = delete;
-
-  const std::filesystem::path& name()
-      const;  // an empty file, which the library overwrites; ends as `path` does
-  // For when the library has failed: throws when the disk is what refuses more bytes.
-  void require_room() const;
-  void commit();
-
- private:
-  struct Staged;
-  std::unique_ptr<Staged> staged_;
 };
 
 }  // namespace flexor::io

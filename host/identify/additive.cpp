@@ -49,7 +49,7 @@ constexpr unsigned kSeed = 2019;
 // loss's slope there. Of an estimate beyond the limits, what is beyond them does not count.
 class Fit {
  public:
-  Fit(const System& system, const Limits& limits, double centre)
+  Fit(const System& system, const model::Saturation& limits, double centre)
       : system_(&system), limits_(limits), centre_(centre) {
     move(VectorXd::Zero(system.columns()));
     weight_ = system.weight();  // the first step is plain least squares
@@ -83,11 +83,11 @@ class Fit {
     std::vector<double> above;
     for (Index r = 0; r < estimate_.size(); ++r) {
       if (system_->as_it_was()(r) == 0) continue;
-      if (estimate_(r) < limits_.lower) below.push_back(system_->angle()(r));
-      if (estimate_(r) > limits_.upper) above.push_back(system_->angle()(r));
+      if (estimate_(r) < limits_.lower_deg) below.push_back(system_->angle()(r));
+      if (estimate_(r) > limits_.upper_deg) above.push_back(system_->angle()(r));
     }
-    if (static_cast<double>(below.size()) >= kLeastAtEnd) limits_.lower = median(std::move(below));
-    if (static_cast<double>(above.size()) >= kLeastAtEnd) limits_.upper = median(std::move(above));
+    if (static_cast<double>(below.size()) >= kLeastAtEnd) limits_.lower_deg = median(std::move(below));
+    if (static_cast<double>(above.size()) >= kLeastAtEnd) limits_.upper_deg = median(std::move(above));
     move(coefficients_);
   }
 
@@ -100,10 +100,10 @@ class Fit {
     return gram_;
   }
 
-  double clamped(double estimate) const { return std::clamp(estimate, limits_.lower, limits_.upper); }
+  double clamped(double estimate) const { return std::clamp(estimate, limits_.lower_deg, limits_.upper_deg); }
 
   const System& system() const { return *system_; }
-  const Limits& limits() const { return limits_; }
+  const model::Saturation& limits() const { return limits_; }
   double centre() const { return centre_; }
   const VectorXd& weight() const { return weight_; }
   const VectorXd& target() const { return target_; }
@@ -144,7 +144,7 @@ class Fit {
 
  private:
   const System* system_;
-  Limits limits_;
+  model::Saturation limits_;
   double centre_;
   VectorXd coefficients_;
   VectorXd estimate_;
@@ -293,8 +293,7 @@ void take(const Fit& fit, Additive& out) {
   out.value =
       Eigen::Map<const MatrixXd>(w.data(), out.branches.knots, system.shared_columns() / out.branches.knots);
   out.donning = w.tail(system.columns() - system.shared_columns());
-  out.lower_deg = fit.limits().lower;
-  out.upper_deg = fit.limits().upper;
+  out.limits = fit.limits();
   double squares = 0;
   VectorXd shared = w;
   shared.tail(out.donning.size()).setZero();
@@ -398,9 +397,9 @@ class Search {
   Additive fit(const Branches& branches) {
     const bool alone = branches == Branches{};
     if (!curve_ && !alone) (void)fit({});
-    const Limits ends = limits_of(stack_, kEnds);
+    const model::Saturation ends = limits_of(stack_, kEnds);
     const System system(stack_, branches, period_s_, ends);
-    const double centre = limits_of(stack_, 0.5).lower;
+    const double centre = limits_of(stack_, 0.5).lower_deg;
     const MatrixXd first = system.penalty({});
     Fit cold(system, limits_at_rest(stack_, ends, branches.open ? kOpen : 0), centre);
     cold.descend(first, true);
@@ -433,7 +432,7 @@ class Search {
   // Where it drifts too far its motion is shrunk until it does not, or left if that does not help. What is validated is what ships.
   void finish(const Drift& drift, double most_drift_deg, Additive& out) const {
     const System system(stack_, out.branches, period_s_, limits_of(stack_, kEnds));
-    Fit fit(system, {out.lower_deg, out.upper_deg}, out.offset_deg);
+    Fit fit(system, out.limits, out.offset_deg);
     fit.move(coefficients_of(out));
     Additive next = out;
     for (int tries = 0; tries <= kShrinks; ++tries) {
@@ -488,7 +487,7 @@ class Search {
 
   const Stack& stack_;
   double period_s_;
-  std::optional<std::pair<VectorXd, Limits>>
+  std::optional<std::pair<VectorXd, model::Saturation>>
       curve_;  // of the reading alone: estimates of all rows, and limits
 };
 
@@ -617,8 +616,9 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
     throw io::JobError(fmt::format("{}: {} samples to fit, at least {} are needed: record longer", joint,
                                    stack.used.size(), kLeastSamples));
   }
-  const Limits ends = limits_of(stack, kEnds);
-  if (!(ends.upper > ends.lower)) throw io::JobError(fmt::format("{}: its angle hardly changes", joint));
+  const model::Saturation ends = limits_of(stack, kEnds);
+  if (!(ends.upper_deg > ends.lower_deg))
+    throw io::JobError(fmt::format("{}: its angle hardly changes", joint));
   for (Index s = 0; s < stack.input.cols(); ++s) {
     const VectorXd u = stack.input(stack.used, s);
     if (!(u.maxCoeff() > u.minCoeff()))
@@ -662,27 +662,6 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
       search.finish(drift, most_drift_deg, *next);
     }
     if (accept(*next)) break;
-  }
-  return out;
-}
-
-std::vector<CurveValue> curve_values(const Additive& fit, const std::vector<std::string>& inputs) {
-  std::vector<CurveValue> out;
-  for (std::size_t s = 0; s < fit.knots.size(); ++s) {
-    const std::string sensor = inputs.size() > 1 ? inputs[s] + " " : "";
-    const auto add = [&](Index column, const std::string& what) {
-      for (Index k = 0; k < fit.value.rows(); ++k) {
-        const Index at = column * fit.value.rows() + k;
-        out.push_back({fmt::format("{}{} at {:.4g}", sensor, what, fit.knots[s][static_cast<std::size_t>(k)]),
-                       fit.value(k, column), std::sqrt(fit.covariance(at, at)), at});
-      }
-    };
-    for (std::size_t b = 0; b < fit.branches.still(); ++b) {
-      add(fit.still(s) + static_cast<Index>(b), b == 0 ? "curve" : fmt::format("play {}", b));
-    }
-    for (std::size_t l = 0; l < fit.branches.lags_s.size(); ++l) {
-      add(fit.moving(s) + static_cast<Index>(l), fmt::format("motion over {:g} s", fit.branches.lags_s[l]));
-    }
   }
   return out;
 }
@@ -761,7 +740,7 @@ void add_to(model::Model& model, Additive fit, const std::vector<std::string>& i
   }
   const std::string total = joint + " sum";
   model.blocks.push_back({terms, total, sum});
-  add(total, joint + " angle", model::Saturation{fit.lower_deg, fit.upper_deg});
+  add(total, joint + " angle", fit.limits);
   model.joints.push_back({joint, joint + " angle", fit.offset_deg, fit.accuracy});
 }
 

@@ -111,8 +111,7 @@ struct Additive {
   Eigen::VectorXd
       donning;  // of each recording: offset, then by each sensor what half its range adds; degrees
   double offset_deg = 0;
-  double lower_deg = 0;  // limits of the angle
-  double upper_deg = 0;
+  model::Saturation limits;        // of the angle
   std::vector<double> fold_loss;   // cross-validated, mean of each fold, as it is minimised
   std::vector<double> plain_loss;  // the same of the samples as they were, without those of other donnings
   double cross_validated_deg = 0;  // root mean square
@@ -147,15 +146,6 @@ using Accept = std::function<bool(const Additive&)>;
 std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s,
                                    const std::string& joint, const Candidates& candidates, const Drift& drift,
                                    double most_drift_deg, const Accept& accept, const Step& step);
-
-// "curve at 352", "play 2 at 352", "motion over 0.3 s at 352"; of several sensors with their names before.
-struct CurveValue {
-  std::string name;
-  double value_deg;
-  double standard_error_deg;
-  Eigen::Index at;  // in the covariance
-};
-std::vector<CurveValue> curve_values(const Additive& fit, const std::vector<std::string>& inputs);
 
 // Adds the blocks of `fit` behind the model's inputs of these names, and the joint.
 void add_to(model::Model& model, Additive fit, const std::vector<std::string>& inputs,

@@ -129,12 +129,12 @@ Stack::Stack(const std::vector<Session>& sessions) {
   for (Index k = 0; k < std::ssize(all); k += every) used.push_back(all[static_cast<std::size_t>(k)]);
 }
 
-Limits limits_of(const Stack& stack, double tail) {
+model::Saturation limits_of(const Stack& stack, double tail) {
   const std::vector<double> angle = sorted(stack.angle(stack.used));
   return {quantile(angle, tail), quantile(angle, 1 - tail)};
 }
 
-Limits limits_at_rest(const Stack& stack, const Limits& ends, double beyond) {
+model::Saturation limits_at_rest(const Stack& stack, const model::Saturation& ends, double beyond) {
   const VectorXd angle = stack.angle(stack.used);
   const double beyond_deg = beyond * (angle.maxCoeff() - angle.minCoeff());
   if (beyond > 0) return {angle.minCoeff() - beyond_deg, angle.maxCoeff() + beyond_deg};
@@ -147,8 +147,8 @@ Limits limits_at_rest(const Stack& stack, const Limits& ends, double beyond) {
     std::ranges::sort(there);
     return quantile(there, 0.95) - quantile(there, 0.05) > kGoesOn * (own.maxCoeff() - own.minCoeff());
   };
-  return {rests([&](double y) { return y < ends.lower + kEnd_deg; }) ? ends.lower : angle.minCoeff(),
-          rests([&](double y) { return y > ends.upper - kEnd_deg; }) ? ends.upper : angle.maxCoeff()};
+  return {rests([&](double y) { return y < ends.lower_deg + kEnd_deg; }) ? ends.lower_deg : angle.minCoeff(),
+          rests([&](double y) { return y > ends.upper_deg - kEnd_deg; }) ? ends.upper_deg : angle.maxCoeff()};
 }
 
 double range_of(const Stack& stack, Index sensor) {
@@ -156,7 +156,7 @@ double range_of(const Stack& stack, Index sensor) {
   return quantile(u, 1 - kTail) - quantile(u, kTail);
 }
 
-System::System(const Stack& stack, const Branches& branches, double period_s, const Limits& ends) {
+System::System(const Stack& stack, const Branches& branches, double period_s, const model::Saturation& ends) {
   for (Index s = 0; s < stack.input.cols(); ++s) {
     const std::vector<double> u = sorted(stack.input(stack.used, s));
     knots_.push_back(knots_of(u, branches.knots));
@@ -172,14 +172,14 @@ System::System(const Stack& stack, const Branches& branches, double period_s, co
 }
 
 // From the donnings that were recorded to the next one.
-Donnings::Donnings(Limits of, std::size_t recordings, std::size_t count)
+Donnings::Donnings(model::Saturation of, std::size_t recordings, std::size_t count)
     : ends(of),
       sensors(static_cast<double>(count)),
       spread(std::max(3.0, sensors)),
       step(std::sqrt(spread) * kDonning * std::sqrt(1 + 1 / static_cast<double>(recordings))) {}
 
 bool Donnings::tells(double angle_deg) const {
-  return angle_deg < ends.lower + kEnd_deg || angle_deg > ends.upper - kEnd_deg;
+  return angle_deg < ends.lower_deg + kEnd_deg || angle_deg > ends.upper_deg - kEnd_deg;
 }
 
 void System::make_rows(const Stack& stack, const Donnings& donnings) {

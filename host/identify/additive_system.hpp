@@ -28,30 +28,25 @@ struct Stack {
   std::vector<Eigen::Index> begin;  // of each session, and the end
 };
 
-struct Limits {
-  double lower = 0;
-  double upper = 0;
-};
-
 inline constexpr double kEnds = 0.01;  // share of the angles beyond the first guess of either limit
 
 // The share `tail` of the used angles lies beyond either limit.
-Limits limits_of(const Stack& stack, double tail);
+model::Saturation limits_of(const Stack& stack, double tail);
 // Of these ends those that the finger rests at; the farthest angle where it does not. With `beyond` none, but so much of the
 // range beyond what was seen.
-Limits limits_at_rest(const Stack& stack, const Limits& ends, double beyond);
+model::Saturation limits_at_rest(const Stack& stack, const model::Saturation& ends, double beyond);
 
 double range_of(const Stack& stack, Eigen::Index sensor);  // of the used readings, but for a few
 
 // What a joint may read once the glove is put on anew: the sample as it was, then each sensor shifted down and up (sigma points; they
 // have the mean and the variance of donnings). For where the finger rests at an end alone: there all that is known is that it does.
 struct Donnings {
-  Donnings(Limits ends, std::size_t recordings, std::size_t sensors);
+  Donnings(model::Saturation ends, std::size_t recordings, std::size_t sensors);
   bool tells(double angle_deg) const;
   double as_it_was() const { return 1 - sensors / spread; }  // weight of that row
   double shifted() const { return 1 / (2 * spread); }        // and of each of the others
 
-  Limits ends;
+  model::Saturation ends;
   double sensors;
   double spread;
   double step;  // of readings, as a share of their range
@@ -59,7 +54,7 @@ struct Donnings {
 
 class System {
  public:
-  System(const Stack& stack, const Branches& branches, double period_s, const Limits& ends);
+  System(const Stack& stack, const Branches& branches, double period_s, const model::Saturation& ends);
 
   Eigen::Index rows() const { return dense_.rows(); }
   Eigen::Index columns() const { return still_columns_ + dense_.cols(); }

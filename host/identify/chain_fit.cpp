@@ -85,7 +85,7 @@ class ChainFitter {
       progress();
     }
     if (!(out.fitted_rmse_deg < least_deg)) return out;
-    options.only_start = summary.best_start;
+    options.only_start = static_cast<std::size_t>(summary.start - 1);
     options.knots = summary.knots;
     validate(chain, data, options, out);
     return out;
@@ -130,12 +130,12 @@ class ChainFitter {
   std::optional<double> best_lag_s() {
     Options quick;
     quick.only_start = 0;
-    double least = (1 - kLagIsWorth) * fit(wanted_.blocks, behind(wanted_), quick).rmse_deg;
+    double least = (1 - kLagIsWorth) * fit(wanted_.blocks, behind(wanted_), quick).fitted_rmse_deg;
     std::optional<double> best;
     const auto look = [&](double lag_s) {
       Chain chain = wanted_;
       chain.lag_s = lag_s;
-      const double rmse = fit(chain.blocks, behind(chain), quick).rmse_deg;
+      const double rmse = fit(chain.blocks, behind(chain), quick).fitted_rmse_deg;
       if (rmse < least) {
         least = rmse;
         best = lag_s;
@@ -154,13 +154,8 @@ class ChainFitter {
   void fill(const Chain& chain, const Summary& summary, JointFit& out) const {
     out.structure = text_of(chain);
     out.text = text_of(chain);
-    out.fitted_rmse_deg = summary.rmse_deg;
-    out.effective = summary.free_parameters + (wanted_.lag && !wanted_.lag_s ? 1 : 0);
-    out.condition = summary.condition;
-    out.iterations = summary.iterations;
-    out.start = static_cast<int>(summary.best_start) + 1;
-    out.parameters = summary.parameters;
-    out.covariance = summary.covariance;
+    static_cast<Fitted&>(out) = summary;
+    if (wanted_.lag && !wanted_.lag_s) ++out.effective;
     if (chain.lag_s) {
       out.parameters.push_back({"lag s", *chain.lag_s, 0, true});
       const Index last = summary.covariance.rows();

@@ -541,10 +541,10 @@ class Fitter {
     Summary s;
     s.theta = best_.theta;
     s.knots = predictor_.knots();
-    s.free_parameters = static_cast<int>(free_.size());
-    s.best_start = best_start_;
+    s.effective = static_cast<double>(free_.size());
+    s.start = static_cast<int>(best_start_) + 1;
     s.iterations = iterations_;
-    s.rmse_deg = root_mean_square(problem_.own_residual(best_.theta));
+    s.fitted_rmse_deg = root_mean_square(problem_.own_residual(best_.theta));
     s.condition = uncertainty_.condition;
     const std::vector<NamedParameter> all = predictor_.named(best_.theta);
     const std::vector<NamedParameter> initial = predictor_.named(initial_);

@@ -62,16 +62,20 @@ struct Parameter {
   std::optional<double> initial = {};  // of a chain
 };
 
-struct Summary {
-  Eigen::VectorXd theta;
-  Knots knots;
+// Of a chain or a sum.
+struct Fitted {
   std::vector<Parameter> parameters;
   Eigen::MatrixXd covariance;  // of these; zero where refused
-  int free_parameters = 0;
-  std::size_t best_start = 0;
-  int iterations = 0;             // from there
-  double rmse_deg = 0;            // over the used samples
-  double condition = 0;           // of the column-scaled Jacobian
+  double fitted_rmse_deg = 0;  // over the used samples
+  double effective = 0;        // parameters that the data determine
+  double condition = 0;  // of a chain: of the column-scaled Jacobian; of a sum: of its regularised system
+  int iterations = 0;    // of a chain, from its parameters' initial values
+  int start = 0;         // of a chain, whose values these are, from 1
+};
+
+struct Summary : Fitted {
+  Eigen::VectorXd theta;
+  Knots knots;
   Eigen::VectorXd predicted_deg;  // whole recording, saturated like the model
   model::Channel channel;         // blocks, saturation and rest angle; the caller names it and its input
 };

@@ -51,7 +51,7 @@ TEST(Fit, InitialValuesAreOneStartMore) {
   options.initial = first.channel;
   options.only_start = 4;  // behind the four of its own
   const Summary again = fit(structure, data, options);
-  EXPECT_NEAR(again.rmse_deg, first.rmse_deg, 1e-5);
+  EXPECT_NEAR(again.fitted_rmse_deg, first.fitted_rmse_deg, 1e-5);
   EXPECT_LT(again.iterations, first.iterations);
   for (std::size_t k = 0; k < first.parameters.size(); ++k)
     EXPECT_NEAR(*again.parameters[k].initial, first.parameters[k].value, 1e-9) << first.parameters[k].name;
@@ -64,12 +64,12 @@ TEST(Fit, EveryFamilyFitsAndTheRicherOnesFitBetter) {
   for (const std::string text : {"linear", "linear-dynamic", "hammerstein", "wiener", "hw", "hysteresis-hw",
                                  "curve > pair", "curve > lti(1) > curve"}) {
     const Summary s = fit(blocks_of(text), data);
-    if (text == "linear") linear = s.rmse_deg;
-    EXPECT_LE(s.rmse_deg, linear * 1.0001) << text;
+    if (text == "linear") linear = s.fitted_rmse_deg;
+    EXPECT_LE(s.fitted_rmse_deg, linear * 1.0001) << text;
     EXPECT_TRUE(s.predicted_deg.allFinite());
     if (!text.starts_with("linear")) {
-      EXPECT_LT(s.rmse_deg, 0.5) << text;
-      EXPECT_GT(s.rmse_deg, 0.25) << text << " cannot beat the noise";
+      EXPECT_LT(s.fitted_rmse_deg, 0.5) << text;
+      EXPECT_GT(s.fitted_rmse_deg, 0.25) << text << " cannot beat the noise";
     }
   }
 }
@@ -89,7 +89,7 @@ TEST(Fit, ALinearSystemIsRecoveredExactly) {
   const Summary s = fit(blocks_of("linear"), data);
   EXPECT_NEAR(s.parameters[0].value, 0.125, 1e-9);
   EXPECT_NEAR(s.parameters[1].value, -20, 1e-6);
-  EXPECT_LT(s.rmse_deg, 1e-8);
+  EXPECT_LT(s.fitted_rmse_deg, 1e-8);
 }
 
 TEST(Fit, TheRobustLossShrugsOffATrackersGlitches) {
@@ -158,7 +158,7 @@ TEST(CurveBounds, AKnotThatHardlyAnySampleTouchesTakesItsNeighboursValue) {
     const Summary s = fit_with_knots(data, {200, 400, 600, data.input.maxCoeff() - 1, 9000});
     EXPECT_NEAR(s.channel.input_curve->y[4], s.channel.input_curve->y[3], 1e-9);
     EXPECT_TRUE(refuses(s, "curve at 9000"));
-    EXPECT_LT(s.rmse_deg, 1);
+    EXPECT_LT(s.fitted_rmse_deg, 1);
   }
 }
 

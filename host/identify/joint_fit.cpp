@@ -73,6 +73,28 @@ std::string imprecision_of(const model::Model& identified) {
                      error_deg, kMostFixedError_deg);
 }
 
+// "curve at 352", "play 2 at 352", "motion over 0.3 s at 352"; of several sensors with their names before.
+void add_parameters(const Additive& fit, const std::vector<std::string>& sensors, Fitted& out) {
+  std::vector<Eigen::Index> order;
+  for (std::size_t s = 0; s < fit.knots.size(); ++s) {
+    const std::string sensor = sensors.size() > 1 ? sensors[s] + " " : "";
+    const auto add = [&](Eigen::Index column, const std::string& what) {
+      for (Eigen::Index k = 0; k < fit.value.rows(); ++k) {
+        const double knot = fit.knots[s][static_cast<std::size_t>(k)];
+        const Eigen::Index at = order.emplace_back(column * fit.value.rows() + k);
+        out.parameters.push_back({fmt::format("{}{} at {:.4g}", sensor, what, knot), fit.value(k, column),
+                                  std::sqrt(fit.covariance(at, at))});
+      }
+    };
+    for (std::size_t b = 0; b < fit.branches.still(); ++b)
+      add(fit.still(s) + static_cast<Eigen::Index>(b), b == 0 ? "curve" : fmt::format("play {}", b));
+    for (std::size_t l = 0; l < fit.branches.lags_s.size(); ++l)
+      add(fit.moving(s) + static_cast<Eigen::Index>(l),
+          fmt::format("motion over {:g} s", fit.branches.lags_s[l]));
+  }
+  out.covariance = fit.covariance(order, order);
+}
+
 JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& joint) {
   JointFit out;
   out.structure = describe(fit.branches);
@@ -86,12 +108,7 @@ JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& 
   out.effective = fit.effective;
   out.limits = fit.branches.open ? 0 : 2;
   out.condition = fit.condition;
-  std::vector<Eigen::Index> order;
-  for (const CurveValue& value : curve_values(fit, joint.sensors)) {
-    out.parameters.push_back({value.name, value.value_deg, value.standard_error_deg});
-    order.push_back(value.at);
-  }
-  out.covariance = fit.covariance(order, order);
+  add_parameters(fit, joint.sensors, out);
   return out;
 }
 

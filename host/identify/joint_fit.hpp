@@ -38,23 +38,16 @@ struct CandidateRow {
   void set_loss(const std::vector<double>& of_folds);
 };
 
-struct JointFit {
+struct JointFit : Fitted {
   std::vector<CandidateRow> rows;
   std::string structure;             // in words
   std::string text;                  // as structure_text.hpp reads it
   std::vector<std::string> sensors;  // that it reads, the own one first
   model::Model model;                // this joint alone, without other joints' inputs
   double hold_drift_deg = 0;         // see hold.hpp
-  std::vector<Parameter> parameters;
-  Eigen::MatrixXd covariance;  // of these
-  double fitted_rmse_deg = 0;
-  double cross_validated_deg = 0;  // root mean square
-  std::vector<double> fold_loss;   // of the same estimates: mean of each fold (robust.hpp)
-  double effective = 0;            // parameters that the data determine
+  double cross_validated_deg = 0;    // root mean square
+  std::vector<double> fold_loss;     // of the same estimates: mean of each fold (robust.hpp)
   double limits = 0;  // of the angle that a sum takes from what was seen, and that `effective` does not count
-  double condition = 0;
-  int iterations = 0;       // of a chain, from its parameters' initial values
-  int start = 0;            // of a chain, whose values these are, from 1
   std::size_t untried = 0;  // structures of the search that was stopped
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "host/identify/levenberg_marquardt.hpp"
+#include "host/identify/robust.hpp"
 #include "host/model/compensator.hpp"
 
 namespace flexor::identify {
@@ -47,13 +48,8 @@ Eigen::RowVector2d derivative(const Line& line, const model::Spread& made, doubl
   return {1, std::exp(line.log_gain) * (reading - made.middle()) / made.span()};
 }
 
-struct Place {
-  double at;
-  double slope;
-};
-
 // Of an unknown of unit variance: straight lines of either slope far from 0, smooth between them.
-Place sided(double x, double below, double above) {
+Bent sided(double x, double below, double above) {
   const double root = std::hypot(x, 1.0);
   return {(above + below) / 2 * x + (above - below) / 2 * (root - 1),
           (above + below) / 2 + (above - below) / 2 * x / root};
@@ -134,20 +130,14 @@ std::vector<std::vector<double>> angles_by(const std::vector<Line>& lines, const
   return out;
 }
 
-// The residual whose square is a loss of the plain residual, and its slope.
-struct Softened {
-  double error;
-  double slope;
-};
-
-// Minus twice the logarithm of Student's density.
-Softened tailed(double e) {
+// The residual whose square is minus twice the logarithm of Student's density.
+Bent tailed(double e) {
   if (std::abs(e) < 1e-6) return {e, 1};
   const double out = std::copysign(std::sqrt(kFreedom * std::log1p(e * e / kFreedom)), e);
   return {out, e / (1 + e * e / kFreedom) / out};
 }
 
-Softened pseudo_huber(double e) {
+Bent pseudo_huber(double e) {
   if (std::abs(e) < 1e-6) return {e, 1};
   const double root = std::sqrt(1 + e * e / (kHuber * kHuber));
   const double out = std::copysign(kHuber * std::sqrt(2 * (root - 1)), e);
@@ -228,8 +218,8 @@ class LineProblem {
       const double common = prior.shift_sd * std::sqrt(alike);
       const double own_sd = prior.shift_sd * std::sqrt(1 - alike);
       const double off = (p(i) - common * p(sensors_)) / own_sd;
-      const Softened row = priors_.size() > 1 ? tailed(off) : Softened{off, 1};
-      r(i) = row.error;
+      const Bent row = priors_.size() > 1 ? tailed(off) : Bent{off, 1};
+      r(i) = row.value;
       j(i, i) = row.slope / own_sd;
       j(i, sensors_) = -row.slope * common / own_sd;
       r(i + 1) = p(i + 1) / prior.log_gain_sd;
@@ -239,13 +229,13 @@ class LineProblem {
 
   void add_poses(const Eigen::VectorXd& p, Eigen::Index& row, Eigen::VectorXd& r, Eigen::MatrixXd& j) const {
     const std::vector<Line> all = lines(p);
-    const Place open = sided(p(sensors_ + 1), kOpenBeyond, kOpenBent);
-    const Place fist = sided(p(sensors_ + 2), kFistShort, kFistBeyond);
+    const Bent open = sided(p(sensors_ + 1), kOpenBeyond, kOpenBent);
+    const Bent fist = sided(p(sensors_ + 2), kFistShort, kFistBeyond);
     for (const Sighting& s : evidence_.poses) {
       const model::Spread& made = *model_.inputs[s.sensor].readings;
-      const Place& place = s.fist ? fist : open;
+      const Bent& place = s.fist ? fist : open;
       r(row) =
-          ((made_of(all[s.sensor], made, s.reading) - s.made) / made.span() - s.pose * place.at) / s.error;
+          ((made_of(all[s.sensor], made, s.reading) - s.made) / made.span() - s.pose * place.value) / s.error;
       j.block<1, 2>(row, column(s.sensor)) = derivative(all[s.sensor], made, s.reading) / s.error;
       j(row++, sensors_ + (s.fist ? 2 : 1)) = -s.pose * place.slope / s.error;
     }
@@ -294,12 +284,12 @@ class LineProblem {
       const auto mark = marks_ + static_cast<Eigen::Index>(s);
       for (std::size_t k = 0; k < one.use.size(); ++k) {
         if (!one.use[k]) continue;
-        const Softened soft = pseudo_huber((now[s][k] + kMarks_deg * p(mark) - one.angle_deg[k]) / error_deg);
+        const Bent soft = pseudo_huber((now[s][k] + kMarks_deg * p(mark) - one.angle_deg[k]) / error_deg);
         for (std::size_t c = 0; c < moved.size(); ++c)
           j(row, static_cast<Eigen::Index>(c)) =
               soft.slope / repeats * (moved[c][s][k] - now[s][k]) / (kStep * error_deg);
         j(row, mark) = soft.slope / repeats * kMarks_deg / error_deg;
-        r(row++) = soft.error / repeats;
+        r(row++) = soft.value / repeats;
       }
     }
   }

@@ -53,18 +53,13 @@ double loss_on(const model::Channel& c, const std::vector<Session>& sessions, do
   return sum;
 }
 
-struct Span {
-  double low;
-  double high;
-};
-
-Span readings(const std::vector<Session>& sessions) {
+model::Interval readings(const std::vector<Session>& sessions) {
   std::vector<double> u = used_readings(sessions, 0);
   std::ranges::sort(u);
   return {quantile(u, kSpanTail), quantile(u, 1 - kSpanTail)};
 }
 
-model::Channel within_format(model::Channel c, const Span& seen, double period_s) {
+model::Channel within_format(model::Channel c, const model::Interval& seen, double period_s) {
   const double low = c.valid_min;
   const double high = c.valid_max;
   for (double spans = 4; spans > 0.2; spans /= 2) {
@@ -72,8 +67,8 @@ model::Channel within_format(model::Channel c, const Span& seen, double period_s
       model::check_fixed(model::model_of(c, period_s));
       return c;
     } catch (const io::InputError&) {
-      c.valid_min = std::max(low, seen.low - spans * (seen.high - seen.low));
-      c.valid_max = std::min(high, seen.high + spans * (seen.high - seen.low));
+      c.valid_min = std::max(low, seen.min - spans * (seen.width()));
+      c.valid_max = std::min(high, seen.max + spans * (seen.width()));
     }
   }
   return c;
@@ -83,21 +78,20 @@ model::Channel within_format(model::Channel c, const Span& seen, double period_s
 
 model::Channel refit(const model::Channel& base, const std::vector<Session>& sessions, double period_s) {
   if (!base.dead_zone) throw io::InputError(fmt::format("{}: has no dead zone to fit", base.name));
-  const Span seen = readings(sessions);
-  if (!(seen.high > seen.low)) throw io::JobError(fmt::format("{}: its sensor hardly changes", base.name));
+  const model::Interval seen = readings(sessions);
+  if (!(seen.max > seen.min)) throw io::JobError(fmt::format("{}: its sensor hardly changes", base.name));
   const auto channel = [&](const Pair& at) {
     model::Channel c = base;
-    c.lti.gain = (at[1] - at[0]) / (seen.high - seen.low);
-    const double edge = seen.low - at[0] / c.lti.gain;
+    c.lti.gain = (at[1] - at[0]) / (seen.width());
+    const double edge = seen.min - at[0] / c.lti.gain;
     c.dead_zone = {std::min(base.dead_zone->lower, edge), edge};
     return c;
   };
   const auto loss = [&](const Pair& at) {
-    return at[1] - at[0] > 1e-3 * (seen.high - seen.low) ? loss_on(channel(at), sessions, period_s)
-                                                         : HUGE_VAL;
+    return at[1] - at[0] > 1e-3 * (seen.width()) ? loss_on(channel(at), sessions, period_s) : HUGE_VAL;
   };
   const auto published = [&](double u) { return base.lti.gain * (u - base.dead_zone->upper); };
-  return within_format(channel(minimise(loss, {published(seen.low), published(seen.high)})), seen, period_s);
+  return within_format(channel(minimise(loss, {published(seen.min), published(seen.max)})), seen, period_s);
 }
 
 }  // namespace flexor::identify

@@ -4,7 +4,7 @@
 #   flexor_test(NAME SOURCES ... USES ...)              GoogleTest program; runs in the root
 #   flexor_script_test(NAME COMMAND ...)                any other program that tests
 #   flexor_test_runs(NAME DEFINITION TARGET ...)        a program that it runs, as DEFINITION
-#   flexor_avr_test(NAME SOURCE file)                   builds for the ATmega328P
+#   flexor_avr_test(NAME file)                          builds for the ATmega328P
 #   flexor_fuzzer(NAME SOURCES ... USES ...)            libFuzzer program (preset asan)
 # Includes are written from the repository root: "host/model/model.hpp".
 
@@ -240,13 +240,12 @@ function(flexor_test_runs name)
 endfunction()
 
 # The same headers on the microcontroller's compiler: built, and its symbols searched for heap and soft-float.
-function(flexor_avr_test name)
-  cmake_parse_arguments(ARG "" "SOURCE" "" ${ARGN})
+function(flexor_avr_test name source)
   find_program(AVR_CXX avr-g++)
   find_program(AVR_NM avr-nm)
   add_test(NAME ${name}
     COMMAND ${CMAKE_COMMAND} -DCXX=${AVR_CXX} -DNM=${AVR_NM} -DROOT=${PROJECT_SOURCE_DIR}
-            -DSOURCE=${CMAKE_CURRENT_SOURCE_DIR}/${ARG_SOURCE} -DTO=${CMAKE_CURRENT_BINARY_DIR}/${name}.elf
+            -DSOURCE=${CMAKE_CURRENT_SOURCE_DIR}/${source} -DTO=${CMAKE_CURRENT_BINARY_DIR}/${name}.elf
             -P ${PROJECT_SOURCE_DIR}/cmake/avr_build_test.cmake)
 endfunction()
 

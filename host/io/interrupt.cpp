@@ -80,7 +80,10 @@ void end_by_signal(int signal) {
     (void)std::fflush(stderr);
   }
   std::signal(signal, SIG_DFL);
-  pthread_sigmask(SIG_SETMASK, &programs_mask, nullptr);
+  sigset_t only;  // another that waits would be handed on to this very thread, again and again
+  sigemptyset(&only);
+  sigaddset(&only, signal);
+  pthread_sigmask(SIG_UNBLOCK, &only, nullptr);
   (void)std::raise(signal);
   std::_Exit(128 + signal);
 }

@@ -142,7 +142,8 @@ TEST_F(Interrupt, AtAnyInstantNothingIsLeftBehind) {
     ::kill(child, round % 2 == 0 ? SIGINT : SIGTERM);
     if (round % 3 == 0) ::kill(child, SIGHUP);  // waits meanwhile
     const int ended = signal_that_ended(child);
-    ASSERT_TRUE(ended == (round % 2 == 0 ? SIGINT : SIGTERM) || (round % 3 == 0 && ended == SIGHUP)) << said();
+    ASSERT_TRUE(ended == (round % 2 == 0 ? SIGINT : SIGTERM) || (round % 3 == 0 && ended == SIGHUP))
+        << said();
     // Before it a sanitizer may say that it saw a thread at its birth.
     EXPECT_TRUE(said().ends_with("flexor: interrupted\n")) << said();
     EXPECT_EQ(temporaries(), 0);

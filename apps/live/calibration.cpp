@@ -346,33 +346,28 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
   fingers_ = Json::array();
   curves_ = Json::object();
   plot_ = nullptr;
+  const Json none = Json::object();
   for (const auto& [name, joint] : result.at("joints").items()) {
     if (joint.contains("held_out_curve")) curves_[name] = joint.at("held_out_curve");
-    Json finger = {{"name", name}};
-    if (!joint.contains("holdout")) {  // of poses alone
-      finger.update({{"error_deg", joint.at("expected_error_deg")},
-                     {"line_deg", nullptr},
-                     {"baseline", nullptr},
-                     {"baseline_deg", nullptr},
-                     {"fit_percent", nullptr},
-                     {"verdict", "expected"}});
-    } else {
-      const Json& holdout = joint.at("holdout");
-      const Json& baselines = joint.at("baselines");
-      const auto error_deg = [&](const std::string& which) {
-        return baselines.contains(which) ? number_or_null(baselines.at(which), "rmse_deg") : Json(nullptr);
-      };
-      const std::string best = joint.at("verdict").value("baseline", "");
-      finger.update({{"error_deg", holdout.at("rmse_deg")},
-                     {"line_deg", error_deg("line")},
-                     {"baseline", best.empty() ? Json(nullptr) : Json(best)},
-                     {"baseline_deg", error_deg(best)},
-                     {"fit_percent", holdout.at("fit_percent")},
-                     {"verdict", verdict_on(holdout.at("fit_percent"), joint.at("verdict"))}});
-    }
-    const Json reference_deg = is_markerless() ? Json(markerless_error_deg(name)) : Json(nullptr);
-    finger["reference_error_deg"] = reference_deg;
-    fingers_.push_back(std::move(finger));
+    const bool is_measured = joint.contains("holdout");  // else of poses alone
+    const Json& measured = is_measured ? joint : none;
+    const Json holdout = measured.value("holdout", none);
+    const Json baselines = measured.value("baselines", none);
+    const Json verdict = measured.value("verdict", none);
+    const std::string best = verdict.value("baseline", "");
+    const auto error_deg = [&](const std::string& which) {
+      return number_or_null(baselines.value(which, none), "rmse_deg");
+    };
+    const Json fit_percent = number_or_null(holdout, "fit_percent");
+    fingers_.push_back(
+        {{"name", name},
+         {"error_deg", is_measured ? holdout.at("rmse_deg") : joint.at("expected_error_deg")},
+         {"line_deg", error_deg("line")},
+         {"baseline", best.empty() ? Json(nullptr) : Json(best)},
+         {"baseline_deg", error_deg(best)},
+         {"fit_percent", fit_percent},
+         {"verdict", is_measured ? verdict_on(fit_percent, verdict) : Json("expected")},
+         {"reference_error_deg", is_markerless() ? Json(markerless_error_deg(name)) : Json(nullptr)}});
   }
   go(StepEvent::identified, "nothing_to_identify");
   if (!curves_.empty()) plot(curves_.begin().key());

@@ -103,7 +103,7 @@ live::LiveOptions live_options(const Options& o) {
   out.server.port = o.http_port;
   if (o.boards) {
     out.worn = live::worn_boards();
-    if (const std::string why = out.worn->why_not_written(); !why.empty()) log(why);
+    if (!out.worn->facts.why_not_written.empty()) log(out.worn->facts.why_not_written);
   } else if (o.demo || o.from == "twin") {
     out.worn = live::worn_twin();
   } else {

@@ -1,17 +1,13 @@
 #include "apps/live/anew.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 
 namespace flexor::live {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string joined(const Json& lines) {
-  std::string out;
-  for (const Json& line : lines) out += (out.empty() ? "" : "; ") + line.get<std::string>();
-  return out;
-}
 
 bool holds(const Json& lines, const std::string& line) {
   return std::ranges::find(lines, Json(line)) != lines.end();
@@ -42,8 +38,8 @@ std::string verdict_on(const std::vector<std::string>& sensors, const Json& said
 AnewResult anew_result(const model::Model& old, const Json& said) {
   AnewResult out;
   out.applied = said.at("applied").get<bool>();
-  out.wanted = joined(said.at("wanted"));
-  out.misfits = joined(said.at("misfits"));
+  out.wanted = fmt::format("{}", fmt::join(said.at("wanted").get<std::vector<std::string>>(), "; "));
+  out.misfits = fmt::format("{}", fmt::join(said.at("misfits").get<std::vector<std::string>>(), "; "));
   const model::Graph graph(old);
   for (std::size_t j = 0; j < old.joints.size(); ++j) {
     const std::string& joint = old.joints[j].name;

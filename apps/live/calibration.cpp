@@ -8,6 +8,7 @@
 #include <span>
 #include <sstream>
 
+#include "apps/live/refusal.hpp"
 #include "host/identify/hand.hpp"
 #include "host/io/beneath.hpp"
 #include "host/io/io.hpp"
@@ -89,6 +90,30 @@ double markerless_error_deg(const std::string& joint) {
 }
 
 }  // namespace
+
+std::optional<Step> after(Step step, StepEvent event, Reference by) {
+  using enum Step;
+  const Step before_motion = by == Reference::poses ? glove : reference;
+  const bool has_motion = step == identify || step == result;
+  switch (event) {
+    case StepEvent::next:
+      if (step == motion) return identify;
+      if (step == before_motion) return motion;
+      return step == glove ? std::optional(reference) : std::nullopt;
+    case StepEvent::back:
+      if (step == motion) return before_motion;
+      if (step == send) return result;
+      if (step == reference) return glove;
+      [[fallthrough]];
+    case StepEvent::repeat:
+      return has_motion ? std::optional(motion) : std::nullopt;
+    case StepEvent::identified:
+      return has_motion ? std::optional(result) : std::nullopt;
+    case StepEvent::accepted:
+      return step == result ? std::optional(send) : std::nullopt;
+  }
+  return std::nullopt;
+}
 
 const char* name_of(Step step) {
   constexpr std::array<const char*, 6> kNames = {"glove",    "reference", "motion",
@@ -172,8 +197,7 @@ void Calibration::add(const listen::Sample& sample, const std::vector<std::strin
     begun_s_ = sample.host_s;
   }
   if (lasts_s_ > 0 && sample.host_s - begun_s_ > lasts_s_) return;
-  if (columns != columns_)
-    throw io::JobError("another glove was plugged in: what the one before said is kept");
+  if (columns != columns_) throw io::JobError("another_glove");
   worn_s_ += std::min(sample.host_s - begun_s_ - seconds_, kPause_s);
   seconds_ = sample.host_s - begun_s_;
   coverage_->add(sample.host_s, sample.value);
@@ -217,8 +241,6 @@ void Calibration::saw_no_camera() {
 }
 
 void Calibration::begin_motion() {
-  log_.reset();
-  camera_.reset();
   coverage_.reset();
   begun_s_ = -1;
   newest_angle_s_ = -1e9;
@@ -229,76 +251,50 @@ void Calibration::begin_motion() {
   lasts_s_ = 0;
   is_over_ = false;
   failure_.clear();
+  fingers_ = nullptr;
+  plot_ = nullptr;
   const auto is_there = [this](const char* name) {
     return std::filesystem::exists(std::filesystem::symlink_status(file(name)));
   };
   while (is_there("log.csv") || is_there("camera.csv") || is_there("model.json") || is_there("report"))
     ++attempt_;
-  step_ = Step::motion;
 }
 
-void Calibration::end_motion() {
+// Of the step that is to be left for the next one.
+void Calibration::require_complete(bool glove_is_there) const {
+  if (step_ == Step::glove && !glove_is_there) throw Refusal("no_glove");
+  if (step_ == Step::reference && !glove_is_there) throw Refusal("glove_gone");
+  if (step_ == Step::reference && recent_share_ < kSeen) throw Refusal("hand_unseen");
+  if (step_ != Step::motion) return;
   const bool poses = setup_.reference == Reference::poses;
   const double least_s = poses ? kPosesShort_s : kShort_s;
   if (seconds_ < least_s)
-    throw io::InputError(fmt::format("{:.0f} s so far, {:.0f} s are the least: {}", seconds_, least_s,
-                                     poses ? "go on with the poses" : "keep moving"));
+    throw Refusal(poses ? "poses_too_short" : "motion_too_short",
+                  {{"seconds", seconds_}, {"least_s", least_s}});
   if (!poses && angle_rows_ < kLeastRows)
-    throw io::InputError(
-        fmt::format("the camera has measured the angles {} times, {} are the least: turn the {} towards it "
-                    "and keep moving",
-                    angle_rows_, kLeastRows, is_markerless() ? "hand's side" : "marks"));
-  if (log_) log_->flush();
-  glove_hz_ = log_ && worn_s_ > 0 ? static_cast<double>(log_->rows()) / worn_s_ : 0;
-  if (camera_) camera_->flush();
+    throw Refusal(is_markerless() ? "hand_too_seldom" : "marks_too_seldom",
+                  {{"angles", angle_rows_}, {"least", kLeastRows}});
+}
+
+void Calibration::go(StepEvent event, const char* refusal) {
+  const std::optional<Step> to = after(step_, event, setup_.reference);
+  if (!to) throw Refusal(refusal);
   log_.reset();
   camera_.reset();
-  session_.seconds = seconds_;
-  step_ = Step::identify;
+  if (*to == Step::motion) begin_motion();
+  step_ = *to;
 }
 
 void Calibration::next(bool glove_is_there) {
-  switch (step_) {
-    case Step::glove:
-      if (!glove_is_there) throw io::InputError("no glove is heard yet: plug it in");
-      if (setup_.reference == Reference::poses) return begin_motion();
-      step_ = Step::reference;
-      return;
-    case Step::reference:
-      if (!glove_is_there) throw io::InputError("the glove has gone: plug it in again");
-      if (recent_share_ < kSeen) throw io::InputError("the camera does not see the hand yet");
-      return begin_motion();
-    case Step::motion:
-      return end_motion();
-    case Step::identify:
-      throw io::InputError(failure_.empty() ? "the model is being identified: wait for it, or cancel"
-                                            : "nothing was identified: repeat the motion");
-    case Step::result:
-      throw io::InputError("accept the model, or repeat the motion");
-    case Step::send:
-      return;  // live_calibration.cpp ends it
+  require_complete(glove_is_there);
+  if (step_ == Step::motion) {
+    log_->flush();
+    if (camera_) camera_->flush();
+    glove_hz_ = worn_s_ > 0 ? static_cast<double>(log_->rows()) / worn_s_ : 0;
+    session_.seconds = seconds_;
   }
-}
-
-void Calibration::back() {
-  if (step_ == Step::glove) throw io::InputError("this is the first step");
-  if (step_ == Step::motion) return end_short();
-  if (step_ == Step::identify || step_ == Step::result) return repeat();
-  step_ = step_ == Step::send ? Step::result : Step::glove;
-}
-
-void Calibration::end_short() {
-  log_.reset();
-  camera_.reset();
-  if (step_ == Step::motion) step_ = setup_.reference == Reference::poses ? Step::glove : Step::reference;
-}
-
-void Calibration::repeat() {
-  if (step_ != Step::identify && step_ != Step::result)
-    throw io::InputError("there is nothing to repeat yet");
-  fingers_ = nullptr;
-  plot_ = nullptr;
-  begin_motion();
+  const bool waits = step_ == Step::identify && failure_.empty();
+  go(StepEvent::next, waits ? "identifies" : step_ == Step::identify ? "not_identified" : "accept_or_repeat");
 }
 
 // The article's hand has one joint for each finger, which is what a bionic hand of five motors takes: the knuckle, called like
@@ -350,43 +346,37 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
   fingers_ = Json::array();
   curves_ = Json::object();
   plot_ = nullptr;
+  const Json none = Json::object();
   for (const auto& [name, joint] : result.at("joints").items()) {
     if (joint.contains("held_out_curve")) curves_[name] = joint.at("held_out_curve");
-    Json finger = {{"name", name}};
-    if (!joint.contains("holdout")) {  // of poses alone
-      finger.update({{"error_deg", joint.at("expected_error_deg")},
-                     {"line_deg", nullptr},
-                     {"baseline", nullptr},
-                     {"baseline_deg", nullptr},
-                     {"fit_percent", nullptr},
-                     {"verdict", "expected"}});
-    } else {
-      const Json& holdout = joint.at("holdout");
-      const Json& baselines = joint.at("baselines");
-      const auto error_deg = [&](const std::string& which) {
-        return baselines.contains(which) ? number_or_null(baselines.at(which), "rmse_deg") : Json(nullptr);
-      };
-      const std::string best = joint.at("verdict").value("baseline", "");
-      finger.update({{"error_deg", holdout.at("rmse_deg")},
-                     {"line_deg", error_deg("line")},
-                     {"baseline", best.empty() ? Json(nullptr) : Json(best)},
-                     {"baseline_deg", error_deg(best)},
-                     {"fit_percent", holdout.at("fit_percent")},
-                     {"verdict", verdict_on(holdout.at("fit_percent"), joint.at("verdict"))}});
-    }
-    const Json reference_deg = is_markerless() ? Json(markerless_error_deg(name)) : Json(nullptr);
-    finger["reference_error_deg"] = reference_deg;
-    fingers_.push_back(std::move(finger));
+    const bool is_measured = joint.contains("holdout");  // else of poses alone
+    const Json& measured = is_measured ? joint : none;
+    const Json holdout = measured.value("holdout", none);
+    const Json baselines = measured.value("baselines", none);
+    const Json verdict = measured.value("verdict", none);
+    const std::string best = verdict.value("baseline", "");
+    const auto error_deg = [&](const std::string& which) {
+      return number_or_null(baselines.value(which, none), "rmse_deg");
+    };
+    const Json fit_percent = number_or_null(holdout, "fit_percent");
+    fingers_.push_back(
+        {{"name", name},
+         {"error_deg", is_measured ? holdout.at("rmse_deg") : joint.at("expected_error_deg")},
+         {"line_deg", error_deg("line")},
+         {"baseline", best.empty() ? Json(nullptr) : Json(best)},
+         {"baseline_deg", error_deg(best)},
+         {"fit_percent", fit_percent},
+         {"verdict", is_measured ? verdict_on(fit_percent, verdict) : Json("expected")},
+         {"reference_error_deg", is_markerless() ? Json(markerless_error_deg(name)) : Json(nullptr)}});
   }
-  step_ = Step::result;
+  go(StepEvent::identified, "nothing_to_identify");
   if (!curves_.empty()) plot(curves_.begin().key());
 }
 
 void Calibration::failed(const std::string& why) { failure_ = why; }
 
 void Calibration::plot(const std::string& finger) {
-  if (step_ != Step::result || !curves_.contains(finger))
-    throw io::InputError(fmt::format("there is no plot of \"{}\"", finger));
+  if (step_ != Step::result || !curves_.contains(finger)) throw Refusal("no_plot", {{"finger", finger}});
   const Json& curve = curves_.at(finger);
   plot_ = {{"finger", finger},
            {"t_s", curve.at("t_s")},

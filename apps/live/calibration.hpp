@@ -26,6 +26,7 @@
 namespace flexor::live {
 
 enum class Step { glove, reference, motion, identify, result, send };
+enum class StepEvent { next, back, repeat, identified, accepted };
 
 // How the angles are known: marks by the goniometer, held poses alone, a markerless tracker in the page, marks on a drawn hand.
 enum class Reference { marks, poses, markerless, drawn };
@@ -59,11 +60,10 @@ class Calibration {
   void saw_no_camera();                          // it ended by itself
   double glove_hz() const { return glove_hz_; }  // samples a second of the motion that was recorded
 
-  // To the next step or the one before. Throws io::InputError: what this step still needs.
+  // To the next step or the one before. Throws Refusal: what this step still needs.
   void next(bool glove_is_there);
-  void back();
-  void repeat();
-  void end_short();  // a motion that cannot be written: back to the step before it
+  void back() { go(StepEvent::back, "first_step"); }
+  void repeat() { go(StepEvent::repeat, "nothing_to_repeat"); }
 
   void end_after(double seconds) { lasts_s_ = seconds; }  // of motion: what comes later is left out
   void set_rate(double rate_hz) { setup_.rate_hz = rate_hz; }
@@ -73,10 +73,10 @@ class Calibration {
   // Of `flexor job identify`.
   void identified(const nlohmann::ordered_json& result, std::vector<std::string> warnings);
   void failed(const std::string& why);
-  void accepted() { step_ = Step::send; }
+  void accepted() { go(StepEvent::accepted, "nothing_to_accept"); }
   void sent() { is_sent_ = step_ == Step::send; }  // into the glove
   bool is_sent() const { return is_sent_; }
-  void plot(const std::string& finger);  // throws io::InputError
+  void plot(const std::string& finger);  // throws Refusal
   std::filesystem::path model() const { return file("model.json"); }
 
   const char* asks() const;  // what to do now: a kind, as SOCKET.md has it
@@ -86,7 +86,8 @@ class Calibration {
   std::filesystem::path file(const std::string& name) const;
   void read_motion();
   void begin_motion();
-  void end_motion();
+  void require_complete(bool glove_is_there) const;
+  void go(StepEvent event, const char* refusal);  // throws it where no step follows
   bool is_needed(const std::string& angle) const;
   bool has_rested() const;
   const char* motion_asks() const;
@@ -127,6 +128,8 @@ class Calibration {
   nlohmann::ordered_json curves_;  // of each joint that has been measured
 };
 
+// None: nothing follows.
+std::optional<Step> after(Step step, StepEvent event, Reference by);
 // Throws io::InputError listing the known.
 Reference reference_of(const std::string& name);
 const char* name_of(Reference reference);

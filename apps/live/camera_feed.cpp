@@ -24,9 +24,10 @@ PictureSeen with_names(Seen seen, const std::vector<std::string>& names) {
 
 }  // namespace
 
-CameraFeed::CameraFeed(CameraSetup setup, std::function<void(PictureSeen)> seen,
+CameraFeed::CameraFeed(std::string joints, bool drawn, std::function<void(PictureSeen)> seen,
                        std::function<void(std::string)> failed, std::function<void(std::string)> ended)
-    : setup_(std::move(setup)),
+    : joints_(std::move(joints)),
+      drawn_(drawn),
       seen_(std::move(seen)),
       failed_(std::move(failed)),
       ended_(std::move(ended)),
@@ -60,7 +61,7 @@ std::optional<CameraFeed::Work> CameraFeed::next(const std::stop_token& stop) {
 
 void CameraFeed::run(const std::stop_token& stop) try {
   Camera camera;
-  camera.open(setup_.joints, {}, setup_.drawn);
+  camera.open(joints_, {}, drawn_);
   for (std::uint64_t frame = 0;; ++frame) {
     std::optional<Work> work = next(stop);
     if (!work) return;

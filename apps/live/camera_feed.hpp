@@ -21,16 +21,11 @@ struct PictureSeen : Seen {
   std::string jpeg;                // what was drawn; empty: it was the page's
 };
 
-struct CameraSetup {
-  std::string joints;  // of joint_files(), or a path
-  bool drawn = false;  // of the twin's hand, whose lengths are known
-};
-
 class CameraFeed {
  public:
-  // All are called on this feed's thread: `failed` of a picture that cannot be read and is left out, `ended` where the camera's worker
+  // `joints` of joint_files(); `drawn`: of the twin's hand, whose lengths are known. All are called on this feed's thread: `failed` of a picture that cannot be read and is left out, `ended` where the camera's worker
   // has gone and nothing is seen any more.
-  CameraFeed(CameraSetup setup, std::function<void(PictureSeen)> seen,
+  CameraFeed(std::string joints, bool drawn, std::function<void(PictureSeen)> seen,
              std::function<void(std::string)> failed, std::function<void(std::string)> ended);
   CameraFeed(const CameraFeed&) = delete;
   CameraFeed& operator=(const CameraFeed&) = delete;
@@ -50,7 +45,8 @@ class CameraFeed {
   std::optional<Work> next(const std::stop_token& stop);  // none: it ends
   void run(const std::stop_token& stop);
 
-  CameraSetup setup_;
+  std::string joints_;
+  bool drawn_;
   std::function<void(PictureSeen)> seen_;
   std::function<void(std::string)> failed_;
   std::function<void(std::string)> ended_;

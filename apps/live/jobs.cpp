@@ -1,9 +1,8 @@
 #include "apps/live/jobs.hpp"
 
-#include <fmt/format.h>
-
 #include <utility>
 
+#include "apps/live/refusal.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::live {
@@ -14,13 +13,12 @@ std::vector<std::string> JobResult::warnings() const {
 }
 
 Jobs::~Jobs() {
-  if (!job_) return;
   cancel();
-  end();
+  if (job_) end();
 }
 
 void Jobs::require_none() const {
-  if (job_) throw io::InputError(fmt::format("{} runs: wait for it, or cancel it", job_->name));
+  if (job_) throw Refusal("job_runs", {{"job", job_->name}});
 }
 
 void Jobs::end() {
@@ -29,7 +27,6 @@ void Jobs::end() {
 }
 
 void Jobs::run_command(const std::string& name, const nlohmann::ordered_json& request, Done done) {
-  require_none();
   const auto worker = std::make_shared<io::Worker>(program_, std::vector<std::string>{"job"});
   run(
       name, name, [=](const Goes& goes) { return worker->run(name, request, goes); }, std::move(done));
@@ -65,7 +62,7 @@ void Jobs::run(const std::string& name, const std::string& stage,
 }
 
 void Jobs::cancel() {
-  if (!job_) throw io::InputError("nothing runs");
+  if (!job_) return;
   job_->is_cancelled = true;
   if (job_->worker) job_->worker->end();
 }

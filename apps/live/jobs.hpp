@@ -41,13 +41,13 @@ class Jobs {
   const std::string& name() const { return job_->name; }           // of what runs
   const io::Progress& progress() const { return job_->progress; }  // likewise
 
-  void require_none() const;  // throws io::InputError
-  // `flexor job NAME`. Throws io::InputError where something runs, io::JobError where a process cannot be started.
+  void require_none() const;  // throws Refusal
+  // `flexor job NAME`. Throws Refusal where something runs, io::JobError where a process cannot be started.
   void run_command(const std::string& name, const nlohmann::ordered_json& request, Done done);
   // `work` runs on a thread of its own.
   void run(const std::string& name, const std::string& stage,
            std::function<nlohmann::ordered_json(const Goes&)> work, Done done);
-  void cancel();  // throws io::InputError where nothing runs
+  void cancel();
 
  private:
   struct Job {

@@ -96,7 +96,7 @@ void Live::attach(std::shared_ptr<listen::Source> source, const std::string& por
   watch();
 }
 
-void Live::attach_worn() { attach(options_.worn->source(), options_.worn->port(), DeviceEvent::wears); }
+void Live::attach_worn() { attach(options_.worn->source(), options_.worn->facts.port, DeviceEvent::wears); }
 
 void Live::detach() {
   if (watched_ >= 0) server_->unwatch(watched_);
@@ -225,36 +225,25 @@ void Live::take(const listen::Sample& sample) {
       [this](std::size_t i) { return fingers_->angle_deg(i); });
 }
 
-// A disk that is full ends what wrote to it, and nothing else.
 void Live::write(const listen::Sample& sample) {
-  try {
-    if (recording_) recording_->add(sample, columns_);
-  } catch (const std::exception& error) {
-    end_recording(error);
-  }
+  guard_recording([&] { recording_->add(sample, columns_); });
   if (options_.worn) {
     if (!options_.worn->begun_s()) return;
     draw_worn();
   }
-  try {
+  const auto calibrate = [&] {
     listen::Sample taken = sample;
     if (draws()) taken.host_s = since_begun_s(sample.host_s);
-    if (calibration_) calibration_->add(taken, columns_);
-  } catch (const std::exception& error) {
-    say_failed("calibration", error.what());
-    calibration_->end_short();
-  }
-  try {
-    if (anew_ && !anew_->is_over) {
-      const double before_s = anew_->recording.seconds();
-      anew_->recording.add(sample, columns_);
-      anew_->worn_s += std::min(anew_->recording.seconds() - before_s, kGlovePause_s);
-      if (anew_->worn_s >= kAnew_s) finish_anew();
-    }
-  } catch (const std::exception& error) {
-    say_failed("put on anew", error.what());
-    anew_.reset();
-  }
+    calibration_->add(taken, columns_);
+  };
+  if (calibration_) guard("calibration", calibrate, [this] { calibration_->back(); });
+  const auto put_on = [&] {
+    const double before_s = anew_->recording.seconds();
+    anew_->recording.add(sample, columns_);
+    anew_->worn_s += std::min(anew_->recording.seconds() - before_s, kGlovePause_s);
+    if (anew_->worn_s >= kAnew_s) finish_anew();
+  };
+  if (anew_ && !anew_->is_over) guard("put on anew", put_on, [this] { anew_.reset(); });
 }
 
 void Live::send_rows() {
@@ -274,11 +263,7 @@ void Live::tick() {
     link_.arrival_s.pop_front();
   if (options_.worn) look_at_worn();
   guard("hand", [this] { hear_hand(); });
-  try {
-    if (recording_) recording_->flush_if_due(now);
-  } catch (const std::exception& error) {
-    end_recording(error);
-  }
+  guard_recording([&] { recording_->flush_if_due(now); });
 }
 
 // The bionic hand of a twin, thirty times a second.
@@ -311,7 +296,7 @@ void Live::draw_worn() {
 
 // Without boards the twin stands meanwhile.
 bool Live::waits_for_camera() const {
-  return options_.worn && !options_.worn->has_boards() && camera_ && camera_->is_busy();
+  return options_.worn && !options_.worn->facts.has_boards && camera_ && camera_->is_busy();
 }
 
 std::string Live::glove_id() const {
@@ -331,7 +316,7 @@ double Live::link_rate_hz() const {
 
 // Of a glove that gives so many samples a second.
 double Live::model_rate_hz(double glove_hz) const {
-  if (options_.worn) return options_.worn->rate_hz();
+  if (options_.worn) return options_.worn->facts.rate_hz;
   if (options_.rate_hz > 0) return options_.rate_hz;
   for (const double rate_hz : {100.0, 50.0, 20.0}) {
     if (glove_hz > 0.9 * rate_hz) return rate_hz;

@@ -26,6 +26,7 @@
 #include "apps/live/messages.hpp"
 #include "apps/live/outs.hpp"
 #include "apps/live/port_search.hpp"
+#include "apps/live/refusal.hpp"
 #include "apps/live/server.hpp"
 #include "apps/live/session_recording.hpp"
 #include "apps/live/sessions.hpp"
@@ -36,7 +37,7 @@
 
 namespace flexor::live {
 
-inline constexpr const char* kNotTracked = "this model cannot be tracked: identify it anew";
+inline constexpr const char* kNotTracked = "not_tracked";
 
 struct LiveOptions {
   ServerOptions server;
@@ -95,7 +96,6 @@ class Live {
   void found_port(const FoundPort& found, bool is_chosen);
   void searched();
   void hear_hand();
-  void write_hand(const std::vector<listen::Sample>& samples);
 
   // live.cpp: device and samples
   double wall_s() const;
@@ -108,13 +108,18 @@ class Live {
   void listen(int parts = 8);  // of what a twin has ready; the rest at its next signal
   void say_failed(const char* what, const std::string& why);
   // Whatever fails is said, and ends nothing else.
-  template <class Work>
-  void guard(const char* what, const Work& work) {
+  void guard(const char* what, const std::function<void()>& work,
+             const std::function<void()>& otherwise = {}) {
     try {
       work();
     } catch (const std::exception& error) {
+      if (otherwise) otherwise();
       say_failed(what, error.what());
     }
+  }
+  // A disk that is full ends what wrote to it, and nothing else; what came before is kept.
+  void guard_recording(const std::function<void()>& work) {
+    if (recording_) guard("record", work, [this] { guard("record", [this] { stop_recording(); }); });
   }
   void post(const char* what, std::function<void()> work);
   void take(const std::vector<listen::Sample>& samples);
@@ -125,7 +130,7 @@ class Live {
   void send_rows();
   void tick();
   void attach_worn();
-  const char* worn_name() const { return options_.worn->has_boards() ? "boards" : "twin"; }
+  const char* worn_name() const { return options_.worn->facts.has_boards ? "boards" : "twin"; }
   void look_at_worn();
   bool draws() const;
   void draw_worn();
@@ -139,7 +144,25 @@ class Live {
   void welcome(Client client);
   void hear(Client client, std::string_view text);
   void hear(std::span<const std::uint8_t> bytes);
-  static const std::map<std::string, void (Live::*)(io::JsonReader&)>& words();
+  enum class Need {
+    no_job,
+    no_calibration,
+    calibration,
+    recording,
+    no_recording,
+    replay,
+    glove,
+    readings,
+    model,
+    no_anew,
+    twin
+  };
+  struct Word {
+    void (Live::*act)(io::JsonReader&);
+    std::vector<Need> needs;
+  };
+  static const std::map<std::string, Word>& words();
+  void require(Need need);  // throws Refusal
   void device_connect(io::JsonReader& parts);
   void device_leave(io::JsonReader& parts);
   void columns_name(io::JsonReader& parts);
@@ -168,10 +191,6 @@ class Live {
   void calibrate_cancel(io::JsonReader& parts);
   void calibrate_accept(io::JsonReader& parts);
   void calibrate_plot(io::JsonReader& parts);
-  Calibration& calibration();
-  void require_no_calibration();
-  void require_no_recording() const;
-  void require_readings() const;
   void entered_step();
   void keep_calibration();
   void resume_calibration();
@@ -186,17 +205,13 @@ class Live {
   void wear_model(const Session& session, const std::filesystem::path& path);
   void play(const std::string& motion, double pace = 1);
   void stop_recording();
-  void end_recording(const std::exception& why);
   std::filesystem::path file_of(const std::string& relative, std::uint64_t most_bytes) const;
   model::Model load_model(const Session& session, const std::filesystem::path& path) const;
-  std::string side_of_model() const;
 
   // live_jobs.cpp
-  void require_no_job() const;
-  void require_model() const;
-  void require_written() const;
   void start(const std::string& name, const Json& request, Jobs::Done done);
   void start_without_glove(const std::string& name, const Json& request, Jobs::Done done);
+  Jobs::Done ending(const std::string& name, Jobs::Done done);
   void ended(const std::string& name, bool ok, const std::string& text);
 
   // live_state.cpp
@@ -211,6 +226,7 @@ class Live {
   Json what_next_anew() const;
   Json what_next_without_model() const;
   bool is_named() const;
+  static Json model_state(const Session& session, const std::filesystem::path& path);
   void add_worn(Json& state) const;
 
   LiveOptions options_;

@@ -1,6 +1,4 @@
 // A guided calibration, and a glove that was put on anew.
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <cmath>
 
@@ -18,41 +16,14 @@ constexpr double kCameraLives_s = 3;  // one that ended sooner is not opened aga
 
 }  // namespace
 
-// One that only waits for its model to be sent is over.
-void Live::require_no_calibration() {
-  if (calibration_ && calibration_->step() == Step::send) calibration_.reset();
-  if (calibration_)
-    throw io::InputError("a calibration is open, perhaps in another tab: go on with it, or cancel it");
-}
-
-Calibration& Live::calibration() {
-  if (!calibration_) throw io::InputError("no calibration is open: start one");
-  return *calibration_;
-}
-
-// What is fitted is fitted to readings.
-void Live::require_readings() const {
-  if (source_ && source_->is_compensated())
-    throw io::InputError(
-        "this glove sends the angles that it makes and no readings, which a calibration needs: flash it with "
-        "the "
-        "firmware of flexor deploy");
-}
-
 void Live::calibrate_start(io::JsonReader& parts) {
-  require_no_calibration();
-  require_no_job();
-  require_readings();
-  if (anew_)
-    throw io::InputError("put on anew waits for an answer: take its calibration, or keep the old one");
-  if (replay_) throw io::InputError("a recording is played again: leave it first");
+  if (replay_) throw Refusal("replay_is_open");
   CalibrationSetup setup;
   setup.person = parts.text("person");
   setup.side = parts.text("side");
   if (setup.side != "left" && setup.side != "right") parts.fail("\"side\" must be left or right");
   setup.reference = reference_of(parts.text("reference"));
-  if (setup.reference == Reference::drawn && !options_.worn)
-    throw io::InputError("a drawn hand is the twin's: with a real glove choose marks, poses or markerless");
+  if (setup.reference == Reference::drawn) require(Need::twin);
   if (setup.reference == Reference::marks || setup.reference == Reference::drawn) {
     setup.joints = setup.reference == Reference::drawn ? "paper_hand" : parts.text_or_empty("joints");
     if (setup.joints.empty()) setup.joints = options_.worn ? "paper_hand" : "green_markers";
@@ -98,7 +69,7 @@ void Live::open_camera() {
   if (setup.joints.empty()) return;
   camera_opened_s_ = wall_s();
   camera_ = std::make_unique<CameraFeed>(
-      CameraSetup{setup.joints, options_.worn != nullptr},
+      setup.joints, options_.worn != nullptr,
       [this](PictureSeen seen) { post("camera", [this, seen = std::move(seen)] { see(seen); }); },
       [this](std::string why) {
         post("camera", [this, why = std::move(why)] { say_failed("camera", why); });
@@ -118,12 +89,12 @@ void Live::open_camera() {
 void Live::see(const PictureSeen& seen) {
   if (!calibration_ || !calibration_->wants_pictures()) return;
   calibration_->saw(seen.marks_found, seen.marks, seen.marks_at);
-  try {
-    for (const SeenRow& row : seen.rows) calibration_->add(row, seen.names);
-  } catch (const std::exception& error) {
-    say_failed("calibration", error.what());
-    calibration_->end_short();
-  }
+  guard(
+      "calibration",
+      [&] {
+        for (const SeenRow& row : seen.rows) calibration_->add(row, seen.names);
+      },
+      [this] { calibration_->back(); });
   if (seen.jpeg.empty() || now_s() - picture_sent_s_ < kPreviewEvery_s) return;
   picture_sent_s_ = now_s();
   server_->send_all(picture_message(picture_sent_s_, seen.jpeg));
@@ -158,28 +129,27 @@ void Live::entered_step() {
 }
 
 void Live::calibrate_next(io::JsonReader&) {
-  if (calibration().step() == Step::send) return calibration_.reset();
-  if (calibration_->step() == Step::motion) require_no_job();
-  if (calibration_->step() == Step::glove) require_readings();
+  if (calibration_->step() == Step::send) return calibration_.reset();
+  if (calibration_->step() == Step::motion) require(Need::no_job);
+  if (calibration_->step() == Step::glove) require(Need::readings);
   calibration_->next(fingers_.has_value() && device_ != DeviceState::gone);
   entered_step();
 }
 
 void Live::calibrate_back(io::JsonReader&) {
-  if (calibration().step() == Step::identify) require_no_job();
+  if (calibration_->step() == Step::identify) require(Need::no_job);
   calibration_->back();
   entered_step();
 }
 
 void Live::calibrate_repeat(io::JsonReader&) {
-  require_no_job();
-  calibration().repeat();
+  calibration_->repeat();
   entered_step();
 }
 
 // What was recorded stays in its session; without anything it goes.
 void Live::calibrate_cancel(io::JsonReader&) {
-  Session session = calibration().session();
+  Session session = calibration_->session();
   if (jobs_.is_running("identify")) jobs_.cancel();
   camera_.reset();
   calibration_.reset();
@@ -192,7 +162,7 @@ void Live::calibrate_cancel(io::JsonReader&) {
 }
 
 void Live::identify() {
-  const double lead_s = options_.worn ? options_.worn->lead_s() : options_.lead_s;
+  const double lead_s = options_.worn ? options_.worn->facts.lead_s : options_.lead_s;
   const Json pose_angles = options_.worn ? options_.worn->pose_angles() : Json::array();
   start("identify", calibration_->identify_request(lead_s, pose_angles), [this](const JobResult& result) {
     if (!calibration_ || calibration_->step() != Step::identify) return;
@@ -202,7 +172,7 @@ void Live::identify() {
 }
 
 void Live::calibrate_accept(io::JsonReader&) {
-  if (calibration().step() != Step::result) throw io::InputError("there is no model to accept yet");
+  if (calibration_->step() != Step::result) throw Refusal("nothing_to_accept");
   Session session = calibration_->session();
   wear_model(session, calibration_->model());
   sessions_.accept(session, calibration_->model().filename().string());
@@ -211,23 +181,17 @@ void Live::calibrate_accept(io::JsonReader&) {
   listed_s_ = -1e9;
 }
 
-void Live::calibrate_plot(io::JsonReader& parts) { calibration().plot(parts.text("finger")); }
+void Live::calibrate_plot(io::JsonReader& parts) { calibration_->plot(parts.text("finger")); }
 
 // Ten seconds of opening and closing.
 void Live::anew_start(io::JsonReader&) {
-  require_no_job();
-  require_no_calibration();
-  require_model();
-  if (!fingers_ || replay_) throw io::InputError("no glove is heard yet");
-  if (anew_)
-    throw io::InputError("put on anew waits for an answer: take its calibration, or keep the old one");
-  const Session session = sessions_.create(model_session_.person, side_of_model(), glove_id(), "anew");
+  const Session session = sessions_.create(model_session_.person, model_session_.side, glove_id(), "anew");
   anew_.emplace(Anew{SessionRecording(session, sessions_.folder(session))});
   play("bends", kTwinPace);
 }
 
 void Live::finish_anew() {
-  if (!model_) throw io::InputError("no model is worn any more");
+  if (!model_) throw Refusal("no_model");
   Session& session = anew_->recording.session;
   anew_->is_over = true;
   session.seconds = anew_->worn_s;
@@ -246,7 +210,7 @@ void Live::finish_anew() {
 }
 
 void Live::anew_accept(io::JsonReader&) {
-  if (!anew_ || !anew_->result) throw io::InputError("there is no new calibration to accept yet");
+  if (!anew_ || !anew_->result) throw Refusal("nothing_to_accept");
   if (anew_->result->applied) {
     Session session = anew_->recording.session;
     wear_model(session, sessions_.folder(session) / "model.json");
@@ -257,7 +221,7 @@ void Live::anew_accept(io::JsonReader&) {
 }
 
 void Live::anew_keep(io::JsonReader&) {
-  if (!anew_) throw io::InputError("nothing was put on anew");
+  if (!anew_) throw Refusal("no_anew");
   if (jobs_.is_running("recalibrate")) jobs_.cancel();
   anew_.reset();
   play("ordinary");

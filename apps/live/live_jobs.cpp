@@ -32,30 +32,18 @@ nlohmann::ordered_json totals_of(const nlohmann::ordered_json& cells) {
 
 }  // namespace
 
-void Live::require_no_job() const {
-  jobs_.require_none();
-  if (anew_ && !anew_->is_over)
-    throw io::InputError("ten seconds of a glove that was put on anew are recorded: wait for them");
-}
-
-// What the twin wears can be written.
-void Live::require_written() const {
-  if (const std::string why = options_.worn->why_not_written(); !why.empty()) throw io::InputError(why);
-}
-
-void Live::require_model() const {
-  if (!model_) throw io::InputError("no model is worn: calibrate first, or choose one");
-  if (!misfit_.empty()) throw io::InputError("the model that was chosen is not worn: " + misfit_);
-}
-
-void Live::start(const std::string& name, const Json& request, Jobs::Done done) {
-  require_no_job();
+Jobs::Done Live::ending(const std::string& name, Jobs::Done done) {
   last_.reset();
-  jobs_.run_command(name, request, [this, name, done = std::move(done)](const JobResult& result) {
+  return [this, name, done = std::move(done)](const JobResult& result) {
     ended(name, result.ok, result.ok ? in_words(result.warnings()) : result.text);
     done(result);
     send_state();
-  });
+  };
+}
+
+void Live::start(const std::string& name, const Json& request, Jobs::Done done) {
+  require(Need::no_job);
+  jobs_.run_command(name, request, ending(name, std::move(done)));
 }
 
 void Live::ended(const std::string& name, bool ok, const std::string& text) {
@@ -67,36 +55,29 @@ void Live::job_cancel(io::JsonReader&) { jobs_.cancel(); }
 
 // Programs that speak with a board need its port for themselves; a recording goes on afterwards, as after a pulled plug.
 void Live::start_without_glove(const std::string& name, const Json& request, Jobs::Done done) {
-  require_no_job();
+  require(Need::no_job);
   if (watched_ >= 0) server_->unwatch(watched_);
   watched_ = -1;
   if (source_) source_->let_go();
   if (hand_port_) hand_port_->let_go();
-  held_ = true;
-  try {
-    start(name, request, [this, done = std::move(done)](const JobResult& result) {
-      held_ = false;
-      done(result);
-    });
-  } catch (...) {
+  start(name, request, [this, done = std::move(done)](const JobResult& result) {
     held_ = false;
-    throw;
-  }
+    done(result);
+  });
+  held_ = true;
 }
 
 void Live::send(io::JsonReader&) {
-  require_model();
-  if (options_.worn && !options_.worn->has_boards()) {
+  if (options_.worn && !options_.worn->facts.has_boards) {
     options_.worn->load(*model_);
     if (calibration_) calibration_->sent();
     return ended("send", true, "the twin's glove runs it");
   }
-  if (port_.empty()) throw io::InputError("no glove is connected: plug it in, and choose its port");
-  if (source_ && !source_->takes_models())
-    throw io::InputError("this glove's program takes no models: flexor deploy makes one that does");
+  if (port_.empty()) throw Refusal("no_board", {{"board", "glove"}});
+  if (source_ && !source_->takes_models()) throw Refusal("takes_no_models");
   Json request = {{"model_or_folder", model_path_.string()},
-                  {"port", options_.worn ? options_.worn->port() : port_}};
-  const std::string key = options_.worn ? options_.worn->key_file() : options_.key;
+                  {"port", options_.worn ? options_.worn->facts.port : port_}};
+  const std::string key = options_.worn ? options_.worn->facts.key_file : options_.key;
   if (!key.empty()) request["key"] = key;
   if (source_ && source_->baud() > 0) request["baud"] = source_->baud();
   // The glove says its own: on a radio fewer frames come than it takes samples.
@@ -110,12 +91,12 @@ void Live::send(io::JsonReader&) {
 void Live::flash(io::JsonReader& parts) {
   const std::string board = parts.text("board");
   if (board != "glove" && board != "hand") parts.fail("\"board\" must be glove or hand");
-  if (!model_) throw io::InputError("no model is worn: calibrate first, or choose one");
-  if (options_.worn) require_written();
+  if (!model_) throw Refusal("no_model");
+  if (options_.worn && !options_.worn->facts.why_not_written.empty())
+    throw io::InputError(options_.worn->facts.why_not_written);
   const std::string hand = hand_port_ ? hand_port_->path() : "";
   const std::string port = parts.has("port") ? parts.text("port") : board == "hand" ? hand : port_;
-  if (port.empty())
-    throw io::InputError(fmt::format("no {} is connected: plug it in, and choose its port", board));
+  if (port.empty()) throw Refusal("no_board", {{"board", board}});
   // One folder for good, so that the pair keeps its key; the server does not show it.
   const std::string folder = (sessions_.root() / ".firmware").string();
   const Json flash = {{"folder_or_hex", folder}, {"board", board}, {"port", port}};
@@ -136,30 +117,22 @@ void Live::flash(io::JsonReader& parts) {
 }
 
 void Live::score_run(io::JsonReader& parts) {
-  if (!options_.worn)
-    throw io::InputError(
-        "a score needs both hands: the twin's (flexor live --demo), or two cameras (flexor score)");
-  if (calibration_ && calibration_->step() == Step::motion)
-    throw io::InputError("a calibration records its motion: finish it first");
-  require_no_recording();  // the boards stand still for everybody else meanwhile
+  if (calibration_ && calibration_->step() == Step::motion) throw Refusal("motion_runs");
   const std::string label = parts.text_or_empty("label").substr(0, 40);
-  require_no_job();
-  last_.reset();
-  jobs_.run("score", "six gestures", options_.worn->score(), [this, label](const JobResult& result) {
-    if (result.ok) {
-      double total_deg_s = 0;
-      for (const Json& gesture_deg_s : result.json) total_deg_s += gesture_deg_s.get<double>();
-      scores_.push_back({{"label", label}, {"total_deg_s", total_deg_s}, {"gestures_deg_s", result.json}});
-    }
-    ended("score", result.ok, result.text);
-    send_state();
-  });
+  const auto keep = [this, label](const JobResult& result) {
+    if (!result.ok) return;
+    double total_deg_s = 0;
+    for (const Json& gesture_deg_s : result.json) total_deg_s += gesture_deg_s.get<double>();
+    scores_.push_back({{"label", label}, {"total_deg_s", total_deg_s}, {"gestures_deg_s", result.json}});
+  };
+  jobs_.run("score", "six gestures", options_.worn->score(), ending("score", keep));
 }
 
 void Live::experiment_run(io::JsonReader& parts) {
   const int trials = parts.whole_within("trials", 1, 10000);
   const bool is_compared = model_ && model_->joints.size() == twin::kFingers;
-  const Session session = sessions_.create(model_session_.person, side_of_model(), glove_id(), "experiment");
+  const Session session =
+      sessions_.create(model_session_.person, model_session_.side, glove_id(), "experiment");
   Json compensators = {"raw", "published-w", "published-hw"};
   if (is_compared) compensators.push_back(model_path_.string());
   start("experiment",

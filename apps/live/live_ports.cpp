@@ -139,16 +139,9 @@ void Live::hear_hand() {
         [&](std::size_t i) { return hand_deg(sample, i); });
   }
   server_->send_all(rows.bytes());
-  write_hand(samples);
-}
-
-void Live::write_hand(const std::vector<listen::Sample>& samples) {
-  if (!recording_) return;
-  try {
+  guard_recording([&] {
     for (const listen::Sample& sample : samples) recording_->add_hand(sample, hand_port_->columns());
-  } catch (const std::exception& error) {
-    end_recording(error);
-  }
+  });
 }
 
 }  // namespace flexor::live

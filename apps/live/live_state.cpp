@@ -28,9 +28,9 @@ Live::Json Live::device_state() const {
   std::string format = has ? source_->says() : "";
   if (has && source_->is_compensated()) format += ": angles, compensated on the glove";
   return {{"status", device_ == DeviceState::worn ? worn_name() : name_of(device_)},
-          {"name", device_ != DeviceState::worn  ? "glove"
-                   : options_.worn->has_boards() ? "both boards, simulated"
-                                                 : "the twin's glove"},
+          {"name", device_ != DeviceState::worn      ? "glove"
+                   : options_.worn->facts.has_boards ? "both boards, simulated"
+                                                     : "the twin's glove"},
           {"port", port_},
           {"format", format},
           {"says", misfit().empty() ? says_ : misfit()}};
@@ -63,6 +63,17 @@ Live::Json Live::link_state() const {
           {"latency_ms", 1000 * link_.latency_s}};
 }
 
+// By whom it was made, or its file.
+Live::Json Live::model_state(const Session& session, const std::filesystem::path& path) {
+  const std::string file = path.filename().string();
+  return {{"path", session.name.empty() ? file : session.name + "/" + file},
+          {"name", !session.person.empty() ? session.person + ", " + session.side
+                   : session.name.empty()  ? file
+                                           : session.name},
+          {"person", session.person},
+          {"side", session.side}};
+}
+
 // Listing reads the disk: not at every state.
 Live::Json Live::sessions_state() const {
   if (wall_s() - listed_s_ < kListEvery_s) return listed_;
@@ -70,8 +81,7 @@ Live::Json Live::sessions_state() const {
   Json sessions = Json::array();
   Json models = Json::array();
   if (!options_.model.empty()) {
-    const std::string file = std::filesystem::path(options_.model).filename().string();
-    models.push_back({{"path", file}, {"name", file}, {"person", ""}, {"side", "right"}});
+    models.push_back(model_state({}, options_.model));
   }
   for (const Session& s : sessions_.list()) {
     if (sessions.size() == kMostListed) break;
@@ -80,15 +90,11 @@ Live::Json Live::sessions_state() const {
                         {"side", s.side},
                         {"files", s.files},
                         {"seconds", s.seconds}});
-    if (!s.model.empty()) {
-      const std::string name = s.person.empty() ? s.name : s.person + ", " + s.side;
-      models.push_back(
-          {{"path", s.name + "/" + s.model}, {"name", name}, {"person", s.person}, {"side", s.side}});
-    }
+    if (!s.model.empty()) models.push_back(model_state(s, s.model));
   }
   Json ports = Json::array();
   if (options_.worn) {
-    ports.push_back({{"path", options_.worn->port()}, {"name", "the twin's glove"}});
+    ports.push_back({{"path", options_.worn->facts.port}, {"name", "the twin's glove"}});
   } else {
     for (const std::string& port : deploy::find_ports(options_.devices))
       ports.push_back({{"path", port}, {"name", std::filesystem::path(port).filename().string()}});
@@ -156,18 +162,8 @@ Live::Json Live::state() const {
               {"fingers", fingers_ ? Json(fingers_->view(now_s())) : Json::array()}};
   out["model"] = nullptr;
   if (model_) {
-    Json joints = Json::array();
-    for (const model::Joint& joint : model_->joints) joints.push_back(joint.name);
-    const std::string name = model_session_.person.empty()
-                                 ? model_path_.filename().string()
-                                 : model_session_.person + ", " + model_session_.side;
-    out["model"] = {
-        {"name", name},
-        {"person", model_session_.person},
-        {"side", side_of_model()},
-        {"path", model_session_.name.empty() ? model_path_.filename().string()
-                                             : model_session_.name + "/" + model_path_.filename().string()},
-        {"joints", std::move(joints)}};
+    out["model"] = model_state(model_session_, model_path_);
+    for (const model::Joint& joint : model_->joints) out["model"]["joints"].push_back(joint.name);
   }
   out["recording"] = nullptr;
   if (recording_) {

@@ -1,4 +1,3 @@
-// What a page may ask for.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,62 +14,101 @@ constexpr double kOtherClock_s = 5;  // off by more is another page
 
 }  // namespace
 
-const std::map<std::string, void (Live::*)(io::JsonReader&)>& Live::words() {
-  static const std::map<std::string, void (Live::*)(io::JsonReader&)> all = {
-      {"device.connect", &Live::device_connect},
-      {"device.leave", &Live::device_leave},
-      {"columns.name", &Live::columns_name},
-      {"model.choose", &Live::model_choose},
-      {"record.start", &Live::record_start},
-      {"record.stop", &Live::record_stop},
-      {"marker", &Live::marker},
-      {"tracking.set", &Live::tracking_set},
-      {"twin.set", &Live::twin_set},
-      {"score.run", &Live::score_run},
-      {"experiment.run", &Live::experiment_run},
-      {"replay.open", &Live::replay_open},
-      {"replay.seek", &Live::replay_seek},
-      {"replay.play", &Live::replay_play},
-      {"job.cancel", &Live::job_cancel},
-      {"send", &Live::send},
-      {"flash", &Live::flash},
-      {"angles", &Live::angles},
-      {"calibrate.start", &Live::calibrate_start},
-      {"calibrate.next", &Live::calibrate_next},
-      {"calibrate.back", &Live::calibrate_back},
-      {"calibrate.repeat", &Live::calibrate_repeat},
-      {"calibrate.cancel", &Live::calibrate_cancel},
-      {"calibrate.accept", &Live::calibrate_accept},
-      {"calibrate.plot", &Live::calibrate_plot},
-      {"anew.start", &Live::anew_start},
-      {"anew.accept", &Live::anew_accept},
-      {"anew.keep", &Live::anew_keep},
+// What a page may ask for, and what has to hold first.
+const std::map<std::string, Live::Word>& Live::words() {
+  using enum Need;
+  static const std::map<std::string, Word> all = {
+      {"device.connect", {&Live::device_connect, {no_job, no_recording}}},
+      {"device.leave", {&Live::device_leave, {no_job, no_calibration, no_recording}}},
+      {"columns.name", {&Live::columns_name, {no_recording, no_calibration}}},
+      {"model.choose", {&Live::model_choose, {}}},
+      {"record.start", {&Live::record_start, {no_recording, glove}}},
+      {"record.stop", {&Live::record_stop, {recording}}},
+      {"marker", {&Live::marker, {recording}}},
+      {"tracking.set", {&Live::tracking_set, {}}},
+      {"twin.set", {&Live::twin_set, {twin}}},
+      {"score.run", {&Live::score_run, {twin, no_recording, no_job}}},
+      {"experiment.run", {&Live::experiment_run, {no_job}}},
+      {"replay.open", {&Live::replay_open, {no_job, no_calibration, no_recording}}},
+      {"replay.seek", {&Live::replay_seek, {replay}}},
+      {"replay.play", {&Live::replay_play, {replay}}},
+      {"job.cancel", {&Live::job_cancel, {}}},
+      {"send", {&Live::send, {model}}},
+      {"flash", {&Live::flash, {}}},
+      {"angles", {&Live::angles, {}}},
+      {"calibrate.start", {&Live::calibrate_start, {no_calibration, no_job, readings, no_anew}}},
+      {"calibrate.next", {&Live::calibrate_next, {calibration}}},
+      {"calibrate.back", {&Live::calibrate_back, {calibration}}},
+      {"calibrate.repeat", {&Live::calibrate_repeat, {no_job, calibration}}},
+      {"calibrate.cancel", {&Live::calibrate_cancel, {calibration}}},
+      {"calibrate.accept", {&Live::calibrate_accept, {calibration}}},
+      {"calibrate.plot", {&Live::calibrate_plot, {calibration}}},
+      {"anew.start", {&Live::anew_start, {no_job, no_calibration, model, glove, no_anew}}},
+      {"anew.accept", {&Live::anew_accept, {}}},
+      {"anew.keep", {&Live::anew_keep, {}}},
   };
   return all;
 }
 
+void Live::require(Need need) {
+  const auto unless = [](bool holds, const char* kind) {
+    if (!holds) throw Refusal(kind);
+  };
+  switch (need) {
+    case Need::no_job:
+      jobs_.require_none();
+      return unless(!anew_ || anew_->is_over, "anew_runs");
+    case Need::no_calibration:  // one that only waits for its model to be sent is over
+      if (calibration_ && calibration_->step() == Step::send) calibration_.reset();
+      return unless(!calibration_, "calibration_is_open");
+    case Need::calibration:
+      return unless(calibration_.has_value(), "no_calibration");
+    case Need::recording:
+      return unless(recording_.has_value(), "no_recording");
+    case Need::no_recording:
+      return unless(!recording_, "recording_runs");
+    case Need::replay:
+      return unless(replay_ != nullptr, "no_replay");
+    case Need::glove:
+      return unless(fingers_ && !replay_, "no_glove");
+    case Need::readings:  // what is fitted is fitted to readings
+      return unless(!source_ || !source_->is_compensated(), "no_readings");
+    case Need::model:
+      unless(model_.has_value(), "no_model");
+      if (!misfit_.empty()) throw Refusal("model_misfit", {{"why", misfit_}});
+      return;
+    case Need::no_anew:
+      return unless(!anew_, "anew_waits");
+    case Need::twin:
+      return unless(options_.worn != nullptr, "no_twin");
+  }
+}
+
 // Every message but one that says so is answered, whatever it holds.
 void Live::hear(Client client, std::string_view text) {
-  Json id = nullptr;
   bool answers = true;
-  std::string error;
+  Json answer = {{"id", nullptr}, {"ok", true}};
+  const auto refuse = [&answer](const std::string& why) {
+    answer["ok"] = false;
+    answer["error"] = why;
+  };
   try {
     const Json message = io::parse_json(std::string(text), "message");
     io::JsonReader parts(message, "message");
-    if (parts.has("id")) id = parts.member("id");
+    if (parts.has("id")) answer["id"] = parts.member("id");
     const std::string word = parts.text("do");
     answers = word != "angles";
     const auto found = words().find(word);
     if (found == words().end()) throw io::InputError(fmt::format("\"{}\" is no word that is known", word));
-    (this->*found->second)(parts);
+    for (const Need need : found->second.needs) require(need);
+    (this->*found->second.act)(parts);
+  } catch (const Refusal& refusal) {
+    refuse(refusal.what());
+    answer.update(refusal.parts);
   } catch (const std::exception& caught) {
-    error = io::one_line(caught.what());
+    refuse(io::one_line(caught.what()));
   }
-  if (answers || !error.empty()) {
-    Json answer = {{"id", id}, {"ok", error.empty()}};
-    if (!error.empty()) answer["error"] = error;
-    server_->send(client, io::dump_line(answer));
-  }
+  if (answers || !answer["ok"].get<bool>()) server_->send(client, io::dump_line(answer));
   if (answers) send_state();
 }
 
@@ -93,19 +131,13 @@ void Live::hear(std::span<const std::uint8_t> bytes) {
 
 void Live::device_connect(io::JsonReader& parts) {
   const std::string port = parts.text("port");
-  require_no_job();
-  if (!calibration_ || calibration_->step() != Step::glove) require_no_calibration();
-  require_no_recording();
+  if (!calibration_ || calibration_->step() != Step::glove) require(Need::no_calibration);
   if (!options_.worn) return connect(port);
-  if (port != options_.worn->port() && port != "auto")
-    throw io::InputError("the twin wears the glove: start flexor live without --demo for a real one");
+  if (port != options_.worn->facts.port && port != "auto") throw Refusal("twin_wears");
   attach_worn();
 }
 
 void Live::device_leave(io::JsonReader&) {
-  require_no_job();
-  require_no_calibration();
-  require_no_recording();
   search_.end();
   if (replay_) {  // back to who was there
     detach();
@@ -153,9 +185,7 @@ void Live::wear_model(const Session& session, const std::filesystem::path& path)
 
 // Of a glove without names: a finger, or as it is. Kept for this glove.
 void Live::columns_name(io::JsonReader& parts) {
-  require_no_recording();
-  require_no_calibration();
-  if (!source_ || !fingers_) throw io::InputError("no glove is there: connect it first");
+  if (!fingers_) throw Refusal("no_glove");
   std::vector<std::string> names;
   for (const Json& name : parts.member("names"))
     names.push_back(name.is_string() ? name.get<std::string>() : "?");
@@ -168,8 +198,7 @@ void Live::columns_name(io::JsonReader& parts) {
     if (names[c].empty()) continue;
     if (std::ranges::find(model::finger_names(), names[c]) == model::finger_names().end())
       throw io::InputError("\"names\" has one that is no finger");
-    if (std::ranges::count(names, names[c]) > 1)
-      throw io::InputError(fmt::format("{} is chosen twice: one column for each finger", names[c]));
+    if (std::ranges::count(names, names[c]) > 1) throw Refusal("finger_twice", {{"finger", names[c]}});
     columns[c] = names[c];
   }
   sessions_.name_columns(glove, columns);
@@ -200,19 +229,10 @@ void Live::model_choose(io::JsonReader& parts) {
   model_is_chosen_ = true;
 }
 
-std::string Live::side_of_model() const {
-  return model_session_.side.empty() ? "right" : model_session_.side;
-}
-
 void Live::record_start(io::JsonReader&) {
-  if (recording_) throw io::InputError("a recording runs already");
-  if (!fingers_ || replay_) throw io::InputError("no glove is heard yet: nothing could be recorded");
-  const Session session = sessions_.create(model_session_.person, side_of_model(), glove_id(), "recording");
+  const Session session =
+      sessions_.create(model_session_.person, model_session_.side, glove_id(), "recording");
   recording_.emplace(session, sessions_.folder(session));
-}
-
-void Live::require_no_recording() const {
-  if (recording_) throw io::InputError("a recording runs: stop it first");
 }
 
 void Live::stop_recording() {
@@ -226,20 +246,10 @@ void Live::stop_recording() {
         recording.in_words(now_s()) + (why.empty() ? "" : ". " + why));
 }
 
-// What came before is kept, and its session says how long it is.
-void Live::end_recording(const std::exception& why) {
-  guard("record", [this] { stop_recording(); });
-  say_failed("record", why.what());
-}
-
-void Live::record_stop(io::JsonReader&) {
-  if (!recording_) throw io::InputError("no recording runs");
-  stop_recording();
-}
+void Live::record_stop(io::JsonReader&) { stop_recording(); }
 
 void Live::marker(io::JsonReader& parts) {
   const std::string text = parts.text("text");
-  if (!recording_) throw io::InputError("no recording runs: a marker lies in one");
   recording_->mark(now_s(), text);
   server_->send_all(io::dump_line(recording_->markers().back()));
 }
@@ -247,8 +257,10 @@ void Live::marker(io::JsonReader& parts) {
 void Live::tracking_set(io::JsonReader& parts) {
   const Json& on = parts.member("on");
   if (!on.is_boolean()) parts.fail("\"on\" must be true or false");
-  if (on.get<bool>() && !model_) throw io::InputError("no model is worn: calibrate first, or choose one");
-  if (on.get<bool>() && !can_be_tracked(*model_)) throw io::InputError(kNotTracked);
+  if (on.get<bool>()) {
+    require(Need::model);
+    if (!can_be_tracked(*model_)) throw Refusal(kNotTracked);
+  }
   tracked_ = on.get<bool>();
   if (model_) wear();
 }
@@ -258,7 +270,6 @@ void Live::play(const std::string& motion, double pace) {
 }
 
 void Live::twin_set(io::JsonReader& parts) {
-  if (!options_.worn) throw io::InputError("no twin wears the glove: start flexor live --demo");
   WornChange change = worn_change_;
   const auto set = [&](const char* key, double& value, double low, double high) {
     if (parts.has(key)) value = parts.number_within(key, low, high);
@@ -272,9 +283,6 @@ void Live::twin_set(io::JsonReader& parts) {
 }
 
 void Live::replay_open(io::JsonReader& parts) {
-  require_no_job();
-  require_no_calibration();
-  require_no_recording();
   const std::string name = parts.text("session") + "/" + parts.text("file");
   const std::filesystem::path file = file_of(name, kMostLogBytes);
   play_again(file, name);
@@ -290,13 +298,11 @@ void Live::play_again(const std::filesystem::path& file, const std::string& name
 }
 
 void Live::replay_seek(io::JsonReader& parts) {
-  if (!replay_) throw io::InputError("nothing is replayed");
   replay_->seek(parts.number_within("t_s", 0, 1e7));
   if (fingers_ && fingers_->is_worn()) fingers_->wear(*model_, tracked_);  // its past is another now
 }
 
 void Live::replay_play(io::JsonReader& parts) {
-  if (!replay_) throw io::InputError("nothing is replayed");
   const Json& on = parts.member("on");
   if (!on.is_boolean()) parts.fail("\"on\" must be true or false");
   replay_->pause(!on.get<bool>());
@@ -306,7 +312,7 @@ void Live::replay_play(io::JsonReader& parts) {
 void Live::angles(io::JsonReader& parts) {
   if (!calibration_ || calibration_->setup().reference != Reference::markerless ||
       !calibration_->wants_pictures())
-    throw io::InputError("no angles are wanted now");
+    throw Refusal("no_angles_wanted");
   const double page_s = parts.number_within("t_s", -1e9, 1e9);
   const Json seen = parts.object_or_empty("angles");
   std::vector<std::string> names;

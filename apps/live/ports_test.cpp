@@ -38,7 +38,7 @@ TEST_F(Ports, AGloveThatSendsAnglesAloneMovesAndSaysWhatItLacks) {
   EXPECT_EQ(state["next"]["kind"], "compensated");
   EXPECT_TRUE(state["link"]["lost"].is_number()) << "its angles have a counter";
   expect_refused({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "poses"}},
-                 "no readings");
+                 "no_readings");
   done({{"do", "record.start"}});
 }
 
@@ -113,7 +113,7 @@ TEST_F(Ports, AHandThatIsChosenLaterLeavesTheGloveWhereItIs) {
   });
   begin({"--port", glove.port(), "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"});
   five_fingers();
-  expect_refused({{"do", "flash"}, {"board", "hand"}}, "no hand is connected");
+  expect_refused({{"do", "flash"}, {"board", "hand"}}, "no_board");
   done({{"do", "device.connect"}, {"port", hand.port()}});
   const Json waits = state_when([](const Json& s) {
     EXPECT_EQ(s["device"]["status"], "glove") << "all the time";

@@ -8,7 +8,6 @@
 namespace flexor::live {
 namespace {
 
-constexpr const char* kAnotherGlove = "another glove was plugged in: what the one before said is kept";
 constexpr std::size_t kLongestMarker = 200;
 constexpr std::size_t kMostMarkers = 500;  // who opens the page gets them all
 
@@ -20,7 +19,7 @@ void SessionRecording::add(const listen::Sample& sample, const std::vector<std::
     columns_ = columns;
     begun_s_ = sample.host_s;
   }
-  if (columns != columns_) throw io::JobError(kAnotherGlove);
+  if (columns != columns_) throw io::JobError("another_glove");
   log_->add(sample);
   newest_s_ = sample.host_s;
 }

@@ -1,7 +1,7 @@
 // The twin's glove and hand without boards: the converter's counts of every strip, and a hand that follows what the glove's chain
 // makes of them over the radio.
 //
-// The person is that of the experiment's trial 0 with this seed. Columns: FINGER_count. Time is the simulation's: it keeps pace
+// The person is that of the experiment's trial 0 with seed 1. Columns: FINGER_count. Time is the simulation's: it keeps pace
 // with the wall, and stands while nobody waits for samples. For one thread.
 #pragma once
 
@@ -21,16 +21,13 @@
 namespace flexor::live {
 
 struct TwinOptions {
-  twin::Parameters parameters = {};
-  double rate_hz = 100;  // 1 to 1000
-  std::uint64_t seed = 1;
+  double rate_hz = 100;                                           // 1 to 1000
   std::optional<twin::Motion> motion = study::ordinary_motion();  // again and again; none: at rest
   double pace = 1;  // of the wall's time at most; 0: a sample is there whenever somebody waits
 };
 
 class TwinSource : public listen::Source {
  public:
-  // Throws io::InputError: a rate out of bounds, and as twin::check() does.
   explicit TwinSource(TwinOptions options = {});
   ~TwinSource() override;
 
@@ -41,7 +38,6 @@ class TwinSource : public listen::Source {
   double now_s() const override { return static_cast<double>(now_ms_) / 1000; }
   std::string says() const override;
 
-  // Throws io::InputError for what is no finite number, a noise below 0, a loss that is no share.
   void set(const WornChange& change);
   // The glove's compensator, at the source's rate. Throws io::InputError as twin::check() does.
   void load(model::Model compensator);

@@ -40,6 +40,7 @@ class Glove : public listen::Source {
 
 class Worn : public live::WornGlove {
  public:
+  Worn() { facts = {.has_boards = true, .port = "/dev/null", .rate_hz = 100, .lead_s = 0.1}; }
   std::shared_ptr<listen::Source> source() override { return glove_; }
   void set(const live::WornChange&) override {}
   void play(const std::string&, double) override {}
@@ -47,12 +48,6 @@ class Worn : public live::WornGlove {
   double now_s() const override { return glove_->now_s(); }
   std::optional<double> begun_s() const override { return 0; }
   void load(const model::Model&) override {}
-  bool has_boards() const override { return true; }
-  std::string port() const override { return "/dev/null"; }
-  std::string key_file() const override { return {}; }
-  std::string why_not_written() const override { return {}; }
-  double rate_hz() const override { return 100; }
-  double lead_s() const override { return 0.1; }
   Score score() override {
     return [](const live::Jobs::Goes&) { return std::vector<double>(6, 1); };
   }

@@ -31,6 +31,15 @@ struct WornNow {
   std::array<std::string, twin::kFingers> fault;
 };
 
+struct WornFacts {
+  bool has_boards = false;
+  std::string port = {};             // of the boards; empty: none
+  std::string key_file = {};         // likewise
+  std::string why_not_written = {};  // its board, through a bootloader, with the mend; "": it can be
+  double rate_hz = 0;                // at which a model runs
+  double lead_s = 0;                 // by which the hand comes after the reading
+};
+
 class WornGlove {
  public:
   virtual ~WornGlove() = default;
@@ -47,13 +56,7 @@ class WornGlove {
   // Into the glove; without boards. Throws io::InputError where it does not run there.
   virtual void load(const model::Model& model) = 0;
 
-  virtual bool has_boards() const = 0;
-  virtual std::string port() const = 0;      // of the boards; empty: none
-  virtual std::string key_file() const = 0;  // likewise
-  virtual std::string why_not_written()
-      const = 0;                       // its board, through a bootloader, with the mend; "": it can be
-  virtual double rate_hz() const = 0;  // at which a model runs
-  virtual double lead_s() const = 0;   // by which the hand comes after the reading
+  WornFacts facts;
   // For flexor identify: the open hand and the fist are the ends of the bionic hand.
   static nlohmann::ordered_json pose_angles();
 

@@ -67,9 +67,14 @@ class WornBoards : public WornGlove {
     begin.motion = "ordinary";
     source_ = std::make_shared<BenchSource>(io::program_beside(kBoards), options, begin, true);
     if (const deploy::Key& key = source_->bench().key()) {
-      key_ = folder_.path() / "pair.key";
-      deploy::write_key(key_, *key);
+      facts.key_file = (folder_.path() / "pair.key").string();
+      deploy::write_key(facts.key_file, *key);
     }
+    facts.has_boards = true;
+    facts.port = source_->bench().port();
+    facts.why_not_written = source_->bench().has_bootloader() ? "" : study::why_no_bootloader();
+    facts.rate_hz = kRate_hz;
+    facts.lead_s = kLead_s;
   }
 
   std::shared_ptr<listen::Source> source() override { return source_; }
@@ -105,14 +110,6 @@ class WornBoards : public WornGlove {
   double now_s() const override { return source_->now_s(); }
   std::optional<double> begun_s() const override { return 0; }
   void load(const model::Model&) override { throw io::InputError("the boards take models at their port"); }
-  bool has_boards() const override { return true; }
-  std::string port() const override { return source_->bench().port(); }
-  std::string key_file() const override { return key_.string(); }
-  std::string why_not_written() const override {
-    return source_->bench().has_bootloader() ? "" : study::why_no_bootloader();
-  }
-  double rate_hz() const override { return kRate_hz; }
-  double lead_s() const override { return kLead_s; }
 
   Score score() override {
     return [source = source_](const Jobs::Goes& goes) {
@@ -124,13 +121,18 @@ class WornBoards : public WornGlove {
 
  private:
   io::TemporaryFolder folder_;
-  std::filesystem::path key_;
   std::shared_ptr<BenchSource> source_;
 };
 
 // Without boards. All on one thread, but a score, during which nothing else is asked.
 class WornTwin : public WornGlove {
  public:
+  WornTwin() {
+    facts.why_not_written = "the twin has no board: start flexor live --boards";
+    facts.rate_hz = kTwinRate_hz;
+    facts.lead_s = kTwinLead_s;
+  }
+
   std::shared_ptr<listen::Source> source() override { return twin_; }
   void set(const WornChange& change) override { twin_->set(change); }
   void play(const std::string& motion, double pace) override {
@@ -145,12 +147,6 @@ class WornTwin : public WornGlove {
     twin_->load(deploy::on_hand(model, {}, notes));
   }
 
-  bool has_boards() const override { return false; }
-  std::string port() const override { return ""; }
-  std::string key_file() const override { return ""; }
-  std::string why_not_written() const override { return "the twin has no board: start flexor live --boards"; }
-  double rate_hz() const override { return kTwinRate_hz; }
-  double lead_s() const override { return kTwinLead_s; }
   Score score() override {
     return [score = twin_->score()](const Jobs::Goes& goes) {
       std::vector<double> out;

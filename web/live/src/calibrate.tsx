@@ -88,8 +88,6 @@ function Work({ calibration }: { calibration: Calibration }) {
   );
 }
 
-const kSeen = 0.5; // share of the marks, as the program
-
 const kCovered = { range: 'Bends', slow: 'Slow', fast: 'Fast', holds: 'Holds' } as const;
 
 function Covered({ covered, hidden }: { covered: Coverage[]; hidden: boolean }) {
@@ -125,7 +123,7 @@ function Covered({ covered, hidden }: { covered: Coverage[]; hidden: boolean }) 
   );
 }
 
-function Nav({ calibration: { step, failed, tracked } }: { calibration: Calibration }) {
+function Nav({ calibration: { step, failed, asks } }: { calibration: Calibration }) {
   const line = useLine('calibrate-error');
   const control = (label: string, word: string, kind = '', disabled = false) => (
     <Button
@@ -145,7 +143,7 @@ function Nav({ calibration: { step, failed, tracked } }: { calibration: Calibrat
     return wrong;
   };
   const isOver = step === 'result' || (step === 'identify' && !!failed);
-  const isUnseen = step === 'reference' && (tracked ?? 0) < kSeen;
+  const isUnseen = step === 'reference' && asks !== 'seen';
   const isBusy = step === 'identify' && store.state.job !== null;
   const isSend = step === 'send';
   return (

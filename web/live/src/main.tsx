@@ -9,7 +9,7 @@ import { statusWord } from './panels';
 import { Button, useLine } from './parts';
 import { progressOf, title } from './text';
 import { Wear } from './wear';
-import { nextWords } from './words';
+import { nextWords, refusalWords } from './words';
 
 const kElements: Record<PlaceName, () => preact.JSX.Element> = { wear: Wear, calibrate: Calibrate, look: Look };
 
@@ -115,7 +115,7 @@ function Job() {
   const isFresh = last !== null && performance.now() - ended_ms < (last.ok ? 8000 : 30000);
   const text = job
     ? `${title(job.name)}: ${progressOf(job)}`
-    : last && `${last.ok ? '✓' : '✕'} ${title(last.job)}: ${last.text}`;
+    : last && `${last.ok ? '✓' : '✕'} ${title(last.job)}: ${refusalWords(last.text)}`;
   return (
     <div class={`job ${!job && last?.ok === false ? 'failed' : ''}`} hidden={!job && !isFresh}>
       <span class="job-text" data-testid="job">

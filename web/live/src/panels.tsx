@@ -5,6 +5,7 @@ import { kFingers } from './mapping';
 import { Button, Panel, Switch, Table, useLine, type Line } from './parts';
 import type { Device } from './state';
 import { degrees, number, time, title } from './text';
+import { refusalWords } from './words';
 
 const kStatus: Record<Device['status'], string> = {
   none: 'No glove',
@@ -235,7 +236,7 @@ function Tracking({ line }: { line: Line }) {
         Follow slow changes while worn
       </Switch>
       <p class="muted" data-testid="tracking-remark" hidden={!why}>
-        {why}
+        {why && refusalWords(why)}
       </p>
     </div>
   );

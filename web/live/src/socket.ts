@@ -1,5 +1,6 @@
 // The one connection to the program. It says when it is lost, and tries again until it is there.
 import type { State } from './state';
+import { refusalWords } from './words';
 import { decode, type Picture, type Samples } from './wire';
 
 export interface Hello {
@@ -95,7 +96,7 @@ export class Socket {
     if (message.event === 'hello') this.listeners.hello(message as unknown as Hello);
     else if (message.event === 'state') this.listeners.state(message as unknown as State);
     else if (message.event === 'marker') this.listeners.marker(message as unknown as Marker);
-    else if (typeof message.id === 'number') this.answer(message.id, message.error ?? null);
+    else if (typeof message.id === 'number') this.answer(message.id, message.error ? refusalWords(message.error, message) : null);
   }
 
   private answer(id: number, error: string | null): void {

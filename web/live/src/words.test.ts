@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { kNothing, type Calibration } from './state';
-import { askWords, missingWords, nextWords } from './words';
+import { askWords, missingWords, nextWords, refusalWords } from './words';
 
 const calibration = (parts: Partial<Calibration>) => ({ reference: 'marks', result: null, ...parts }) as Calibration;
 
@@ -12,6 +12,8 @@ describe('words', () => {
     expect(nextWords({ kind: 'take' }, state)).not.toContain('fit:');
     expect(nextWords({ kind: 'of_a_newer_program' }, state)).toBe('Of a newer program');
     expect(missingWords('')).toBe('Complete');
+    expect(refusalWords('motion_too_short', { seconds: 12.3, least_s: 30 })).toContain('12 s so far, 30 s');
+    expect(refusalWords('a.csv: no number')).toBe('a.csv: no number');
   });
   it('are other ones without marks', () => {
     expect(askWords('turn', calibration({}))).toContain('every mark');

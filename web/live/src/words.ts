@@ -1,5 +1,5 @@
 // What the page says of what the program sends as kinds (SOCKET.md).
-import { title } from './text';
+import { number, title } from './text';
 import type { Calibration, Next, State } from './state';
 
 const kNext: Record<string, string> = {
@@ -78,9 +78,53 @@ const kMissing: Record<string, string> = {
   fast: 'Bend it quickly',
 };
 
+const kRefused: Record<string, string> = {
+  job_runs: '{job} runs: wait for it, or cancel it',
+  anew_runs: 'ten seconds of a glove that was put on anew are recorded: wait for them',
+  calibration_is_open: 'a calibration is open, perhaps in another tab: go on with it, or cancel it',
+  no_calibration: 'no calibration is open: start one',
+  motion_runs: 'a calibration records its motion: finish it first',
+  no_recording: 'no recording runs: start one first',
+  recording_runs: 'a recording runs: stop it first',
+  no_replay: 'nothing is replayed',
+  replay_is_open: 'a recording is played again: leave it first',
+  no_glove: 'no glove is heard yet: plug it in',
+  glove_gone: 'the glove has gone: plug it in again',
+  another_glove: 'another glove was plugged in: what the one before said is kept',
+  hand_unseen: 'the camera does not see the hand yet',
+  poses_too_short: '{seconds} s so far, {least_s} s are the least: go on with the poses',
+  motion_too_short: '{seconds} s so far, {least_s} s are the least: keep moving',
+  marks_too_seldom:
+    'the camera has measured the angles {angles} times, {least} are the least: turn the marks towards it and keep moving',
+  hand_too_seldom:
+    'the camera has measured the angles {angles} times, {least} are the least: turn the hand’s side towards it and keep moving',
+  identifies: 'the model is being identified: wait for it, or cancel',
+  not_identified: 'nothing was identified: repeat the motion',
+  accept_or_repeat: 'accept the model, or repeat the motion',
+  first_step: 'this is the first step',
+  nothing_to_repeat: 'there is nothing to repeat yet',
+  no_plot: 'there is no plot of {finger}',
+  no_readings:
+    'this glove sends the angles that it makes and no readings, which a calibration needs: flash it with the firmware of flexor deploy',
+  no_model: 'no model is worn: calibrate first, or choose one',
+  model_misfit: 'the model that was chosen is not worn: {why}',
+  not_tracked: 'this model cannot be tracked: identify it anew',
+  no_anew: 'nothing was put on anew',
+  anew_waits: 'put on anew waits for an answer: take its calibration, or keep the old one',
+  nothing_to_accept: 'there is no new calibration to accept yet',
+  no_twin: 'no twin wears the glove: start flexor live --demo',
+  twin_wears: 'the twin wears the glove: start flexor live without --demo for a real one',
+  no_board: 'no {board} is connected: plug it in, and choose its port',
+  takes_no_models: 'this glove’s program takes no models: flexor deploy makes one that does',
+  finger_twice: '{finger} is chosen twice: one column for each finger',
+};
+
 // "Look at {finger}" with its finger.
 function filled(sentence: string, parts: Record<string, unknown>): string {
-  return sentence.replaceAll(/\{(\w+)\}/g, (_, name: string) => String(parts[name] ?? ''));
+  return sentence.replaceAll(/\{(\w+)\}/g, (_, name: string) => {
+    const part = parts[name] ?? '';
+    return typeof part === 'number' ? number(part) : String(part);
+  });
 }
 
 // An unknown kind is a newer program's: better than nothing.
@@ -100,6 +144,11 @@ export function nextWords(next: Next, { job, calibration }: State): string {
     ...next,
     misfits: next.misfits ? ` Does not fit: ${next.misfits}` : '',
   });
+}
+
+// What was refused, or the program's own line.
+export function refusalWords(error: string, parts: Record<string, unknown> = {}): string {
+  return filled(kRefused[error] ?? error, parts);
 }
 
 export function missingWords(kind: string | null): string {

@@ -18,4 +18,4 @@ def test_a_notebook_runs(path, tmp_path, monkeypatch):
     monkeypatch.setenv("FLEXOR_DATA", os.environ.get("FLEXOR_DATA") or str(ROOT / "../shared/data"))
     notebook = nbformat.read(path, 4)
     assert not any(cell.get("outputs") for cell in notebook.cells), "stored without what it prints"
-    nbclient.NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    nbclient.NotebookClient(notebook, timeout=None, resources={"metadata": {"path": str(tmp_path)}}).execute()

@@ -15,11 +15,6 @@ def _run(manifest: pathlib.Path, out: pathlib.Path, options: dict[str, Any], sha
     return core.cohort(manifest, out, filled(core.HandRequest(), **asked), shard, show)
 
 
-def _part(manifest: str, out: str, options: dict[str, Any], shard: str) -> str:
-    _run(pathlib.Path(manifest), pathlib.Path(out), options, shard, 1, None)
-    return out
-
-
 def cohort(manifest: Union[str, os.PathLike], out: Union[str, os.PathLike], *, client: Any = None, rate_hz: float = 20,
            split: float = 0.5, structure: str = "auto", lead_s: float = 0, fit_all: bool = False, leave_out: str = "",
            threads: int = 0, progress: Show = None) -> Any:
@@ -50,7 +45,7 @@ def _on_cluster(client: Any, manifest: pathlib.Path, out: pathlib.Path, options:
 
     count = min(1000, core.cohort_takes(manifest))
     shards = out.with_name(out.name + ".shards")  # stays where it is cut off: the same call goes on there
-    futures = [client.submit(_part, str(manifest), str(shards / str(i)), options, f"{i}/{count}", pure=False, retries=3)
+    futures = [client.submit(_run, manifest, shards / str(i), options, f"{i}/{count}", 1, None, pure=False, retries=3)
                for i in range(1, count + 1)]
     try:
         for done, future in enumerate(as_completed(futures), 1):

@@ -175,16 +175,15 @@ def _seconds(times: Any, name: str, time_unit: Optional[str], source: str) -> np
 
 def _numbers(values: Any, name: str, source: str) -> Optional[np.ndarray]:
     """None: text."""
-    kind = getattr(values.dtype, "kind", "O")
-    if kind not in "biufO":
+    values = np.asarray(values)  # of pandas' own types objects, where values are missing
+    if values.dtype.kind not in "biufO":
         return None
-    if np.ndim(values) != 1:
-        raise InputError(f'{source}: column "{name}" has {np.ndim(values)} dimensions, not one')
-    if kind != "O":
-        is_nullable = values.dtype.name[0].isupper() or values.dtype.name == "boolean"  # pandas' own, with missing values
-        return np.ascontiguousarray(values.to_numpy(np.float64, na_value=np.nan) if is_nullable else values, dtype=np.float64)
+    if values.ndim != 1:
+        raise InputError(f'{source}: column "{name}" has {values.ndim} dimensions, not one')
+    if values.dtype.kind != "O":
+        return np.ascontiguousarray(values, dtype=np.float64)
     texts = [(row, value) for row, value in enumerate(values, 1) if isinstance(value, str)]
-    if len(texts) == len(values):
+    if texts and len(texts) == pandas().notna(values).sum():
         return None
     if texts:
         raise InputError(f'{source}: column "{name}" mixes numbers with text: row {texts[0][0]} is {texts[0][1]!r}; '

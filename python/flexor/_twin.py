@@ -7,7 +7,7 @@ import json
 import os
 from typing import Any, Mapping, NamedTuple, Sequence, Union
 
-from flexor._core import Show, core, filled, pandas, run
+from flexor._core import InputError, Show, core, filled, pandas, run
 from flexor._model import Compensator
 from flexor._recording import Recording
 
@@ -83,4 +83,6 @@ def merge(folders: Sequence[Union[str, os.PathLike]], out: Union[str, os.PathLik
     ...     merge(parts, f"{d}/whole").results == experiment("1,4").results
     True
     """
+    if not folders:
+        raise InputError("no folders of shards")
     return Experiment(run(core.merge, list(folders), out, progress=progress))

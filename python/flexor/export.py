@@ -134,7 +134,7 @@ def bids(folder, log, *, subject: str = "01", task: str = "motion", number: int 
 
 
 def _write_run(angles: pd.DataFrame, files: list[Path], task: str, rate_hz: float) -> None:
-    angles.columns = _without(r"[\x00-\x1f\x7f]", angles)
+    angles.columns = angles.columns.str.replace(r"[\x00-\x1f\x7f]", "_", regex=True)
     latency = [f"{t_s:.6f}" for t_s in angles.index - angles.index[0]]
     angles.assign(latency=latency).to_csv(files[0], sep="\t", na_rep="n/a", header=False, index=False)
     count = len(angles.columns)
@@ -146,10 +146,6 @@ def _write_run(angles: pd.DataFrame, files: list[Path], task: str, rate_hz: floa
     rows = [f"{joint}\tn/a\tJNTANG\t{joint}\tdeg" for joint in angles]
     rows = ["name\tcomponent\ttype\ttracked_point\tunits", *rows, "latency\tn/a\tLATENCY\tn/a\ts"]
     files[2].write_text("\n".join(rows) + "\n", "utf-8")
-
-
-def _without(control: str, angles: pd.DataFrame) -> list[str]:
-    return [re.sub(control, "_", joint) for joint in angles]
 
 
 def _add_participant(path: Path, subject: str) -> None:
@@ -168,7 +164,7 @@ def mot(path, log, *, model=None) -> int:
     angles = joints_of(log, model).dropna()
     if angles.empty:
         raise ValueError("no row with all its angles")
-    angles.columns = _without(r"[\x00-\x20\x7f]", angles)
+    angles.columns = angles.columns.str.replace(r"[\x00-\x20\x7f]", "_", regex=True)
     if "time" in angles or not angles.columns.is_unique:
         raise ValueError(f"a .mot file cannot have the columns time, {', '.join(angles)}: call a joint otherwise")
     header = f"Flexor\nversion=1\nnRows={len(angles)}\nnColumns={1 + len(angles.columns)}\ninDegrees=yes\nendheader\n"

@@ -61,6 +61,7 @@ ANGLES = {"index_deg": [1.0, 2.0, 3.0]}
     (lambda: flexor.Recording(frame(note=["a", "b", "c"])), "no column of numbers"),
     (lambda: flexor.Recording({"a": [1.0, 2.0]}, time=[0.0, 0.1, 0.2]), "has 2 values"),
     (lambda: flexor.Compensator("{}"), "model"),
+    (lambda: flexor.merge([], "out"), "no folders"),
 ])
 def test_a_recording_that_is_none(work, text):
     assert text in refusal(work)
@@ -69,7 +70,7 @@ def test_a_recording_that_is_none(work, text):
 def test_columns_of_all_kinds():
     assert flexor.Recording(frame(), units="count").units == {"index_adc": "count"}
     assert flexor.Recording(frame(**ANGLES)).units == {"index_deg": "deg"}
-    log = flexor.Recording(frame(flex=[1, 2, 3], note=["a", "b", "c"], on=[True, False, True]))
+    log = flexor.Recording(frame(flex=[1, 2, 3], note=["a", None, "c"], on=[True, False, True]))
     numpy_objects = np.array([1, None, 3], dtype=object)
     assert list(log.columns) == ["flex", "on"] and "note" in log.warnings[0]
     nullable = flexor.Recording(frame(flex=pandas.array([1, None, 3], dtype="Int64"), old=numpy_objects))

@@ -1,6 +1,8 @@
 """Laboratories: the prior, known densities, and that a laboratory, a run and a summary are what they say."""
 
 import json
+import os
+import signal
 
 import numpy as np
 import pytest
@@ -75,6 +77,24 @@ def test_a_laboratory_is_what_it_is_alone(tmp_path):
     assert laboratories.run(two, progress=False, out=tmp_path, **QUICK) == rows and journal.read_text() == text
     with pytest.raises(flexor.InputError, match="another run"):
         laboratories.run(two, out=tmp_path, gestures="2")
+
+
+@pytest.mark.long
+def test_dask_loses_two_workers(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    eight = ensemble(*[SHIPPED] * 8)
+    laboratories.run(eight, out=tmp_path / "whole", progress=False, **QUICK)
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, local_directory=str(tmp_path)) as cluster, \
+            distributed.Client(cluster) as client:
+        victims = list(client.run(os.getpid).values())
+
+        def progress(done, of, what):
+            if victims:
+                os.kill(victims.pop(), signal.SIGKILL)
+
+        laboratories.run(eight, out=tmp_path / "out", client=client, progress=progress, **QUICK)
+    assert not victims
+    assert (tmp_path / "out/laboratories.jsonl").read_bytes() == (tmp_path / "whole/laboratories.jsonl").read_bytes()
 
 
 def test_a_scenario_changes_what_is_played():

@@ -344,6 +344,26 @@ TEST_F(RealSessions, AllSessionsOfEachWearer) {
   }
 }
 
+// By half of the range, as for a wearer whom the model never saw.
+TEST_F(RealSessions, AGloveThatLiesFarOff) {
+  for (const double by : {-0.5, 0.5}) {
+    auto folds = each_against_the_others("P6_", true);
+    for (Fold& fold : folds) {
+      for (auto& [gesture, trials] : fold[0].trials)
+        for (auto& trial : trials)
+          for (Reading& r : trial)
+            for (double& x : r) x += by * kRange;
+      for (auto& points : fold[0].point)
+        for (auto& [name, x] : points) x += by * kRange;
+    }
+    for (const double seconds : {20.0, 60.0}) {
+      const Scored s = shown("far off", folds, across_gestures, seconds, 40);
+      EXPECT_LT(s.after, 1.25 * s.mean_shift);
+      EXPECT_LT(s.after, s.raw / 3);
+    }
+  }
+}
+
 TEST_F(RealSessions, ASessionAgainstOneOther) {
   for (const char* person : {"P6_", "P2_"}) {
     const auto folds = each_against_each(person);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "host/identify/pose_evidence.hpp"
 #include "host/identify/window.hpp"
@@ -222,14 +223,6 @@ std::string reason_to_keep(Case& one) {
   if (!one.misfit.empty()) return one.misfit;
   if (!one.informed && !one.wanted.empty()) return one.wanted;
   if (!one.informed) return fmt::format("{}: nothing that was given tells it", name);
-  if (std::abs(one.fit.line.shift) > kFarthest * one.prior.shift_sd ||
-      std::abs(one.fit.line.log_gain) > kFarthest * one.prior.log_gain_sd) {
-    one.misfit = fmt::format(
-        "{}: it lies {:.0f} % of its range off, farther than putting on a glove moves it: has its strip "
-        "moved, or is this another hand?",
-        name, 100 * std::abs(one.fit.line.shift));
-    return one.misfit;
-  }
   if (!significant(one)) {
     if (is_known_unchanged(one)) return fmt::format("{}: it reads as it did where the model was made", name);
     return fmt::format("{}: no change was found that is larger than its own error{}", name,
@@ -392,6 +385,13 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
     if (!s.applied) continue;
     out.applied = true;
     out.model = model::corrected(std::move(out.model), i, s.correction);
+    const auto& [line, prior] = std::tie(cases[i].fit.line, cases[i].prior);
+    if (std::abs(line.shift) > kFarthest * prior.shift_sd ||
+        std::abs(line.log_gain) > kFarthest * prior.log_gain_sd)
+      out.notes.push_back(
+          fmt::format("{}: it lies {:.0f} % of its range off, farther than putting on a glove moves it: has "
+                      "its strip moved, or is this another hand?",
+                      s.name, 100 * std::abs(line.shift)));
     if (!s.gain_is_told) shifted_alone.push_back(s.name);
   }
   if (!shifted_alone.empty())

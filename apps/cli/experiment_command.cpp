@@ -273,7 +273,6 @@ void run_merge(Options& o) {
 void run(Options& o) {
   study::Plan& plan = o.plan;
   if (!o.shard.empty()) plan.shard = study::parse_shard(o.shard);
-  if (plan.shard.of > 1 && o.folder.empty()) throw io::InputError("--shard needs a folder of its own: --out");
   Engines engines;
   plan.engine = engines.find(o.engine == "avr", o.camera == "rendered");
   if (o.camera == "rendered") log("both hands are filmed and tracked, frame by frame: some seconds a trial");

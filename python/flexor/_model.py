@@ -87,7 +87,8 @@ class Compensator:
     def step(self, rows: Any) -> tuple[np.ndarray, np.ndarray]:
         """Readings as they come: ``rows`` of one reading of each input (n x inputs), a sample period apart. Angles in degrees and
         status (see ``predict``), n x joints. What was stepped before is remembered, until ``reset``."""
-        readings = np.ascontiguousarray(rows, dtype=np.float64)
+        named = getattr(rows, "columns", None)
+        readings = np.ascontiguousarray(rows if named is None else rows[list(self.inputs)], dtype=np.float64)
         return self._steps.step(np.atleast_2d(readings))
 
     def reset(self) -> None:

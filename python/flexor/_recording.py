@@ -147,7 +147,8 @@ def _columns_of(data: Any, source: str) -> dict[str, Any]:
 
 def _index_seconds(data: Any, columns: list[str], time_unit: Optional[str], source: str) -> np.ndarray:
     index = getattr(data, "index", None)
-    if _is_frame(data) and type(index).__name__ not in ("RangeIndex", "MultiIndex"):
+    counts = type(index).__name__ == "RangeIndex" and index.name is None  # nobody's: pandas numbers rows so
+    if _is_frame(data) and not counts and type(index).__name__ != "MultiIndex":
         return _seconds(index, str(index.name or ""), time_unit, source)
     what = "the frame has no time index" if _is_frame(data) else "nothing says the time"
     hint = next((c for c in columns if c.lower().startswith(("t_", "time", "timestamp", "millis"))), "t_s")

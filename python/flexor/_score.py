@@ -43,5 +43,11 @@ def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[
     >>> judge(noise, {"line": 3 * noise}, period_s=0.05)["word"]
     'better'
     """
-    baselines = {name: np.asarray(errors, float).tolist() for name, errors in baseline_error_deg.items()}
-    return core.judge(np.asarray(error_deg, float).tolist(), baselines, period_s, list(part_ends))
+    errors = {"": np.asarray(error_deg, float)} | {name: np.asarray(e, float) for name, e in baseline_error_deg.items()}
+    for name, e in errors.items():
+        if e.shape != errors[""].shape or not np.isfinite(e).all():
+            raise InputError(f"errors{name and ' of ' + name}: finite numbers, as many of each, are needed: leave out what either lacks")
+    if not period_s > 0:
+        raise InputError(f"period_s={period_s}: the time between samples, in seconds, is needed")
+    judged = errors.pop("").tolist()
+    return core.judge(judged, {name: e.tolist() for name, e in errors.items()}, period_s, list(part_ends))

@@ -37,6 +37,7 @@ def frame(**columns):
     (pandas.date_range("2026-05-01 12:00", periods=3, freq="100ms", tz="Asia/Tokyo"), 0.1),
     (pandas.to_timedelta([0, 100, 200], unit="ms"), 0.1),
     (pandas.Index([0, 100, 200], name="time_ms"), 0.1),
+    (pandas.RangeIndex(0, 300, 100, name="t_ms"), 0.1),
     (pandas.Index([0.0, 0.1, 0.2]), 0.1),
 ])
 def test_times_in_any_spelling(index, seconds):
@@ -62,6 +63,10 @@ ANGLES = {"index_deg": [1.0, 2.0, 3.0]}
     (lambda: flexor.Recording({"a": [1.0, 2.0]}, time=[0.0, 0.1, 0.2]), "has 2 values"),
     (lambda: flexor.Compensator("{}"), "model"),
     (lambda: flexor.merge([], "out"), "no folders"),
+    (lambda: flexor.experiment("1", trials=1, shard="2/2"), "folder of its own"),
+    (lambda: flexor.judge([1, np.nan, 3], {"line": [1, 2, 3]}, 0.05), "finite"),
+    (lambda: flexor.judge([1, 2, 3], {"line": [1, 2]}, 0.05), "errors of line"),
+    (lambda: flexor.judge([1, 2, 3], {"line": [1, 2, 3]}, 0), "period_s=0"),
 ])
 def test_a_recording_that_is_none(work, text):
     assert text in refusal(work)

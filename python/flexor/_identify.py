@@ -83,7 +83,9 @@ def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[
     logs: dict[int, Any] = {}
 
     def log_of(given: Any) -> Any:
-        return logs.setdefault(id(given), as_log(given))
+        if id(given) not in logs:
+            logs[id(given)] = as_log(given)
+        return logs[id(given)]
 
     name = core.joint_name
     request = filled(

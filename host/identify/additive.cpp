@@ -32,6 +32,10 @@ constexpr int kSteps = 8;                // of the iteration
 constexpr double kDone = 1e-3;           // relative decrease of the loss
 constexpr std::size_t kGroups = 10;      // of estimates, whose errors are told apart
 constexpr double kApart_deg = 0.5;
+constexpr double kPooled = 0.5;  // of a group's mean square error: a few movements in one group say little of the next
+// On another part of a motion errors are larger than over the folds, which have data on either side: with this factor 73 and 91 %
+// of the errors on 18 unseen halves of real recordings lie within one and 1.96 standard errors (54 and 79 % without both).
+constexpr double kElsewhere = 1.35;
 constexpr double kLeastError_deg = 0.01;
 constexpr int kLeastSamples = 40;       // two seconds at 20 Hz
 constexpr int kShrinks = 6;             // of motion that drifts
@@ -511,18 +515,22 @@ std::vector<double> used_angles(std::span<const Session> sessions) {
 
 model::Accuracy accuracy_of(std::vector<std::pair<double, double>> estimate) {
   std::ranges::sort(estimate);
+  const auto mean_square = [&](std::size_t from, std::size_t to) {
+    double out = 0;
+    for (std::size_t k = from; k < to; ++k)
+      out += estimate[k].second * estimate[k].second / static_cast<double>(to - from);
+    return out;
+  };
   model::Accuracy out;
   const std::size_t n = estimate.size();
+  const double pooled = mean_square(0, n);
   for (std::size_t g = 0; g < kGroups; ++g) {
     double angle = 0;
-    double squares = 0;
     const std::size_t from = n * g / kGroups;
     const std::size_t to = n * (g + 1) / kGroups;
-    for (std::size_t k = from; k < to; ++k) {
-      angle += estimate[k].first / static_cast<double>(to - from);
-      squares += estimate[k].second * estimate[k].second / static_cast<double>(to - from);
-    }
-    const double error = std::max(std::sqrt(squares), kLeastError_deg);
+    for (std::size_t k = from; k < to; ++k) angle += estimate[k].first / static_cast<double>(to - from);
+    const double square = kPooled * pooled + (1 - kPooled) * mean_square(from, to);
+    const double error = std::max(kElsewhere * std::sqrt(square), kLeastError_deg);
     // Groups at one limit have one angle between them.
     if (!out.angle_deg.empty() && angle < out.angle_deg.back() + kApart_deg) {
       out.standard_error_deg.back() = std::max(out.standard_error_deg.back(), error);

@@ -36,7 +36,7 @@ class Stranger:
         hands, prefix = self.recorded.hands_deg, np.empty((0, 23))
         rests = (self.since_s <= learning.REST_S) & ((self.trial == 0) | (shown != "first"))
         of_shown = (self.trial % 2 == 0) & (shown == "pieces")
-        step_s = np.full(3, 1e-3)
+        step_s = np.full(3, 0.15)
         if shown != "nothing":
             piece = of_shown & (self.since_s >= 5) & (self.since_s < 6)
             prefix = np.concatenate([np.tile(hands[rests].mean(axis=0), (3, 1)), hands[piece]])

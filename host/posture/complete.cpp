@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 
 constexpr double kPiece_s = 0.5;  // of the shown hand, one observation
 constexpr std::size_t kMostPieces = 200;
-constexpr double kStill_deg = 10;           // a resting hand stays within, mean of its joints
+constexpr double kRest_s = 0.25;            // of what is shown: as much as a document's resting poses are of
 constexpr double kBeyond_deg = 15;          // of the limits, before a reading is implausible
 constexpr int kStillRows = 32;              // of one reading, before it may be stuck
 constexpr double kStuck = 3;                // standard errors of what the others say
@@ -77,8 +77,8 @@ Personal::Personal(Calibrated calibrated, InputMatrix inputs)
       stranger_deg2_(scale_deg2(calibrated_, inputs_, 0)),
       acquainted_deg2_(stranger_deg2_) {}
 
-void Personal::learn(const Hand& rest_deg, const std::vector<Hand>& hands) {
-  seen_ = Seen(calibrated_.regression, inputs_, calibrated_.regression.offset_deg(rest_deg), hands);
+void Personal::learn(const std::vector<Hand>& hands) {
+  seen_ = Seen(calibrated_.regression, inputs_, calibrated_.regression.offset_deg(hands.front()), hands);
   if (hands.size() == seen_at_) return;
   seen_at_ = hands.size();
   acquainted_deg2_ = scale_deg2(calibrated_, inputs_, seen_at_);
@@ -111,29 +111,29 @@ Personal& Completer::model(Mask mask) {
   if (models_.size() >= kMostModels) models_.clear();
   const InputMatrix inputs = matrix_(inputs_of(mask), Eigen::all);
   auto made = std::make_unique<Personal>(calibrate(people_, inputs, shape_, matrix_), inputs);
-  if (rest_rows_ > 0) made->learn(rest_sum_ / rest_rows_, seen_);
+  if (!seen_.empty()) made->learn(seen_);
   return *models_.emplace(mask, std::move(made)).first->second;
 }
 
-// At rest the hand is the resting pose; moved, its means of half a second each are seen.
+// What is shown first is the resting pose, and the first hand that is seen; the means of half a second each follow.
 void Completer::show(const Hand& hand_deg, double seconds) {
-  const Hand rest = rest_sum_ / std::max(1.0, rest_rows_);
-  const Hand away = (hand_deg - rest).abs();
-  const Hand shown = (!away.isNaN()).cast<double>();
-  const double away_deg = (shown > 0).select(away, Hand::Zero()).sum() / std::max(1.0, shown.sum());
-  if (rest_rows_ == 0 || away_deg <= kStill_deg) {
-    rest_sum_ += hand_deg;
-    ++rest_rows_;
-  } else {
-    piece_sum_ += hand_deg;
-    ++piece_rows_;
-    piece_s_ += seconds;
-    if (piece_s_ < kPiece_s || seen_.size() >= kMostPieces) return;
+  piece_sum_ += hand_deg;
+  ++piece_rows_;
+  piece_s_ += seconds;
+  const bool full = piece_s_ >= (rests_ ? kRest_s : kPiece_s);
+  if (rests_) {
+    seen_.assign(1, piece_sum_ / piece_rows_);
+    rests_ = !full;
+  } else if (full && seen_.size() < kMostPieces) {
     seen_.push_back(piece_sum_ / piece_rows_);
+  } else {
+    return;
+  }
+  if (full) {
     piece_sum_ = Hand::Zero();
     piece_rows_ = piece_s_ = 0;
   }
-  for (auto& [mask, personal] : models_) personal->learn(rest_sum_ / rest_rows_, seen_);
+  for (auto& [mask, personal] : models_) personal->learn(seen_);
 }
 
 Completer::Said Completer::from_others(const Readings& readings, Index input) {

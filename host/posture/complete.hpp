@@ -7,8 +7,8 @@
 // itself. Angles end at the joints' limits: a sum that is sensed is kept by the joints that still can, and a reading
 // that is a little beyond all of them is said to be.
 //
-// While the person rests, and as long as more than the inputs is shown, the model learns of that person: the resting
-// pose shifts all that follows, and every half second of the hand is one more observation.
+// As long as more than the inputs is shown, the model learns of that person: the first quarter of a second is the resting pose, which
+// shifts all that follows and is the first observation; every half second of the hand is one more.
 #pragma once
 
 #include <cstdint>
@@ -51,8 +51,8 @@ class Personal {
   Personal(const Personal&) = delete;  // what is seen refers to the regression
   Personal& operator=(const Personal&) = delete;
 
-  // `hands`: seen of this person, NaN where a joint is not shown.
-  void learn(const Hand& rest_deg, const std::vector<Hand>& hands);
+  // `hands`: seen of this person, the resting pose first; NaN where a joint is not shown.
+  void learn(const std::vector<Hand>& hands);
 
   Hand mean_deg(const Eigen::VectorXd& inputs_deg) const { return seen_.mean_deg(inputs_deg); }
   Hand variance_deg2(const Eigen::VectorXd& inputs_deg) const {
@@ -78,7 +78,7 @@ class Completer {
   // Readings in degrees, NaN where there is none.
   Estimate complete(const Eigen::VectorXd& readings_deg);
 
-  // Before complete() of the same row, as long as the person is shown: NaN where a joint is not.
+  // Before complete() of the same row, as long as the person is shown, at rest first: NaN where a joint is not.
   void show(const Hand& hand_deg, double seconds);
 
   const Shape& shape() const { return shape_; }
@@ -135,8 +135,7 @@ class Completer {
   };
   std::vector<Still> still_;
   // Of the person.
-  Hand rest_sum_ = Hand::Zero();
-  double rest_rows_ = 0;
+  bool rests_ = true;
   Hand piece_sum_ = Hand::Zero();
   double piece_rows_ = 0;
   double piece_s_ = 0;

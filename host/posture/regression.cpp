@@ -247,7 +247,9 @@ Hand scale_deg2(const Calibrated& calibrated, const InputMatrix& inputs, std::si
 }
 
 Shape choose_shape(const People& people, const InputMatrix& inputs, bool rested) {
-  constexpr double kShare = 0.6;
+  // After their first quarter of a second five people who were left out err by 11.8 degrees in the mean, 12.4 without it and 11.6
+  // with twice the share; with that, one of the five errs more than without it.
+  constexpr double kShare = 0.3;
   Shape best;
   double least_deg = std::numeric_limits<double>::infinity();
   for (const double noise : {0.001, 0.003, 0.01, 0.03, 0.1}) {

@@ -42,7 +42,7 @@ double standard_error(std::vector<Weighted> errors);
 // What the inputs' set demands.
 struct Shape {
   double noise = 0.03;
-  double share = 0.6;  // of the resting pose's offset; 0: no resting pose
+  double share = 0.3;  // of the resting pose's offset; 0: no resting pose
 };
 
 using People = std::vector<const Person*>;

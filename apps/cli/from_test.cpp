@@ -123,6 +123,7 @@ TEST_F(From, WhatDoesNotFitIsRefused) {
   expect_refused({"monitor", "--from", log(), "--port", "/dev/null"}, "excludes");
   expect_refused({"record", path("x.csv"), "--from", "twin", "--baud", "9600"}, "excludes");
   expect_refused({"monitor", "--from", path("none.csv")}, "no such file");
+  expect_refused({"ports", "--ask", "--port", path("none")}, "no such port");
   expect_refused({"monitor", "--from", path("none.mp4"), "--joints", "paper_hand"}, "none.mp4");
   expect_refused({"monitor", "--from", path("none.mp4")}, "needs --joints");
   expect_refused({"monitor", "--from", "twin", "--joints", "paper_hand"}, "no camera");

@@ -44,6 +44,7 @@ Heard look(const Options& o, const std::string& port) {
   try {
     return o.listen ? hear(port) : o.ask ? ask(port) : Heard{port, "", 0, {}};
   } catch (const std::runtime_error& error) {
+    if (!o.port.empty()) throw;
     const std::string what = error.what();
     return {port, what.starts_with(port + ": ") ? what.substr(port.size() + 2) : what, 0, {}};
   }
@@ -63,7 +64,8 @@ nlohmann::ordered_json to_json(const deploy::BoardContents& c) {
 
 Output run(const Options& o) {
   std::vector<Heard> ports;
-  const std::vector<std::string> names = o.port.empty() ? deploy::find_ports("/dev") : std::vector{o.port};
+  const std::vector<std::string> names =
+      o.port.empty() ? deploy::find_ports("/dev") : std::vector{deploy::choose_port(o.port)};
   for (const std::string& port : names) ports.push_back(look(o, port));
   Output out = {{{"ports", nlohmann::ordered_json::array()}}, ""};
   for (const Heard& h : ports) {

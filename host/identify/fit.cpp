@@ -151,7 +151,7 @@ class Problem {
   VectorXd upper_;
   double span_deg_ = 0;
   model::Saturation plausible_;
-  mutable MatrixXd all_;  // kept between calls: fresh pages for it cost more than the arithmetic
+  mutable Jacobian all_;  // kept between calls: fresh pages for it cost more than the arithmetic
 };
 
 struct Solution {
@@ -280,7 +280,7 @@ class Starts {
     VectorXd probe = theta.head(linear.layout().size);
     probe.segment(at, count).setZero();
     if (layout.affine >= 0) probe(at) = 1;
-    MatrixXd all;
+    Jacobian all;
     (void)linear.predict(probe, &all);
     const MatrixXd a = all.middleCols(at, count)(rows, Eigen::all);
     const double damping = 1e-3 * a.norm() / std::sqrt(static_cast<double>(count));

@@ -238,44 +238,43 @@ VectorXd Predictor::predict(const VectorXd& theta, Jacobian* jacobian) const {
 
 std::vector<NamedParameter> Predictor::named(const VectorXd& theta) const {
   std::vector<NamedParameter> all;
-  const auto add = [&](std::string name, double value) -> VectorXd& {
-    all.push_back({std::move(name), value, VectorXd::Zero(layout_.size)});
-    return all.back().gradient;
+  // One of theta, or what its exponential is times `scale`.
+  const auto add = [&](std::string name, int at, double scale = 0) -> NamedParameter& {
+    const double value = scale == 0 ? theta(at) : scale * std::exp(theta(at));
+    NamedParameter& one =
+        all.emplace_back(NamedParameter{std::move(name), value, VectorXd::Zero(layout_.size)});
+    one.gradient(at) = scale == 0 ? 1 : value;
+    return one;
   };
-  const auto add_plain = [&](std::string name, int at) { add(std::move(name), theta(at))(at) = 1; };
   const auto add_curve = [&](const char* what, const std::vector<double>& x, int at) {
-    for (std::size_t i = 0; i < x.size(); ++i)
-      add_plain(fmt::format("{} at {:.5g}", what, x[i]), at + static_cast<int>(i));
+    for (const double knot : x) add(fmt::format("{} at {:.5g}", what, knot), at++);
   };
   if (structure_.dead_zone) {
-    add_plain("dead zone lower edge", layout_.dead_zone);
-    VectorXd& upper = add("dead zone upper edge", theta(layout_.dead_zone) + theta(layout_.dead_zone + 1));
-    upper(layout_.dead_zone) = 1;
-    upper(layout_.dead_zone + 1) = 1;
+    add("dead zone lower edge", layout_.dead_zone);
+    NamedParameter& upper = add("dead zone upper edge", layout_.dead_zone + 1);
+    upper.value += theta(layout_.dead_zone);
+    upper.gradient(layout_.dead_zone) = 1;
   }
   for (int j = 0; j < structure_.plays; ++j) {
-    add_plain(fmt::format("radius of play {}", j + 1), layout_.radii + j);
-    add_plain(fmt::format("weight of play {}", j + 1), layout_.weights + j);
+    add(fmt::format("radius of play {}", j + 1), layout_.radii + j);
+    add(fmt::format("weight of play {}", j + 1), layout_.weights + j);
   }
-  if (structure_.input_knots > 0) add_curve("curve", knots_.input, layout_.input_curve);
+  add_curve("curve", knots_.input, layout_.input_curve);
   if (layout_.affine >= 0) {
-    add_plain("gain", layout_.affine);
-    add_plain("offset", layout_.affine + 1);
-  }
-  for (int i = 0; i < (structure_.pair ? 0 : structure_.order); ++i) {
-    const double rate = std::exp(theta(layout_.log_rates + i));
-    add(fmt::format("pole {} (rad/s)", i + 1), -rate)(layout_.log_rates + i) = -rate;
+    add("gain", layout_.affine);
+    add("offset", layout_.affine + 1);
   }
   if (structure_.pair) {
-    const double frequency = std::exp(theta(layout_.log_rates));
-    add("frequency (rad/s)", frequency)(layout_.log_rates) = frequency;
-    add_plain("damping", layout_.log_rates + 1);
+    add("frequency (rad/s)", layout_.log_rates, 1);
+    add("damping", layout_.log_rates + 1);
   }
-  for (int i = 0; i < structure_.taps(); ++i) add_plain(fmt::format("tap {}", i + 1), layout_.taps + i);
-  if (structure_.output_knots > 0) add_curve("output curve", knots_.output, layout_.output_curve);
+  for (int i = 0; i < structure_.order && !structure_.pair; ++i)
+    add(fmt::format("pole {} (rad/s)", i + 1), layout_.log_rates + i, -1);
+  for (int i = 0; i < structure_.taps(); ++i) add(fmt::format("tap {}", i + 1), layout_.taps + i);
+  add_curve("output curve", knots_.output, layout_.output_curve);
   if (structure_.saturation) {
-    add_plain("saturation lower limit", layout_.saturation);
-    add_plain("saturation upper limit", layout_.saturation + 1);
+    add("saturation lower limit", layout_.saturation);
+    add("saturation upper limit", layout_.saturation + 1);
   }
   return all;
 }

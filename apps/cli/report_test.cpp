@@ -201,8 +201,8 @@ TEST_F(HandReport, PeersThatCouldNotBeFittedAndPausesAllOverAreSaid) {
     joint.baselines.erase("line");
     joint.baseline_refusals = {"line: its angle hardly changes"};
     for (identify::JointSamples& s : joint.samples) {
-      s.line_deg.clear();
-      std::ranges::fill(s.gap, 1);
+      s.estimated_deg.erase("line");
+      std::ranges::fill(s.sensors.front().gap, 1);
     }
   }
   identify::save_hand_results(result_, folder_);

@@ -172,13 +172,6 @@ std::vector<std::size_t> blocks_of(const Stack& stack, double period_s) {
   return out;
 }
 
-struct Validated {
-  std::vector<double> fold_loss;                    // means
-  std::vector<double> plain_loss;                   // of the samples as they were
-  std::vector<std::pair<double, double>> estimate;  // and its error, degrees, of each sample as it was
-  double rmse_deg = 0;                              // of the samples as they were
-};
-
 // Each fold estimated from the others, in the least-squares problem of a fit to all.
 class CrossValidation {
  public:
@@ -210,6 +203,7 @@ class CrossValidation {
     const System& system = fit_.system();
     Validated out;
     double count = 0;
+    double squares = 0;
     MatrixXd gram;
     for (const LeftOut& fold : folds_) {
       gram = fold.gram + penalty;
@@ -226,7 +220,7 @@ class CrossValidation {
           const double e = angle - system.angle()(r);
           if (system.as_it_was()(r) != 0) out.estimate.emplace_back(angle, e);
           loss += system.weight()(r) * loss_of(e);
-          out.rmse_deg += system.as_it_was()(r) * e * e;
+          squares += system.as_it_was()(r) * e * e;
           weight += system.weight()(r);
           plain += system.as_it_was()(r) * loss_of(e);
           plain_count += system.as_it_was()(r);
@@ -236,7 +230,7 @@ class CrossValidation {
       out.plain_loss.push_back(plain / plain_count);
       count += plain_count;
     }
-    out.rmse_deg = std::sqrt(out.rmse_deg / count);
+    out.cross_validated_deg = std::sqrt(squares / count);
     return out;
   }
 
@@ -294,9 +288,7 @@ void take(const Fit& fit, Additive& out) {
   const System& system = fit.system();
   const VectorXd& w = fit.coefficients();
   out.offset_deg = fit.centre();
-  out.value =
-      Eigen::Map<const MatrixXd>(w.data(), out.branches.knots, system.shared_columns() / out.branches.knots);
-  out.donning = w.tail(system.columns() - system.shared_columns());
+  out.set_coefficients(w, system.shared_columns());
   out.limits = fit.limits();
   double squares = 0;
   VectorXd shared = w;
@@ -328,9 +320,7 @@ void solve(const Fit& fit, Additive& out) {
   const VectorXd w = qr.solve(b);
   const VectorXd diagonal = qr.matrixQR().diagonal().cwiseAbs();
   out.condition = diagonal.maxCoeff() / diagonal.minCoeff();
-  out.value =
-      Eigen::Map<const MatrixXd>(w.data(), out.branches.knots, system.shared_columns() / out.branches.knots);
-  out.donning = w.tail(columns - system.shared_columns());
+  out.set_coefficients(w, system.shared_columns());
 }
 
 // Of the motions of a sensor together.
@@ -384,11 +374,8 @@ MatrixXd bootstrap(const Fit& fit, const Stack& stack, double period_s, const Ad
 
 void validate(const CrossValidation& validation, const System& system, Additive& out,
               const CrossValidation::Shape& shape = {}) {
-  const Validated error = validation.error(system.penalty(out.priors), shape);
-  out.fold_loss = error.fold_loss;
-  out.plain_loss = error.plain_loss;
-  out.accuracy = accuracy_of(error.estimate);
-  out.cross_validated_deg = error.rmse_deg;
+  static_cast<Validated&>(out) = validation.error(system.penalty(out.priors), shape);
+  out.accuracy = accuracy_of(std::move(out.estimate));
 }
 
 // The search over candidates of one joint.
@@ -437,7 +424,7 @@ class Search {
   void finish(const Drift& drift, double most_drift_deg, Additive& out) const {
     const System system(stack_, out.branches, period_s_, limits_of(stack_, kEnds));
     Fit fit(system, out.limits, out.offset_deg);
-    fit.move(coefficients_of(out));
+    fit.move(out.coefficients());
     Additive next = out;
     for (int tries = 0; tries <= kShrinks; ++tries) {
       if (tries > 0) {
@@ -455,26 +442,19 @@ class Search {
   }
 
  private:
-  static VectorXd coefficients_of(const Additive& one) {
-    VectorXd out(one.value.size() + one.donning.size());
-    out << one.value.reshaped(), one.donning;
-    return out;
-  }
-
   void finish_once(const Fit& fit, double free_deg, Additive& out) const {
     const System& system = fit.system();
     const MatrixXd penalty = system.penalty(out.priors);
     out.covariance = bootstrap(fit, stack_, period_s_, out);
     solve(fit, out);
-    const VectorXd free = coefficients_of(out);
+    const VectorXd free = out.coefficients();
     const auto shipped = [&](bool turns) {
       const auto shape = [&](const MatrixXd& gram, const VectorXd& coefficients) {
         Additive one = out;
-        one.value = coefficients.head(out.value.size()).reshaped(out.value.rows(), out.value.cols());
-        one.donning = coefficients.tail(out.donning.size());
+        one.set_coefficients(coefficients, out.value.size());
         if (!turns) make_monotone(gram, penalty, one);
         level_off(one);
-        return coefficients_of(one);
+        return one.coefficients();
       };
       Fit done = fit;
       done.move(shape(fit.gram(), free));
@@ -497,20 +477,25 @@ class Search {
 
 }  // namespace
 
-std::vector<double> used_readings(std::span<const Session> sessions, Index sensor) {
+namespace {
+
+template <class Signal>
+std::vector<double> used(std::span<const Session> sessions, const Signal& signal) {
   std::vector<double> out;
   for (const Session& s : sessions)
     for (std::size_t k = 0; k < s.use.size(); ++k)
-      if (s.use[k] != 0) out.push_back(s.input(static_cast<Index>(k), sensor));
+      if (s.use[k] != 0) out.push_back(signal(s)(static_cast<Index>(k)));
   return out;
 }
 
+}  // namespace
+
+std::vector<double> used_readings(std::span<const Session> sessions, Index sensor) {
+  return used(sessions, [sensor](const Session& s) { return s.input.col(sensor); });
+}
+
 std::vector<double> used_angles(std::span<const Session> sessions) {
-  std::vector<double> out;
-  for (const Session& s : sessions)
-    for (std::size_t k = 0; k < s.use.size(); ++k)
-      if (s.use[k] != 0) out.push_back(s.angle_deg(static_cast<Index>(k)));
-  return out;
+  return used(sessions, [](const Session& s) -> const VectorXd& { return s.angle_deg; });
 }
 
 model::Accuracy accuracy_of(std::vector<std::pair<double, double>> estimate) {

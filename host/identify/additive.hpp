@@ -102,26 +102,57 @@ struct Priors {
 // its error), degrees, in groups of as many samples each, half of each pooled over all, times 1.35 as real recordings have it.
 model::Accuracy accuracy_of(std::vector<std::pair<double, double>> estimates);
 
-struct Additive {
+struct Parameter {
+  std::string name;
+  double value = 0;
+  double standard_error = 0;  // 0 where refused
+  bool refused = false;
+  std::optional<double> initial = {};  // of a chain
+};
+
+// Of a chain or a sum.
+struct Fitted {
+  std::vector<Parameter> parameters;
+  Eigen::MatrixXd covariance;  // of these; zero where refused
+  double fitted_rmse_deg = 0;  // over the used samples
+  double effective = 0;        // parameters that the data determine; of a sum: the trace of its hat matrix
+  double condition = 0;  // of a chain: of the column-scaled Jacobian; of a sum: of its regularised system
+  int iterations = 0;    // of a chain, from its parameters' initial values
+  int start = 0;         // of a chain, whose values these are, from 1
+};
+
+struct Validated {
+  std::vector<double> fold_loss;   // mean of each fold, as it is minimised
+  std::vector<double> plain_loss;  // the same of the samples as they were, without those of other donnings
+  std::vector<std::pair<double, double>> estimate;  // and its error, degrees, of each sample as it was
+  double cross_validated_deg = 0;                   // root mean square
+};
+
+// The covariance is that of the values, column after column.
+struct Additive : Validated, Fitted {
   Branches branches;
   Priors priors;
   std::vector<std::vector<double>> knots;  // of each sensor
   std::vector<std::vector<double>> radii;  // of its plays, in its unit
-  Eigen::MatrixXd value;       // knot by branch: reading and plays of each sensor, then motions of each
-  Eigen::MatrixXd covariance;  // of the values, column after column
+  Eigen::MatrixXd value;  // knot by branch: reading and plays of each sensor, then motions of each
   Eigen::VectorXd
       donning;  // of each recording: offset, then by each sensor what half its range adds; degrees
   double offset_deg = 0;
-  model::Saturation limits;        // of the angle
-  std::vector<double> fold_loss;   // cross-validated, mean of each fold, as it is minimised
-  std::vector<double> plain_loss;  // the same of the samples as they were, without those of other donnings
-  double cross_validated_deg = 0;  // root mean square
-  model::Accuracy accuracy;        // of the cross-validated estimates
-  int samples = 0;                 // that were fitted
-  double fitted_rmse_deg = 0;
-  double effective = 0;                  // parameters that the data determine: the trace of the hat matrix
+  model::Saturation limits;              // of the angle
+  model::Accuracy accuracy;              // of the cross-validated estimates
+  int samples = 0;                       // that were fitted
   std::optional<double> hold_drift_deg;  // of a finished one
-  double condition = 0;                  // of its regularised system
+
+  // The values, column after column, then `donning`.
+  Eigen::VectorXd coefficients() const {
+    Eigen::VectorXd out(value.size() + donning.size());
+    out << value.reshaped(), donning;
+    return out;
+  }
+  void set_coefficients(const Eigen::VectorXd& all, Eigen::Index values) {
+    value = all.head(values).reshaped(branches.knots, values / branches.knots);
+    donning = all.tail(all.size() - values);
+  }
 
   // Columns of `value`.
   Eigen::Index still(std::size_t sensor) const {

@@ -27,12 +27,6 @@ constexpr double kCommon = 1e5;     // prior weight of what all donnings share: 
 constexpr double kTail = 0.002;     // share of the readings outside the knots' range
 constexpr double kGrid = 1.0 / 32;  // knots lie on the steps of Q5 where the readings are that coarse
 
-std::vector<double> sorted(const VectorXd& values) {
-  std::vector<double> out(values.begin(), values.end());
-  std::ranges::sort(out);
-  return out;
-}
-
 // Quantiles of the readings, apart from one another, and one knot beyond each end: there the smoothness carries
 // the curve on straight. An outlier moves none.
 std::vector<double> knots_of(const std::vector<double>& u, int count) {

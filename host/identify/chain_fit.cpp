@@ -33,11 +33,12 @@ Data data_of(const Stack& stack, const std::vector<Session>& sessions, const std
   out.period_s = period_s;
   out.input = stack.input.col(0);
   out.angle_deg = stack.angle;
+  out.weight.resize(stack.angle.size());
+  Index row = 0;
   for (const Session& session : sessions) {
-    const bool counts_at_once = out.use.empty() || !remembers;
+    const double from_s = row == 0 || !remembers ? 0 : kNotFitted_s;
     for (std::size_t k = 0; k < session.use.size(); ++k)
-      out.use.push_back(session.use[k] != 0 &&
-                        (counts_at_once || static_cast<double>(k) * period_s >= kNotFitted_s));
+      out.weight(row++) = session.use[k] != 0 && static_cast<double>(k) * period_s >= from_s ? 1 : 0;
   }
   return out;
 }
@@ -113,16 +114,12 @@ class ChainFitter {
     data.input = std::move(input);
     data.angle_deg = raw_.angle_deg.replicate(3, 1);
     data.own = n;
-    data.weight = VectorXd::Ones(3 * n);
+    data.weight = raw_.weight.replicate(3, 1);
     const auto settled = static_cast<Index>(remembers(wanted_) ? kNotFitted_s / data.period_s : 0);
-    data.use.resize(static_cast<std::size_t>(3 * n));
     for (Index k = 0; k < n; ++k) {
-      const bool told = raw_.use[static_cast<std::size_t>(k)] != 0 && donnings.tells(raw_.angle_deg(k));
+      const bool told = raw_.weight(k) > 0 && donnings.tells(raw_.angle_deg(k));
       if (told) data.weight(k) = donnings.as_it_was();
-      for (const Index copy : {n + k, 2 * n + k}) {
-        data.weight(copy) = donnings.shifted();
-        data.use[static_cast<std::size_t>(copy)] = told && k >= settled;
-      }
+      data.weight(n + k) = data.weight(2 * n + k) = told && k >= settled ? donnings.shifted() : 0;
     }
   }
 
@@ -164,8 +161,6 @@ class ChainFitter {
     out.model = own_inputs(inputs_, joint_);
     add_blocks(chain, summary.channel, out.model);
     out.hold_drift_deg = identify::hold_drift_deg(out.model, sessions_, joint_.sensors);
-    out.rows = {
-        {out.structure, std::nullopt, out.fitted_rmse_deg, out.effective, out.hold_drift_deg, "", true}};
   }
 
   // Between dynamics and curve the scale is free: one that the states of a board hold.
@@ -244,7 +239,7 @@ class ChainFitter {
       const std::size_t before = estimates.size();
       for (const Block& block : folds[f]) {
         for (Index k = block.first; k <= block.last; ++k) {
-          if (!data.use[static_cast<std::size_t>(k)]) continue;
+          if (data.weight(k) == 0) continue;
           const double estimate =
               std::clamp(summaries[f].predicted_deg(k), limits.lower_deg, limits.upper_deg);
           const double error = estimate - data.angle_deg(k);
@@ -257,8 +252,6 @@ class ChainFitter {
                               static_cast<double>(std::max<std::size_t>(estimates.size() - before, 1)));
     }
     out.cross_validated_deg = std::sqrt(squares / static_cast<double>(estimates.size()));
-    out.rows.front().cross_validated_deg = out.cross_validated_deg;
-    out.rows.front().set_loss(out.fold_loss);
     out.model.joints.front().accuracy = accuracy_of(std::move(estimates));
   }
 

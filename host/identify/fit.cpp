@@ -44,13 +44,6 @@ bool both_curves(const Structure& structure) {
   return structure.input_knots > 0 && structure.output_knots > 0;
 }
 
-std::vector<double> sorted_at(const VectorXd& values, const std::vector<Index>& rows) {
-  std::vector<double> out;
-  for (const Index k : rows) out.push_back(values(k));
-  std::ranges::sort(out);
-  return out;
-}
-
 // Quantiles of the values, pushed apart so that no two knots are closer than a quarter of what equal distances would be.
 std::vector<double> quantile_knots(const std::vector<double>& sorted, int count) {
   const double range = sorted.back() - sorted.front();
@@ -65,7 +58,7 @@ std::vector<double> quantile_knots(const std::vector<double>& sorted, int count)
 
 // Angle limits that no prediction of an unsaturated structure may leave.
 model::Saturation safe_limits(const Data& data) {
-  const auto angle = sorted_at(data.angle_deg, used_rows(data));
+  const auto angle = sorted(data.angle_deg(used_rows(data)));
   const double margin = kSafeMargin * (angle.back() - angle.front());
   return {angle.front() - margin, angle.back() + margin};
 }
@@ -79,7 +72,7 @@ class Problem {
  public:
   Problem(const Predictor& predictor, const Data& data, const Options& options)
       : predictor_(predictor), rows_(used_rows(data)), angle_(data.angle_deg(rows_)) {
-    root_ = data.own > 0 ? VectorXd(data.weight(rows_).cwiseSqrt()) : VectorXd::Ones(angle_.size());
+    root_ = data.weight(rows_).cwiseSqrt();
     own_ = std::ranges::lower_bound(rows_, data.size()) - rows_.begin();
     set_bounds(data, options);
   }
@@ -112,7 +105,7 @@ class Problem {
       lower_.segment(at, count).setConstant(low);
       upper_.segment(at, count).setConstant(high);
     };
-    const auto input = sorted_at(data.input, rows_);
+    const auto input = sorted(data.input(rows_));
     const double range = input.back() - input.front();
     if (structure.dead_zone) {
       bound(layout.dead_zone, 1, input.front(), input.back());
@@ -122,7 +115,7 @@ class Problem {
       bound(layout.radii, structure.plays, 0, range / 2);
       bound(layout.weights, structure.plays, -kMaxPlayWeight, kMaxPlayWeight);
     }
-    const auto angle = sorted_at(data.angle_deg, rows_);
+    const auto angle = sorted(data.angle_deg(rows_));
     span_deg_ = angle.back() - angle.front();
     plausible_ = {angle.front() - span_deg_, angle.back() + span_deg_};
     for (const auto& [at, knots] : layout.curves)
@@ -151,7 +144,7 @@ class Problem {
   VectorXd upper_;
   double span_deg_ = 0;
   model::Saturation plausible_;
-  mutable MatrixXd all_;  // kept between calls: fresh pages for it cost more than the arithmetic
+  mutable Jacobian all_;  // kept between calls: fresh pages for it cost more than the arithmetic
 };
 
 struct Solution {
@@ -241,7 +234,7 @@ class Starts {
   }
 
   void set_saturation(VectorXd& theta) const {
-    const auto angle = sorted_at(data_.angle_deg, problem_.rows());
+    const auto angle = sorted(data_.angle_deg(problem_.rows()));
     const int at = problem_.predictor().layout().saturation;
     theta(at) = quantile(angle, 0.005);
     theta(at + 1) = quantile(angle, 0.995);
@@ -280,7 +273,7 @@ class Starts {
     VectorXd probe = theta.head(linear.layout().size);
     probe.segment(at, count).setZero();
     if (layout.affine >= 0) probe(at) = 1;
-    MatrixXd all;
+    Jacobian all;
     (void)linear.predict(probe, &all);
     const MatrixXd a = all.middleCols(at, count)(rows, Eigen::all);
     const double damping = 1e-3 * a.norm() / std::sqrt(static_cast<double>(count));
@@ -298,7 +291,7 @@ class Starts {
 
   void search_dead_zone(VectorXd& theta, const std::vector<Index>& rows) const {
     const int at = problem_.predictor().layout().dead_zone;
-    const auto input = sorted_at(data_.input, problem_.rows());
+    const auto input = sorted(data_.input(problem_.rows()));
     VectorXd best = theta;
     double least = kInfinity;
     constexpr int kGrid = 12;
@@ -344,12 +337,12 @@ void check_data(const Structure& structure, const Data& data, const std::vector<
 Knots place_knots(const Structure& structure, const Data& data, const std::vector<Index>& rows,
                   const Options& options) {
   if (options.knots) return *options.knots;
-  const auto input = sorted_at(data.input, rows);
+  const auto input = sorted(data.input(rows));
   Knots knots;
   if (structure.input_knots > 0) knots.input = quantile_knots(input, structure.input_knots);
   if (structure.output_knots > 0)
-    knots.output = quantile_knots(both_curves(structure) ? sorted_at(data.angle_deg, rows) : input,
-                                  structure.output_knots);
+    knots.output =
+        quantile_knots(both_curves(structure) ? sorted(data.angle_deg(rows)) : input, structure.output_knots);
   return knots;
 }
 
@@ -564,7 +557,7 @@ class Fitter {
     s.channel.name = data_.channel;
     if (!predictor_.structure().saturation) s.channel.saturation = safe_limits(data_);
     if (predictor_.structure() == Structure{}) s.channel.saturation = problem_.plausible();
-    s.channel.rest_deg = quantile(sorted_at(data_.angle_deg, problem_.rows()), 0.5);
+    s.channel.rest_deg = quantile(sorted(data_.angle_deg(problem_.rows())), 0.5);
     return s;
   }
 
@@ -587,8 +580,8 @@ class Fitter {
 
 std::vector<Index> used_rows(const Data& data, bool own) {
   std::vector<Index> rows;
-  for (std::size_t k = 0; k < (own ? static_cast<std::size_t>(data.size()) : data.use.size()); ++k) {
-    if (data.use[k]) rows.push_back(static_cast<Index>(k));
+  for (Index k = 0; k < (own ? data.size() : data.weight.size()); ++k) {
+    if (data.weight(k) > 0) rows.push_back(k);
   }
   return rows;
 }

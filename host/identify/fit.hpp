@@ -26,23 +26,22 @@
 #include <string>
 #include <vector>
 
+#include "host/identify/additive.hpp"
 #include "host/identify/predictor.hpp"
 #include "host/model/channel.hpp"
 
 namespace flexor::identify {
 
-// One finger on a uniform grid. Equal lengths; `use` is 1 where a sample's error counts (no gap, fitted
-// part).
+// One finger on a uniform grid. Equal lengths.
 struct Data {
   std::string channel;  // a finger's name, for messages
   double period_s = 0;
   Eigen::VectorXd input;      // raw sensor reading
   Eigen::VectorXd angle_deg;  // measured
-  std::vector<std::uint8_t> use;
-  // Behind these samples may lie copies of the recording, as it could read put on anew: how many samples are its own, and what
-  // each sample counts.
-  Eigen::Index own = 0;  // 0: all are, and count alike
-  Eigen::VectorXd weight = {};
+  Eigen::VectorXd
+      weight;  // of a sample's error; 0: it does not count, as in a gap or a part that is held out
+  // Behind these samples may lie copies of the recording, as it could read put on anew: how many samples are its own.
+  Eigen::Index own = 0;  // 0: all are
 
   Eigen::Index size() const { return own > 0 ? own : input.size(); }
 };
@@ -52,25 +51,6 @@ struct Options {
   double slowest_s = 0;                   // no pole is slower; 0: a tenth of the recording
   std::optional<Knots> knots;             // none: quantiles of the input
   std::optional<model::Channel> initial;  // one start more
-};
-
-struct Parameter {
-  std::string name;
-  double value = 0;
-  double standard_error = 0;  // 0 where refused
-  bool refused = false;
-  std::optional<double> initial = {};  // of a chain
-};
-
-// Of a chain or a sum.
-struct Fitted {
-  std::vector<Parameter> parameters;
-  Eigen::MatrixXd covariance;  // of these; zero where refused
-  double fitted_rmse_deg = 0;  // over the used samples
-  double effective = 0;        // parameters that the data determine
-  double condition = 0;  // of a chain: of the column-scaled Jacobian; of a sum: of its regularised system
-  int iterations = 0;    // of a chain, from its parameters' initial values
-  int start = 0;         // of a chain, whose values these are, from 1
 };
 
 struct Summary : Fitted {

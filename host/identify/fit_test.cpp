@@ -20,7 +20,7 @@ Data example(int samples = 1500, double noise_deg = 0.3, unsigned seed = 1) {
   data.period_s = 0.05;
   data.input.resize(samples);
   data.angle_deg.resize(samples);
-  data.use.assign(static_cast<std::size_t>(samples), 1);
+  data.weight.setOnes(samples);
   double x = 0;
   for (int k = 0; k < samples; ++k) {
     const double t = k * data.period_s;
@@ -130,7 +130,7 @@ TEST(Fit, RefusesTooFewSamplesAndSignalsThatDoNotMove) {
     return "no error";
   };
   Data few = example();
-  std::fill(few.use.begin() + 60, few.use.end(), 0);
+  few.weight.tail(few.weight.size() - 60).setZero();
   EXPECT_TRUE(has(reason(few), "ring: 60 usable samples are too few for the 15 parameters"));
   Data still = example();
   still.input.setConstant(5);

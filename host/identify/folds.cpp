@@ -48,8 +48,7 @@ std::vector<Summary> fit_folds(const Structure& structure, const Data& data, con
     for (const Block& block : fold) {
       const Index end = std::min(block.last + block.guard + 1, data.size());
       for (Index k = std::max<Index>(block.first - block.guard, 0); k < end; ++k)
-        for (Index copy = k; copy < std::ssize(rest.use); copy += data.size())
-          rest.use[static_cast<std::size_t>(copy)] = 0;
+        for (Index copy = k; copy < rest.weight.size(); copy += data.size()) rest.weight(copy) = 0;
     }
     out.push_back(fit(structure, rest, options));
   }

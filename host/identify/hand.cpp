@@ -47,7 +47,8 @@ constexpr double kLittle = 0.2;
 
 using Files = HandRecordings;
 
-using Sampled = std::vector<std::vector<recording::Aligned>>;  // of each joint, its sensors
+using Takes = std::vector<JointSamples>;  // of a joint, in each pair
+using Samples = std::vector<Takes>;       // of each joint
 
 std::vector<std::string> sensors_of(const std::vector<JointMap>& map) {
   std::vector<std::string> out;
@@ -90,15 +91,15 @@ std::vector<Files> read_files(const PairFiles& files, const HandRequest& request
   return out;
 }
 
-std::vector<Sampled> sample_all(const std::vector<Files>& files, const std::vector<Clock>& clocks,
-                                const HandRequest& request) {
-  std::vector<Sampled> out(files.size(), Sampled(request.map.size()));
+Samples sample_all(const std::vector<Files>& files, const std::vector<Clock>& clocks,
+                   const HandRequest& request) {
+  Samples out(request.map.size(), Takes(files.size()));
   for (std::size_t p = 0; p < files.size(); ++p) {
     for (std::size_t j = 0; j < request.map.size(); ++j) {
       for (const std::string& sensor : request.map[j].sensors)
         recording::sample_pair({files[p].sensor, sensor, files[p].reference[j], request.map[j].reference},
                                request.rate_hz, clocks[p].offset_s, request.lead_s, request.split,
-                               out[p][j].emplace_back());
+                               out[j][p].sensors.emplace_back());
     }
   }
   return out;
@@ -106,8 +107,9 @@ std::vector<Sampled> sample_all(const std::vector<Files>& files, const std::vect
 
 // The fitted part alone: the end that is held out is not even in memory here. Beside a part that is held out of the middle
 // the angles of a second are not fitted either.
-Session session_of(const std::vector<recording::Aligned>& sensors) {
-  const recording::Aligned& first = sensors.front();
+Session session_of(const JointSamples& take) {
+  const std::vector<recording::Aligned>& sensors = take.sensors;
+  const recording::Aligned& first = take.own();
   const std::size_t size = first.held_end() < first.size() ? first.size() : first.holdout_begin;
   const auto guard = static_cast<std::size_t>(kBeside_s / first.period_s);
   const auto n = static_cast<Eigen::Index>(size);
@@ -134,25 +136,20 @@ bool left_out_wholly(const recording::Aligned& a) {
 }
 
 // Of what is left out wholly there is none.
-std::vector<Session> sessions_of(const std::vector<Sampled>& samples, std::size_t joint) {
+std::vector<Session> sessions_of(const Takes& takes) {
   std::vector<Session> out;
-  for (const Sampled& sampled : samples) {
-    const std::vector<recording::Aligned>& sensors = sampled[joint];
-    if (left_out_wholly(sensors.front())) continue;
-    out.push_back(session_of(sensors));
-  }
+  for (const JointSamples& take : takes)
+    if (!left_out_wholly(take.own())) out.push_back(session_of(take));
   return out;
 }
 
-void add_inputs(const HandRequest& request, const std::vector<Files>& files,
-                const std::vector<Sampled>& samples, model::Model& model) {
+void add_inputs(const HandRequest& request, const std::vector<Files>& files, const Samples& samples,
+                model::Model& model) {
   std::map<std::string, recording::Range> ranges;
-  std::map<std::string, std::string> strips;
-  for (const Sampled& sampled : samples) {
-    for (std::size_t j = 0; j < request.map.size(); ++j) {
-      for (std::size_t s = 0; s < request.map[j].sensors.size(); ++s) {
-        const recording::Aligned& a = sampled[j][s];
-        if (left_out_wholly(a)) continue;
+  for (std::size_t j = 0; j < samples.size(); ++j) {
+    for (const JointSamples& take : samples[j]) {
+      for (std::size_t s = 0; s < take.sensors.size() && !left_out_wholly(take.own()); ++s) {
+        const recording::Aligned& a = take.sensors[s];
         const auto [it, fresh] = ranges.emplace(request.map[j].sensors[s], a.valid);
         if (!fresh)
           it->second = {std::min(it->second.min, a.valid.min), std::max(it->second.max, a.valid.max)};
@@ -160,53 +157,60 @@ void add_inputs(const HandRequest& request, const std::vector<Files>& files,
       }
     }
   }
-  for (const JointMap& joint : request.map) {
-    const std::string finger = joint.joint.substr(0, joint.joint.find('_'));
-    const auto& names = model::finger_names();
-    if (std::ranges::find(names, finger) != names.end()) strips.emplace(joint.sensors.front(), finger);
-  }
   for (const std::string& sensor : sensors_of(request.map)) {
     const recording::Range& range = ranges.at(sensor);
-    const auto strip = strips.find(sensor);
-    model.inputs.push_back({sensor, sensor, files.front().sensor.column(sensor).unit,
-                            strip == strips.end() ? "" : strip->second, range.min, range.max});
+    std::string strip;
+    for (const JointMap& joint : request.map) {
+      const std::string finger = joint.joint.substr(0, joint.joint.find('_'));
+      if (strip.empty() && joint.sensors.front() == sensor &&
+          std::ranges::count(model::finger_names(), finger) > 0)
+        strip = finger;
+    }
+    model.inputs.push_back(
+        {sensor, sensor, files.front().sensor.column(sensor).unit, strip, range.min, range.max});
   }
 }
 
-// Errors of all pairs' held-out parts together, on one clock that jumps between them.
+using HeldOut = std::map<std::string, std::vector<double>>;  // errors by the estimates' names
+
+// All pairs' held-out parts together, on one clock that jumps between them.
 struct Held {
   std::vector<std::size_t> pair_ends;
   std::vector<double> t_s;
   std::vector<double> measured;
   std::vector<std::uint8_t> unseen;
+  HeldOut estimated_deg;
   double max_step_s = 0;
 
-  score::Score score(const std::vector<double>& estimated) const {
-    return score::score_seen(t_s, measured, estimated, unseen, max_step_s);
+  score::Score score(const std::string& name) const {
+    return score::score_seen(t_s, measured, estimated_deg.at(name), unseen, max_step_s);
   }
   // Of what was seen, in all pairs or in one.
-  std::vector<double> errors(const std::vector<double>& estimated,
-                             std::optional<std::size_t> pair = {}) const {
-    std::vector<double> out;
+  HeldOut errors(std::optional<std::size_t> pair = {}) const {
+    HeldOut out;
     const std::size_t end = pair ? pair_ends[*pair] : measured.size();
-    for (std::size_t k = pair.value_or(0) > 0 ? pair_ends[*pair - 1] : 0; k < end; ++k) {
-      if (unseen[k] == 0) out.push_back(estimated[k] - measured[k]);
+    for (const auto& [name, estimates] : estimated_deg) {
+      std::vector<double>& errors = out[name];
+      for (std::size_t k = pair.value_or(0) > 0 ? pair_ends[*pair - 1] : 0; k < end; ++k) {
+        if (unseen[k] == 0) errors.push_back(estimates[k] - measured[k]);
+      }
     }
     return out;
   }
 };
 
-Held held_of(const std::vector<Sampled>& samples, std::size_t joint) {
+Held held_of(const Takes& takes) {
   constexpr double kBetween_s = 1e5;
   Held out;
-  for (const Sampled& sampled : samples) {
-    const recording::Aligned& a = sampled[joint].front();
+  for (const JointSamples& take : takes) {
+    const recording::Aligned& a = take.own();
     const bool none = a.holdout_begin >= a.held_end();
     const double shift = none || out.t_s.empty() ? 0 : out.t_s.back() + kBetween_s - a.t_s[a.holdout_begin];
     for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k) {
       out.t_s.push_back(a.t_s[k] + shift);
       out.measured.push_back(a.angle_deg[k]);
       out.unseen.push_back(a.unseen[k]);
+      for (const auto& [name, all] : take.estimated_deg) out.estimated_deg[name].push_back(all[k]);
     }
     if (!none) out.max_step_s = std::max({out.max_step_s, a.max_gap_s, 1.5 * a.period_s});
     out.pair_ends.push_back(out.t_s.size());
@@ -214,71 +218,30 @@ Held held_of(const std::vector<Sampled>& samples, std::size_t joint) {
   return out;
 }
 
-using PairsDegrees = std::vector<std::vector<double>>;  // of each pair, its samples
-
-// The logs through the model, as apply runs it: of each of its joints, the map's from number `first` on, all samples.
-std::vector<PairsDegrees> estimates(const model::Model& model, const std::vector<Files>& files,
-                                    const std::vector<Sampled>& samples, std::size_t first = 0) {
-  std::vector<PairsDegrees> out(model.joints.size(), PairsDegrees(files.size()));
+// The logs through the model, as apply runs it, into the samples of its joints, by this name.
+void add_estimates(const std::string& name, const model::Model& model, const std::vector<Files>& files,
+                   std::span<Takes> samples) {
   for (std::size_t p = 0; p < files.size(); ++p) {
     const recording::Recording& log = files[p].sensor;
     std::vector<const std::vector<double>*> columns;
     for (const model::Input& input : model.inputs) columns.push_back(&log.column(input.name).value);
     Estimator<model::DoubleArithmetic> estimator(model);
     std::vector<double> row(columns.size());
-    std::size_t k = 0;
     for (std::size_t i = 0; i < log.t_s.size(); ++i) {
       for (std::size_t c = 0; c < columns.size(); ++c) row[c] = (*columns[c])[i];
       estimator.push(log.t_s[i], row, [&](const Estimate& e) {
-        for (std::size_t j = 0; j < out.size(); ++j) {
-          if (k < samples[p][first + j].front().size()) out[j][p].push_back(e.angle_deg[j]);
+        for (std::size_t j = 0; j < samples.size(); ++j) {
+          std::vector<double>& out = samples[j][p].estimated_deg[name];
+          if (out.size() < samples[j][p].own().size()) out.push_back(e.angle_deg[j]);
         }
-        ++k;
       });
     }
   }
-  return out;
-}
-
-std::vector<double> held_out(const PairsDegrees& all, const std::vector<Sampled>& samples,
-                             std::size_t joint) {
-  std::vector<double> out;
-  for (std::size_t p = 0; p < all.size(); ++p) {
-    const recording::Aligned& a = samples[p][joint].front();
-    out.insert(out.end(), all[p].begin() + static_cast<std::ptrdiff_t>(a.holdout_begin),
-               all[p].begin() + static_cast<std::ptrdiff_t>(a.held_end()));
-  }
-  return out;
-}
-
-std::vector<double> shared(const std::vector<double>& all, const recording::Aligned& a) {
-  return {all.begin() + static_cast<std::ptrdiff_t>(a.overlap_begin), all.end()};
-}
-
-std::vector<JointSamples> series_of(const std::vector<Sampled>& samples, std::size_t joint,
-                                    const PairsDegrees& estimated) {
-  std::vector<JointSamples> out;
-  for (std::size_t p = 0; p < samples.size(); ++p) {
-    const std::vector<recording::Aligned>& sensors = samples[p][joint];
-    const recording::Aligned& own = sensors.front();
-    JointSamples& s = out.emplace_back();
-    s.t_s = shared(own.t_s, own);
-    for (double& t : s.t_s) t -= own.t_s[own.overlap_begin];
-    s.measured_deg = shared(own.angle_deg, own);
-    s.estimated_deg = shared(estimated[p], own);
-    s.gap.resize(s.t_s.size());
-    for (const recording::Aligned& sensor : sensors) {
-      s.reading.push_back(shared(sensor.input, own));
-      for (std::size_t k = 0; k < s.gap.size(); ++k) s.gap[k] |= sensor.gap[own.overlap_begin + k];
-    }
-    s.holdout_begin = own.holdout_begin - own.overlap_begin;
-  }
-  return out;
 }
 
 // All but blocks and joints.
 model::Model start_model(const HandRequest& request, const std::vector<Files>& files,
-                         const std::vector<Sampled>& samples) {
+                         const Samples& samples) {
   model::Model out;
   out.name = request.pairs.empty() ? "identified" : io::to_utf8(request.pairs.front().sensor.stem().string());
   out.description =
@@ -289,8 +252,6 @@ model::Model start_model(const HandRequest& request, const std::vector<Files>& f
   return out;
 }
 
-using HeldOut = std::map<std::string, std::vector<double>>;  // a baseline's estimates
-
 // Of all sensors that the joint has.
 model::Model baseline_model(const std::string& structure, const std::vector<Session>& sessions,
                             const model::Model& inputs, const JointMap& joint) {
@@ -300,47 +261,48 @@ model::Model baseline_model(const std::string& structure, const std::vector<Sess
   return fit_joint(sessions, inputs, joint, structure, {}, {}).model;
 }
 
-// One of a joint's baselines, as --structure gives it; a joint that it cannot be fitted to lacks it.
-void score_baseline(const std::string& name, const std::string& structure, const JointMap& map,
-                    const model::Model& inputs, const std::vector<Files>& files,
-                    const std::vector<Sampled>& samples, std::size_t j, JointResult& joint, HeldOut& held) {
-  try {
-    const model::Model model = baseline_model(structure, sessions_of(samples, j), inputs, map);
-    const auto estimated = estimates(model, files, samples, j);
-    const PairsDegrees& all = estimated.front();
-    held[name] = held_out(all, samples, j);
-    for (std::size_t p = 0; p < all.size() && name.starts_with("line"); ++p) {
-      JointSamples& of = joint.samples[p];
-      (name == "line" ? of.line_deg : of.line_lead_deg) = shared(all[p], samples[p][j].front());
+// A curve of each sensor by least squares: what anybody would draw first.
+void add_static_curve(const std::string& name, Takes& takes) {
+  const std::vector<Session> fitted = sessions_of(takes);
+  std::vector<std::vector<double>> reading;
+  for (Eigen::Index s = 0; s < std::ssize(takes.front().sensors); ++s)
+    reading.push_back(used_readings(fitted, s));
+  for (JointSamples& take : takes) {
+    std::vector<std::vector<double>> all;
+    for (const recording::Aligned& a : take.sensors) {
+      for (std::vector<double>& of = all.emplace_back(a.input); double& u : of)
+        u = std::clamp(u, a.valid.min, a.valid.max);
     }
-  } catch (const io::JobError& error) {
-    joint.baseline_refusals.push_back(fmt::format("{}: {}", name, error.what()));
+    take.estimated_deg[name] = score::least_squares_curves(reading, used_angles(fitted), all);
   }
 }
 
-// A curve of each sensor by least squares: what anybody would draw first.
-std::vector<double> static_curve(const std::vector<Sampled>& samples, std::size_t j) {
-  const std::size_t sensors = samples.front()[j].size();
-  std::vector<std::vector<double>> reading(sensors);
-  std::vector<std::vector<double>> held(sensors);
-  const std::vector<Session> fitted = sessions_of(samples, j);
-  for (std::size_t s = 0; s < sensors; ++s) {
-    reading[s] = used_readings(fitted, static_cast<Eigen::Index>(s));
-    for (const Sampled& sampled : samples) {
-      const recording::Aligned& a = sampled[j][s];
-      for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k)
-        held[s].push_back(std::clamp(a.input[k], a.valid.min, a.valid.max));
+// A joint's baselines, as --structure gives them; one that cannot be fitted is refused.
+void add_baselines(const model::Model& inputs, const JointMap& map, const std::vector<Files>& files,
+                   Takes& takes, std::vector<std::string>& refusals) {
+  const std::size_t sensors = map.sensors.size();
+  for (const score::Baseline& one : score::kBaselines) {
+    if (one.structure == nullptr) {
+      add_static_curve(one.name, takes);
+      continue;
+    }
+    // A chain has one sensor: where there are several it is no peer.
+    if (sensors > 1 && !std::holds_alternative<Candidates>(parse_structure(one.structure, sensors))) continue;
+    try {
+      const model::Model model = baseline_model(one.structure, sessions_of(takes), inputs, map);
+      add_estimates(one.name, model, files, {&takes, 1});
+    } catch (const io::JobError& error) {
+      refusals.push_back(fmt::format("{}: {}", one.name, error.what()));
     }
   }
-  return score::least_squares_curves(reading, used_angles(fitted), held);
 }
 
 // Of the measured angle outside pauses.
 double span_deg(const JointSamples& s, std::size_t begin, std::size_t end) {
   std::optional<std::pair<double, double>> seen;
   for (std::size_t k = begin; k < end; ++k) {
-    if (s.gap[k] != 0) continue;
-    const double angle = s.measured_deg[k];
+    if (s.gap(k)) continue;
+    const double angle = s.own().angle_deg[k];
     seen = seen ? std::pair(std::min(seen->first, angle), std::max(seen->second, angle))
                 : std::pair(angle, angle);
   }
@@ -348,8 +310,8 @@ double span_deg(const JointSamples& s, std::size_t begin, std::size_t end) {
 }
 
 // What the held-out part says against the compensator.
-void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& samples, std::size_t j,
-                     const JointResult& joint, std::vector<std::string>& warnings) {
+void warn_of_holdout(const HandRequest& request, const Takes& takes, const JointResult& joint,
+                     std::vector<std::string>& warnings) {
   if (const auto text = score::in_words_left_out(joint.holdout))
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
   if (joint.holdout.rmse_deg > kMuchWorse * joint.fitted_rmse_deg && !request.refit) {
@@ -369,9 +331,14 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
     warnings.push_back(fmt::format("{}: baseline {}", joint.name, refusal));
   double moved_deg = 0;
   double taught_deg = 0;
-  for (const JointSamples& s : joint.samples) {
-    moved_deg = std::max(moved_deg, span_deg(s, s.holdout_begin, s.t_s.size()));
-    taught_deg = std::max(taught_deg, span_deg(s, 0, s.holdout_begin));
+  std::vector<recording::Halves> readings;
+  for (const JointSamples& s : takes) {
+    const recording::Aligned& own = s.own();
+    moved_deg = std::max(moved_deg, span_deg(s, own.holdout_begin, own.size()));
+    taught_deg = std::max(taught_deg, span_deg(s, s.begin(), own.holdout_begin));
+    const std::span all(own.input);
+    readings.push_back(
+        {all.subspan(s.begin(), own.holdout_begin - s.begin()), all.subspan(own.holdout_begin)});
   }
   if (moved_deg < kLittle * taught_deg) {
     warnings.push_back(fmt::format(
@@ -379,31 +346,8 @@ void warn_of_holdout(const HandRequest& request, const std::vector<Sampled>& sam
         "is proven; move through the whole range all the time, or choose another --split",
         joint.name, moved_deg, taught_deg));
   }
-  std::vector<recording::Halves> readings;
-  for (const Sampled& sampled : samples) {
-    const recording::Aligned& own = sampled[j].front();
-    const std::span all(own.input);
-    readings.push_back({all.subspan(own.overlap_begin, own.holdout_begin - own.overlap_begin),
-                        all.subspan(own.holdout_begin)});
-  }
   if (const auto text = recording::beyond_fitted(readings))
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
-}
-
-// Of joint j's baselines, at the samples that are held out; each pair's lines into the joint's samples.
-HeldOut baselines_of(const HandRequest& request, const std::vector<Files>& files,
-                     const std::vector<Sampled>& samples, std::size_t j, JointResult& joint) {
-  HeldOut out;
-  out["static_curve"] = static_curve(samples, j);
-  const model::Model inputs = start_model(request, files, samples);
-  const std::size_t sensors = request.map[j].sensors.size();
-  for (const score::Baseline& one : score::kBaselines) {
-    // A chain has one sensor: where there are several it is no peer.
-    if (one.structure != nullptr &&
-        (sensors == 1 || std::holds_alternative<Candidates>(parse_structure(one.structure, sensors))))
-      score_baseline(one.name, one.structure, request.map[j], inputs, files, samples, j, joint, out);
-  }
-  return out;
 }
 
 ScoreRow row_of(const std::string& name, const std::vector<double>& error_deg,
@@ -414,25 +358,27 @@ ScoreRow row_of(const std::string& name, const std::vector<double>& error_deg,
 }
 
 // Each pair's part of what is held out, where its angle was seen.
-void score_pairs(const HandRequest& request, const Held& held, const std::vector<double>& own,
-                 const HeldOut& baselines, JointResult& joint) {
+void score_pairs(const HandRequest& request, const Held& held, JointResult& joint) {
   const std::vector<std::string> names = names_of_pairs(request);
   for (std::size_t p = 0; p < names.size(); ++p) {
-    HeldOut errors;
-    for (const auto& [name, estimates] : baselines) errors[name] = held.errors(estimates, p);
-    const std::vector<double> error_deg = held.errors(own, p);
-    if (!error_deg.empty()) joint.pairs.push_back(row_of(names[p], error_deg, errors));
+    HeldOut errors = held.errors(p);
+    const std::vector<double> own = std::move(errors.extract("").mapped());
+    if (!own.empty()) joint.pairs.push_back(row_of(names[p], own, errors));
   }
 }
 
 // Of all samples, or of those held out; where what follows the compensator takes `later_s` more than the lead that it was fitted with.
-double rmse_deg(const std::vector<JointSamples>& pairs, bool held_out, double later_s) {
+double rmse_deg(const Takes& takes, bool held_out, double later_s) {
   std::vector<double> errors;
-  for (const JointSamples& s : pairs) {
-    for (std::size_t k = held_out ? s.holdout_begin : 0; k < s.t_s.size(); ++k) {
-      const double at_s = s.t_s[k] + later_s;
-      if (s.gap[k] != 0 || at_s < s.t_s.front() || at_s > s.t_s.back()) continue;
-      const double error_deg = s.estimated_deg[k] - io::interpolate(s.t_s, s.measured_deg, at_s);
+  for (const JointSamples& s : takes) {
+    const recording::Aligned& own = s.own();
+    std::vector<double> t_s;
+    for (std::size_t k = s.begin(); k < own.size(); ++k) t_s.push_back(s.since_begin_s(k));
+    const std::span measured_deg = std::span(own.angle_deg).subspan(s.begin());
+    for (std::size_t k = held_out ? own.holdout_begin : s.begin(); k < own.size(); ++k) {
+      const double at_s = s.since_begin_s(k) + later_s;
+      if (s.gap(k) || at_s < t_s.front() || at_s > t_s.back()) continue;
+      const double error_deg = s.estimated_deg.at("")[k] - io::interpolate(t_s, measured_deg, at_s);
       if (std::isfinite(error_deg)) errors.push_back(error_deg);
     }
   }
@@ -461,35 +407,33 @@ score::Verdict judged(const HandRequest& request, const std::vector<double>& err
   return out;
 }
 
-void score_joints(const HandRequest& request, const std::vector<Files>& files,
-                  const std::vector<Sampled>& samples, const std::set<std::string>& stuck,
-                  HandIdentification& r) {
-  const auto estimated = estimates(r.model, files, samples);
+void score_joints(const HandRequest& request, const std::vector<Files>& files, Samples samples,
+                  const std::set<std::string>& stuck, HandIdentification& r) {
+  add_estimates("", r.model, files, samples);
+  const model::Model inputs = start_model(request, files, samples);
   const auto score = [&](std::size_t j) {
     JointResult joint = r.joints[j];
-    joint.samples = series_of(samples, j, estimated[j]);
-    HeldOut baselines = baselines_of(request, files, samples, j, joint);
-    Held held = held_of(samples, j);
-    const std::vector<double> own = held_out(estimated[j], samples, j);
-    joint.holdout = held.score(own);
-    joint.sooner_deg = rmse_deg(joint.samples, true, -kLeadOff_s);
-    joint.later_deg = rmse_deg(joint.samples, true, kLeadOff_s);
-    score_pairs(request, held, own, baselines, joint);
+    add_baselines(inputs, request.map[j], files, samples[j], joint.baseline_refusals);
+    Held held = held_of(samples[j]);
+    joint.holdout = held.score("");
+    joint.sooner_deg = rmse_deg(samples[j], true, -kLeadOff_s);
+    joint.later_deg = rmse_deg(samples[j], true, kLeadOff_s);
+    score_pairs(request, held, joint);
     if (std::ranges::count(held.unseen, 0) == 0)
       std::ranges::fill(held.unseen, 0);  // then all counts, as in the score
-    for (auto& [name, estimates] : baselines) {
-      joint.baselines.emplace(name, held.score(estimates));
-      estimates = held.errors(estimates);
-    }
-    joint.verdict = judged(request, held.errors(own), std::move(baselines));
+    HeldOut errors = held.errors();
+    const std::vector<double> own = std::move(errors.extract("").mapped());
+    for (const auto& [name, error_deg] : errors) joint.baselines.emplace(name, held.score(name));
+    joint.verdict = judged(request, own, std::move(errors));
     joint.verdict.advises = !stuck.contains(joint.name);
     return joint;
   };
   const auto take = [&](std::size_t j, JointResult& joint) {
-    warn_of_holdout(request, samples, j, joint, r.warnings);
+    warn_of_holdout(request, samples[j], joint, r.warnings);
     r.joints[j] = std::move(joint);
   };
   io::run_in_order<JointResult>(0, r.joints.size(), io::threads_of(request.threads), score, take);
+  for (std::size_t j = 0; j < samples.size(); ++j) r.joints[j].samples = std::move(samples[j]);
 }
 
 void describe(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
@@ -557,11 +501,11 @@ void warn_of_readings(const model::Model& model, const std::vector<Files>& files
 }
 
 // Each text once, with the joints that it is true of.
-void warn_of_lacking_motion(const HandRequest& request, const std::vector<Sampled>& samples,
+void warn_of_lacking_motion(const HandRequest& request, const Samples& samples,
                             std::vector<std::string>& warnings) {
   std::vector<std::pair<std::string, std::vector<std::string>>> all;
   for (std::size_t j = 0; j < request.map.size(); ++j) {
-    for (const std::string& text : lacking(sessions_of(samples, j), 1 / request.rate_hz)) {
+    for (const std::string& text : lacking(sessions_of(samples[j]), 1 / request.rate_hz)) {
       auto known = std::ranges::find(all, text, &std::pair<std::string, std::vector<std::string>>::first);
       if (known == all.end()) known = all.insert(all.end(), {text, {}});
       known->second.push_back(request.map[j].joint);
@@ -582,7 +526,7 @@ model::Channel chain_of(const model::Model& model, const std::string& joint) {
   return *chain;
 }
 
-void refit_joints(const HandRequest& request, const std::vector<Sampled>& samples, HandIdentification& r) {
+void refit_joints(const HandRequest& request, const Samples& samples, HandIdentification& r) {
   std::vector<model::Channel> refitted;
   for (std::size_t j = 0; j < request.map.size(); ++j) {
     const JointMap& map = request.map[j];
@@ -595,7 +539,7 @@ void refit_joints(const HandRequest& request, const std::vector<Sampled>& sample
     c.input_unit = input->unit;
     c.valid_min = input->valid_min;
     c.valid_max = input->valid_max;
-    const std::vector<Session> sessions = sessions_of(samples, j);
+    const std::vector<Session> sessions = sessions_of(samples[j]);
     JointResult joint;
     joint.name = map.joint;
     joint.structure = "gain and dead zone refitted";
@@ -608,32 +552,6 @@ void refit_joints(const HandRequest& request, const std::vector<Sampled>& sample
   r.model = model::with_channels(std::move(r.model), refitted);
 }
 
-// How far the fits of all joints are together, whatever thread each is on. A joint that has not begun is taken for one
-// like those that have.
-class JointProgress {
- public:
-  JointProgress(std::size_t joints, const Step& step) : done_(joints), of_(joints), step_(step) {}
-
-  bool operator()(std::size_t joint, std::size_t done, std::size_t of, const std::string& what) {
-    const std::lock_guard lock(mutex_);
-    done_[joint] = done;
-    of_[joint] = of;
-    std::size_t all_done = 0;
-    std::size_t all = 0;
-    for (std::size_t j = 0; j < of_.size(); ++j) {
-      all_done += done_[j];
-      all += of_[j] > 0 ? of_[j] : of;
-    }
-    return !step_ || step_(all_done, all, what);
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<std::size_t> done_;
-  std::vector<std::size_t> of_;
-  const Step& step_;
-};
-
 struct FittedJoint {
   JointResult joint;
   std::exception_ptr failure;  // the first joint's is told, whichever failed first
@@ -641,16 +559,28 @@ struct FittedJoint {
 
 // `structures`, one for each joint.
 void fit_joints(const HandRequest& request, const std::vector<std::string>& structures,
-                const std::vector<Sampled>& samples, const Step& step, HandIdentification& r) {
+                const Samples& samples, const Step& step, HandIdentification& r) {
   const model::Model inputs = r.model;
   const std::size_t joints = request.map.size();
-  JointProgress progress(joints, step);
+  // How far the fits of all joints are together, whatever thread each is on. A joint that has not begun is taken for one like
+  // those that have.
+  std::mutex mutex;
+  std::vector<std::size_t> done_of(joints);
+  std::vector<std::size_t> all_of(joints);
+  const auto progress = [&](std::size_t joint, std::size_t done, std::size_t of, const std::string& what) {
+    const std::lock_guard lock(mutex);
+    done_of[joint] = done;
+    all_of[joint] = of;
+    const auto sum = [](const auto& all) { return std::accumulate(all.begin(), all.end(), std::size_t{0}); };
+    const auto waiting = static_cast<std::size_t>(std::ranges::count(all_of, 0U));
+    return !step || step(sum(done_of), sum(all_of) + waiting * of, what);
+  };
   const auto fit = [&](std::size_t j, double most) {
     FittedJoint out;
     const JointMap& map = request.map[j];
     out.joint.name = map.joint;
     try {
-      const std::vector<Session> sessions = sessions_of(samples, j);
+      const std::vector<Session> sessions = sessions_of(samples[j]);
       static_cast<JointFit&>(out.joint) = fit_joint(
           sessions, inputs, map, structures[j],
           request.initial ? std::optional(chain_of(*request.initial, map.joint)) : std::nullopt,
@@ -687,34 +617,29 @@ void fit_joints(const HandRequest& request, const std::vector<std::string>& stru
   }
 }
 
-// How each sensor's readings spread, over the samples of the first joint that it tells of.
-void add_readings(const HandRequest& request, const std::vector<Sampled>& samples, model::Model& model) {
+// How each sensor's readings spread, over the samples of the first joint that it tells of, and its poses by the joint whose own it
+// is; one that is no joint's own has none.
+void add_readings(const HandRequest& request, const Samples& samples, model::Model& model) {
   for (model::Input& input : model.inputs) {
-    const auto joint = std::ranges::find_if(request.map, [&](const JointMap& map) {
-      return std::ranges::find(map.sensors, input.name) != map.sensors.end();
-    });
-    if (joint == request.map.end()) continue;
-    const auto sessions = sessions_of(samples, static_cast<std::size_t>(joint - request.map.begin()));
-    const auto sensor = std::ranges::find(joint->sensors, input.name) - joint->sensors.begin();
-    input.readings = readings_of(sessions, sensor);
-    input.donnings = donning_spread(sessions, sensor);
-  }
-}
-
-// Of each sensor by the joint that names it first: its own; one that is no joint's own has none.
-void add_poses(const HandRequest& request, const std::vector<Sampled>& samples, model::Model& model) {
-  for (model::Input& input : model.inputs) {
-    const auto own =
-        std::ranges::find(request.map, input.name, [](const auto& map) { return map.sensors.front(); });
-    if (own == request.map.end()) continue;
-    add_poses(sessions_of(samples, static_cast<std::size_t>(own - request.map.begin())), 0,
-              model.sample_period_s, input);
+    bool is_told = false;
+    bool is_own = false;
+    for (std::size_t j = 0; j < request.map.size() && !is_own; ++j) {
+      const std::vector<std::string>& sensors = request.map[j].sensors;
+      const auto at = std::ranges::find(sensors, input.name) - sensors.begin();
+      if (at == std::ssize(sensors) || (is_told && at > 0)) continue;
+      const std::vector<Session> sessions = sessions_of(samples[j]);
+      if (!is_told) input.readings = readings_of(sessions, at);
+      if (!is_told) input.donnings = donning_spread(sessions, at);
+      is_told = true;
+      is_own = at == 0;
+      if (is_own) add_poses(sessions, 0, model.sample_period_s, input);
+    }
   }
 }
 
 // Where each joint is at the open hand and at the fist: as the request says, else at the quantiles of its angles, of which the
 // one nearer to zero is taken for the open hand.
-void add_ends(const HandRequest& request, const std::vector<Sampled>& samples, model::Model& model) {
+void add_ends(const HandRequest& request, const Samples& samples, model::Model& model) {
   constexpr double kShare = 0.02;
   for (std::size_t j = 0; j < request.map.size(); ++j) {
     model::Joint& joint = *std::ranges::find(model.joints, request.map[j].joint, &model::Joint::name);
@@ -722,7 +647,7 @@ void add_ends(const HandRequest& request, const std::vector<Sampled>& samples, m
       joint.ends = stated->second;
       continue;
     }
-    std::vector<double> angles = used_angles(sessions_of(samples, j));
+    std::vector<double> angles = used_angles(sessions_of(samples[j]));
     std::ranges::sort(angles);
     model::Ends ends{quantile(angles, kShare), quantile(angles, 1 - kShare)};
     if (std::abs(ends.fist_deg) < std::abs(ends.open_deg)) std::swap(ends.open_deg, ends.fist_deg);
@@ -731,11 +656,10 @@ void add_ends(const HandRequest& request, const std::vector<Sampled>& samples, m
 }
 
 void fit_model(const HandRequest& request, const std::vector<std::string>& structures,
-               const std::vector<Files>& files, const std::vector<Sampled>& samples, const Step& step,
+               const std::vector<Files>& files, const Samples& samples, const Step& step,
                HandIdentification& r) {
   r.model = start_model(request, files, samples);
   request.refit ? refit_joints(request, samples, r) : fit_joints(request, structures, samples, step, r);
-  add_poses(request, samples, r.model);
   add_readings(request, samples, r.model);
   add_ends(request, samples, r.model);
   std::erase_if(r.model.inputs, [&](const model::Input& input) {
@@ -773,16 +697,16 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
     proven.push_back(r.joints[j].text);
     if (!request.refit) all.map[j].sensors = r.joints[j].sensors;
   }
-  const std::vector<Sampled> samples = sample_all(files, r.clocks, all);
+  Samples samples = sample_all(files, r.clocks, all);
   fit_model(all, proven, files, samples, {}, again);
-  const auto estimated = estimates(again.model, files, samples);
+  add_estimates("", again.model, files, samples);
   if (!request.refit) {  // joint by joint below
     again.model.blocks.clear();
     again.model.joints.clear();
   }
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     const double part_deg = rmse_deg(r.joints[j].samples, false, 0);
-    const double all_deg = rmse_deg(series_of(samples, j, estimated[j]), false, 0);
+    const double all_deg = rmse_deg(samples[j], false, 0);
     const auto chosen = std::ranges::find(again.joints[j].rows, true, &CandidateRow::chosen);
     const bool fits_board = chosen == again.joints[j].rows.end() || chosen->refusal.empty();
     if (fits_board && all_deg <= kWorse * part_deg) {
@@ -879,11 +803,11 @@ void state_reference_error(const HandRequest& request, HandIdentification& r) {
   }
 }
 
-std::vector<Sampled> without(std::vector<Sampled> samples, const Unit& unit) {
-  for (std::size_t p = 0; p < samples.size(); ++p) {
-    const bool out = std::ranges::find(unit.pairs, p) != unit.pairs.end();
-    for (std::vector<recording::Aligned>& sensors : samples[p]) {
-      for (recording::Aligned& a : sensors) {
+Samples without(Samples samples, const Unit& unit) {
+  for (Takes& takes : samples) {
+    for (std::size_t p = 0; p < takes.size(); ++p) {
+      const bool out = std::ranges::find(unit.pairs, p) != unit.pairs.end();
+      for (recording::Aligned& a : takes[p].sensors) {
         const auto at = [&](double share) {
           return a.overlap_begin +
                  static_cast<std::size_t>(share * static_cast<double>(a.size() - a.overlap_begin));
@@ -899,24 +823,22 @@ std::vector<Sampled> without(std::vector<Sampled> samples, const Unit& unit) {
 // A model that is fitted to the rest, with every choice made anew; of each joint what it errs by on the unit, the compensator's by the
 // name "". None: stopped.
 std::optional<std::vector<HeldOut>> errors_without(const Unit& unit, const HandRequest& request,
-                                                   const std::vector<Files>& files,
-                                                   const std::vector<Sampled>& whole, const Step& step) {
-  const std::vector<Sampled> samples = without(whole, unit);
+                                                   const std::vector<Files>& files, const Samples& whole,
+                                                   const Step& step) {
+  Samples samples = without(whole, unit);
   HandIdentification one;
   try {
     fit_model(request, asked_for(request), files, samples, step, one);
   } catch (const io::Cancelled&) {
     return std::nullopt;
   }
-  const auto estimated = estimates(one.model, files, samples);
+  add_estimates("", one.model, files, samples);
+  const model::Model inputs = start_model(request, files, samples);
   std::vector<HeldOut> out;
   for (std::size_t j = 0; j < one.joints.size(); ++j) {
     if (one.joints[j].untried > 0) return std::nullopt;
-    one.joints[j].samples.resize(files.size());
-    const Held held = held_of(samples, j);
-    HeldOut& of = out.emplace_back(baselines_of(request, files, samples, j, one.joints[j]));
-    of[""] = held_out(estimated[j], samples, j);
-    for (auto& [name, estimates] : of) estimates = held.errors(estimates);
+    add_baselines(inputs, request.map[j], files, samples[j], one.joints[j].baseline_refusals);
+    out.push_back(held_of(samples[j]).errors());
   }
   return out;
 }
@@ -927,7 +849,7 @@ void leave_out(const HandRequest& request, const std::vector<Files>& files, cons
   const std::vector<Unit> units = units_of(request);
   HandRequest all = request;
   all.split = 1;
-  const std::vector<Sampled> whole = sample_all(files, r.clocks, all);
+  const Samples whole = sample_all(files, r.clocks, all);
   std::vector<HeldOut> errors(r.joints.size());
   std::vector<std::vector<std::size_t>> ends(r.joints.size());
   bool complete = true;
@@ -1004,6 +926,10 @@ std::vector<Files> read_takes(HandRequest& request, std::vector<std::string>& wa
 
 }  // namespace
 
+bool JointSamples::gap(std::size_t k) const {
+  return std::ranges::any_of(sensors, [k](const recording::Aligned& sensor) { return sensor.gap[k] != 0; });
+}
+
 ScoreRow JointResult::all() const {
   ScoreRow out{name, holdout.samples, holdout.rmse_deg, {}};
   for (const auto& [baseline, score] : baselines) out.baseline_deg[baseline] = score.rmse_deg;
@@ -1060,10 +986,10 @@ HandIdentification identify_hand(const HandRequest& asked, const Step& step) {
     if (!request.clock_offset_s)
       refuse_unsure(r.clocks.back(), files[p], r.warnings.size() > said ? r.warnings[said] : "");
   }
-  const std::vector<Sampled> samples = sample_all(files, r.clocks, request);
+  const Samples samples = sample_all(files, r.clocks, request);
   for (std::size_t j = 0; j < request.map.size(); ++j) {
-    for (const Sampled& sampled : samples) check_held_out(sampled[j].front());
-    const std::vector<Session> sessions = sessions_of(samples, j);
+    for (const JointSamples& take : samples[j]) check_held_out(take.own());
+    const std::vector<Session> sessions = sessions_of(samples[j]);
     check_gloves(request, j, sessions);
     const auto other = std::ranges::find(request.map, request.map[j].reference, &JointMap::reference);
     if (other->joint != request.map[j].joint)
@@ -1188,17 +1114,18 @@ Json clocks_json(const HandIdentification& r) {
 Json curve_json(const JointResult& joint) {
   constexpr std::size_t kMostPoints = 1200;
   std::size_t held_out = 0;
-  for (const JointSamples& s : joint.samples) held_out += s.t_s.size() - s.holdout_begin;
+  for (const JointSamples& s : joint.samples) held_out += s.own().size() - s.own().holdout_begin;
   const std::size_t stride = held_out / kMostPoints + 1;
   Json out;
   for (const char* key : {"t_s", "measured_deg", "estimated_deg", "straight_line_deg"})
     out[key] = Json::array();
   for (const JointSamples& s : joint.samples) {
-    for (std::size_t k = s.holdout_begin; k < s.t_s.size(); k += stride) {
-      out["t_s"].push_back(s.t_s[k]);
-      out["measured_deg"].push_back(s.measured_deg[k]);
-      out["estimated_deg"].push_back(s.estimated_deg[k]);
-      out["straight_line_deg"].push_back(s.line_deg.empty() ? Json() : Json(s.line_deg[k]));
+    const auto line = s.estimated_deg.find("line");
+    for (std::size_t k = s.own().holdout_begin; k < s.own().size(); k += stride) {
+      out["t_s"].push_back(s.since_begin_s(k));
+      out["measured_deg"].push_back(s.own().angle_deg[k]);
+      out["estimated_deg"].push_back(s.estimated_deg.at("")[k]);
+      out["straight_line_deg"].push_back(line == s.estimated_deg.end() ? Json() : Json(line->second[k]));
     }
   }
   return out;

@@ -69,16 +69,16 @@ using recording::Clock;
 Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, HandRecordings& files,
                std::vector<std::string>& warnings);
 
-// A joint in one pair of recordings, at every sample of the compensator's grid from the first that both logs saw.
+// A joint in one pair of recordings, at every sample of the compensator's grid. What counts begins where both logs run.
 struct JointSamples {
-  std::vector<double> t_s;                   // since then
-  std::vector<std::vector<double>> reading;  // of each of its sensors, the own one first
-  std::vector<double> measured_deg;
-  std::vector<double> estimated_deg;
-  std::vector<double> line_deg;       // of the baseline; empty: it could not be fitted
-  std::vector<double> line_lead_deg;  // likewise, of the line with a lead
-  std::vector<std::uint8_t> gap;      // a pause of a log
-  std::size_t holdout_begin = 0;
+  std::vector<recording::Aligned> sensors;  // the own one first
+  // Of the compensator by the name "", and of the baselines that could be fitted by theirs.
+  std::map<std::string, std::vector<double>> estimated_deg;
+
+  const recording::Aligned& own() const { return sensors.front(); }
+  std::size_t begin() const { return own().overlap_begin; }
+  double since_begin_s(std::size_t k) const { return own().t_s[k] - own().t_s[begin()]; }
+  bool gap(std::size_t k) const;  // a pause of a log
 };
 
 inline constexpr double kLeadOff_s = 0.05;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
 #include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
@@ -20,11 +21,15 @@ using Json = nlohmann::ordered_json;
 std::vector<double> readings(const JointResult& joint, std::size_t sensor) {
   std::vector<double> out;
   for (const JointSamples& s : joint.samples) {
-    for (std::size_t k = 0; k < s.gap.size(); ++k) {
-      if (s.gap[k] == 0) out.push_back(s.reading[sensor][k]);
+    for (std::size_t k = s.begin(); k < s.own().size(); ++k) {
+      if (!s.gap(k)) out.push_back(s.sensors[sensor].input[k]);
     }
   }
-  if (out.empty()) out = joint.samples.front().reading[sensor];
+  const JointSamples& first = joint.samples.front();
+  if (out.empty()) {
+    const std::span all = std::span(first.sensors[sensor].input).subspan(first.begin());
+    out = {all.begin(), all.end()};
+  }
   std::ranges::sort(out);
   return out;
 }
@@ -74,7 +79,8 @@ void add_origins(const HandIdentification& r, Json& pairs) {
     for (const char* key : {"sensor", "sensor_digest", "reference", "reference_digest"})
       pairs[p][key] = origin.at(key);
     double shared_s = 0;
-    for (const JointResult& joint : r.joints) shared_s = std::max(shared_s, joint.samples[p].t_s.back());
+    for (const JointResult& joint : r.joints)
+      shared_s = std::max(shared_s, joint.samples[p].since_begin_s(joint.samples[p].own().size() - 1));
     pairs[p]["shared_s"] = shared_s;
   }
 }
@@ -107,19 +113,20 @@ recording::Recording samples(const JointResult& joint) {
     out.columns.push_back({name, {}});
   for (std::size_t p = 0; p < joint.samples.size(); ++p) {
     const JointSamples& s = joint.samples[p];
-    for (std::size_t k = 0; k < s.t_s.size(); ++k) {
-      const auto at = [k](const std::vector<double>& line) {
-        return line.empty() ? std::numeric_limits<double>::quiet_NaN() : line[k];
+    for (std::size_t k = s.begin(); k < s.own().size(); ++k) {
+      const auto of = [&](const char* name) {
+        const auto at = s.estimated_deg.find(name);
+        return at == s.estimated_deg.end() ? std::numeric_limits<double>::quiet_NaN() : at->second[k];
       };
       const double row[] = {static_cast<double>(p + 1),
-                            s.reading.front()[k],
-                            s.measured_deg[k],
-                            s.estimated_deg[k],
-                            at(s.line_deg),
-                            at(s.line_lead_deg),
-                            static_cast<double>(s.gap[k]),
-                            k >= s.holdout_begin ? 1.0 : 0.0};
-      out.t_s.push_back(s.t_s[k]);
+                            s.own().input[k],
+                            s.own().angle_deg[k],
+                            of(""),
+                            of("line"),
+                            of("line_lead"),
+                            s.gap(k) ? 1.0 : 0.0,
+                            k >= s.own().holdout_begin ? 1.0 : 0.0};
+      out.t_s.push_back(s.since_begin_s(k));
       for (std::size_t c = 0; c < out.columns.size(); ++c) out.columns[c].value.push_back(row[c]);
     }
   }

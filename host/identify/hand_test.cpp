@@ -60,13 +60,6 @@ TEST_F(Hand, ASecondSensorTellsWhatOneAloneCannot) {
   EXPECT_FALSE(both.baselines.contains("published_form")) << "it takes one sensor";
 }
 
-TEST_F(Hand, SeveralRecordingsAreOneFitWithAClockEach) {
-  const HandIdentification r = found({write("p", {60, 3}), write("q", {60, 4})});
-  ASSERT_EQ(r.clocks.size(), 2U);
-  for (const Clock& clock : r.clocks) EXPECT_NEAR(clock.offset_s, kOffset_s, 0.1);
-  EXPECT_LT(r.joints[0].holdout.rmse_deg, 2.5);
-}
-
 // Another angle of one take shows wholly where it is left out: nothing of it was fitted.
 TEST_F(Hand, WhatIsLeftOutIsNotFitted) {
   const auto higher = [](std::vector<double>& angle) {
@@ -98,7 +91,7 @@ TEST_F(Hand, WhatIsLeftOutIsNotFitted) {
   ASSERT_EQ(blocks.left_out.size(), 8U);
   std::size_t samples = 0;
   for (const ScoreRow& row : blocks.left_out) samples += row.samples;
-  EXPECT_EQ(samples, blocks.samples[0].t_s.size()) << "each once";
+  EXPECT_EQ(samples, blocks.samples[0].own().size() - blocks.samples[0].begin()) << "each once";
   EXPECT_NEAR(blocks.left_out_verdict->rmse_deg, blocks.holdout.rmse_deg, 1);
 }
 
@@ -599,7 +592,8 @@ TEST_F(Hand, EachPairsSamplesAreSavedOnAClockOfTheirOwn) {
   const std::string text = io::read_file(folder_ / "report" / "samples-1.csv");
   EXPECT_TRUE(has(text, "\n0,1,") && has(text, "\n0,2,"));
   ASSERT_EQ(r.joints[0].samples.size(), 2U);
-  EXPECT_NEAR(r.joints[0].samples[0].t_s.back() - r.joints[0].samples[1].t_s.back(), 10, 0.5);
+  const auto length_s = [](const JointSamples& s) { return s.since_begin_s(s.own().size() - 1); };
+  EXPECT_NEAR(length_s(r.joints[0].samples[0]) - length_s(r.joints[0].samples[1]), 10, 0.5);
 }
 
 // The static map is where the angle comes to when the readings stay for a minute.
@@ -608,7 +602,7 @@ TEST_F(Hand, TheStaticMapIsWhereAHeldFingerSettles) {
   save_hand_results(r, folder_ / "report");
   const auto json = io::parse_json(io::read_file(folder_ / "report" / "results.json"), "");
   const auto& map = json.at("joints").at("thumb").at("static_map");
-  std::vector<double> other = r.joints[0].samples[0].reading[1];
+  std::vector<double> other = r.joints[0].samples[0].sensors[1].input;
   std::ranges::nth_element(other, other.begin() + std::ssize(other) / 2);
   ASSERT_EQ(r.model.inputs.front().name, "b_adc");
   for (const std::size_t at : {10U, 150U, 290U}) {

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 #include <random>
 
 #include "host/identify/folds.hpp"
@@ -20,7 +19,7 @@ Data recorded() {
   const int n = 1000;
   data.input.resize(n);
   data.angle_deg.resize(n);
-  data.use.assign(static_cast<std::size_t>(n), 1);
+  data.weight.setOnes(n);
   double x = 0;
   for (int k = 0; k < n; ++k) {
     const double t = k * data.period_s;
@@ -40,9 +39,7 @@ std::vector<Structure> structures() {
 }
 
 std::vector<Fold> folds(const Data& data) {
-  std::vector<Eigen::Index> used(data.use.size());
-  std::iota(used.begin(), used.end(), 0);
-  return folds_of(used, {0, std::ssize(data.use)}, data.period_s);
+  return folds_of(used_rows(data), {0, data.size()}, data.period_s);
 }
 
 TEST(HeldBack, OtherAnglesAndReadingsInABlockDoNotMoveTheFoldThatLeavesItOut) {

@@ -102,12 +102,10 @@ JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& 
   out.sensors = joint.sensors;
   out.model = joint_model(inputs, fit, joint);
   out.hold_drift_deg = *fit.hold_drift_deg;
-  out.fitted_rmse_deg = fit.fitted_rmse_deg;
+  static_cast<Fitted&>(out) = fit;
   out.cross_validated_deg = fit.cross_validated_deg;
   out.fold_loss = fit.plain_loss;
-  out.effective = fit.effective;
   out.limits = fit.branches.open ? 0 : 2;
-  out.condition = fit.condition;
   add_parameters(fit, joint.sensors, out);
   return out;
 }
@@ -153,15 +151,16 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
                      one.hold_drift_deg);
 }
 
-std::vector<CandidateRow> rows_of(const std::vector<Additive>& all, const std::vector<std::string>& refusals,
-                                  std::size_t chosen) {
-  std::vector<CandidateRow> out;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    out.push_back({describe(all[k].branches), all[k].cross_validated_deg, all[k].fitted_rmse_deg,
-                   all[k].effective, all[k].hold_drift_deg, k < refusals.size() ? refusals[k] : "",
-                   k == chosen});
-    out.back().set_loss(all[k].plain_loss);
-  }
+// `folds`: the losses of those that were cross-validated.
+CandidateRow row_of(const std::string& structure, const Fitted& fit, double cross_validated_deg,
+                    std::optional<double> hold_drift_deg, const std::vector<double>& folds) {
+  CandidateRow out{structure, {}, fit.fitted_rmse_deg, fit.effective, hold_drift_deg, "", false};
+  if (folds.empty()) return out;
+  const Eigen::Map<const Eigen::ArrayXd> loss(folds.data(), std::ssize(folds));
+  const auto n = static_cast<double>(loss.size());
+  out.cross_validated_deg = cross_validated_deg;
+  out.fold_loss = loss.mean();
+  out.fold_loss_se = std::sqrt((loss - loss.mean()).square().sum() / (n - 1) / n);
   return out;
 }
 
@@ -221,7 +220,13 @@ SumFit fit_sum(const Candidates& candidates, const std::vector<Session>& session
   for (const auto& [row, fit] : creeping) sum.creeping.emplace_back(row, taken(fit, inputs, joint));
   JointFit& out = sum.still;
   out.untried = untried;
-  out.rows = rows_of(all, refusals, at);
+  for (const Additive& one : all) {
+    out.rows.push_back(
+        row_of(describe(one.branches), one, one.cross_validated_deg, one.hold_drift_deg, one.plain_loss));
+    const std::size_t k = out.rows.size() - 1;
+    if (k < refusals.size()) out.rows.back().refusal = refusals[k];
+    out.rows.back().chosen = k == at;
+  }
   const auto donned_loss = [&](std::size_t k) { return mean(all[k].fold_loss); };
   for (std::size_t k = 0; k < all.size(); ++k) {
     explain(out.rows, out.rows[k],
@@ -293,12 +298,10 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
       JointFit one = fit_chain(chain, sessions, inputs, joint, {},
                                is_baseline ? HUGE_VAL : best.cross_validated_deg, {});
       one.sensors = joint.sensors;
-      CandidateRow& row = one.rows.front();
+      CandidateRow& row = best.rows.emplace_back(one.row());
       row.refusal = chain_refusal(one, best);
-      row.chosen = row.refusal.empty();
-      best.rows.push_back(row);
-      if (row.chosen) {
-        best.rows.back().chosen = false;
+      row.chosen = false;
+      if (row.refusal.empty()) {
         choose(std::move(one), best.rows.size() - 1, "larger, or no better by a standard error", best);
       }
     } catch (const io::JobError& error) {  // too few samples for it
@@ -331,6 +334,7 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
     throw io::JobError(fmt::format("{}: {} cannot be worn: {}; try fewer poles, or a sum of curves",
                                    joint.joint, text_of(chain), refusal));
   }
+  out.rows = {out.row()};
   out.rows.front().refusal = imprecision_of(out.model);
   out.sensors = joint.sensors;
   return out;
@@ -338,11 +342,10 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
 
 }  // namespace
 
-void CandidateRow::set_loss(const std::vector<double>& of_folds) {
-  const Eigen::Map<const Eigen::ArrayXd> loss(of_folds.data(), std::ssize(of_folds));
-  const auto n = static_cast<double>(loss.size());
-  fold_loss = loss.mean();
-  fold_loss_se = std::sqrt((loss - loss.mean()).square().sum() / (n - 1) / n);
+CandidateRow JointFit::row() const {
+  CandidateRow out = row_of(structure, *this, cross_validated_deg, hold_drift_deg, fold_loss);
+  out.chosen = true;
+  return out;
 }
 
 double scale_to_counts(model::Input& input) {

@@ -34,8 +34,6 @@ struct CandidateRow {
   std::optional<double> fold_loss =
       {};                   // over the folds, mean of what is compared; of what was cross-validated
   double fold_loss_se = 0;  // by how they scatter
-
-  void set_loss(const std::vector<double>& of_folds);
 };
 
 struct JointFit : Fitted {
@@ -49,6 +47,8 @@ struct JointFit : Fitted {
   std::vector<double> fold_loss;     // of the same estimates: mean of each fold (robust.hpp)
   double limits = 0;  // of the angle that a sum takes from what was seen, and that `effective` does not count
   std::size_t untried = 0;  // structures of the search that was stopped
+
+  CandidateRow row() const;  // of it, which is chosen
 };
 
 // The share of a board's room that a model takes; empty: it runs on a PC.

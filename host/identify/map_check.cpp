@@ -104,28 +104,6 @@ constexpr double kSlow_deg_s = 30;
 constexpr double kStill_deg_s = 3;
 constexpr double kSlow_s = 0.5;
 
-struct Found {
-  bool hold = false;
-  double quickest_deg_s = 0;
-  bool slow = false;
-};
-
-void look(const Session& session, double period_s, Found& found) {
-  const auto span = std::max<Eigen::Index>(1, std::lround(kSpan_s / period_s));
-  const auto angle = [&](Eigen::Index k) { return session.angle_deg(k); };
-  Eigen::Index slow = 0;
-  found.hold = found.hold || !holds_of(session, period_s).empty();
-  for (Eigen::Index k = 0; k < session.angle_deg.size(); ++k) {
-    const bool used = session.use[static_cast<std::size_t>(k)] != 0;
-    if (k < span) continue;
-    const double speed = std::abs(angle(k) - angle(k - span)) / (static_cast<double>(span) * period_s);
-    if (used && session.use[static_cast<std::size_t>(k - span)] != 0)
-      found.quickest_deg_s = std::max(found.quickest_deg_s, speed);
-    slow = used && speed > kStill_deg_s && speed < kSlow_deg_s ? slow + 1 : 0;
-    found.slow = found.slow || static_cast<double>(slow) * period_s >= kSlow_s;
-  }
-}
-
 }  // namespace
 
 // Where the reading does not change at all while the angle moves on, the longest such stretch; not at an end of its range, where
@@ -280,8 +258,22 @@ std::vector<std::string> one_sided(const JointMap& map, const std::vector<Sessio
 }
 
 std::vector<std::string> lacking(const std::vector<Session>& sessions, double period_s) {
-  Found found;
-  for (const Session& session : sessions) look(session, period_s, found);
+  const auto span = std::max<Eigen::Index>(1, std::lround(kSpan_s / period_s));
+  bool is_held = false;
+  bool is_slow = false;
+  double quickest_deg_s = 0;
+  for (const Session& session : sessions) {
+    is_held = is_held || !holds_of(session, period_s).empty();
+    Eigen::Index slow = 0;
+    for (Eigen::Index k = span; k < session.angle_deg.size(); ++k) {
+      const auto used = [&](Eigen::Index at) { return session.use[static_cast<std::size_t>(at)] != 0; };
+      const double speed = std::abs(session.angle_deg(k) - session.angle_deg(k - span)) /
+                           (static_cast<double>(span) * period_s);
+      if (used(k) && used(k - span)) quickest_deg_s = std::max(quickest_deg_s, speed);
+      slow = used(k) && speed > kStill_deg_s && speed < kSlow_deg_s ? slow + 1 : 0;
+      is_slow = is_slow || static_cast<double>(slow) * period_s >= kSlow_s;
+    }
+  }
   std::vector<double> angles = used_angles(sessions);
   if (angles.empty()) return {};
   std::ranges::sort(angles);
@@ -292,11 +284,11 @@ std::vector<std::string> lacking(const std::vector<Session>& sessions, double pe
   };
   say(range < kRange_deg,
       fmt::format("it moves by {:.0f} degrees only: go from the open hand to the fist and back", range));
-  say(!found.hold,
+  say(!is_held,
       "it is never held for a second: hold the hand open, half closed and closed, two seconds each");
-  say(found.quickest_deg_s < std::min(kQuick_deg_s, range),
+  say(quickest_deg_s < std::min(kQuick_deg_s, range),
       "it never moves quickly: open and close within a second, some times");
-  say(!found.slow, "it never moves slowly: take four seconds to close, and four to open");
+  say(!is_slow, "it never moves slowly: take four seconds to close, and four to open");
   return out;
 }
 

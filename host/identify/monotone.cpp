@@ -129,8 +129,7 @@ VectorXd nonnegative(const MatrixXd& d, const VectorXd& b) {
 void make_monotone(const MatrixXd& gram, const MatrixXd& penalty, Additive& fit) {
   if (fit.knots.size() > 1 || fit.branches.knots == 2) return;
   const Ways ways = ways_of(fit, gram.cols());
-  VectorXd free(gram.cols());
-  free << fit.value.reshaped(), fit.donning;
+  const VectorXd free = fit.coefficients();
   const MatrixXd all = gram.selfadjointView<Eigen::Lower>();
   const MatrixXd spread = MatrixXd(all + penalty).llt().solve(ways.gain.transpose());
   const MatrixXd known = ways.gain.leftCols(fit.value.size());
@@ -148,9 +147,8 @@ void make_monotone(const MatrixXd& gram, const MatrixXd& penalty, Additive& fit)
   }
   if (kept.empty() || gain(kept).minCoeff() >= 0) return;
   const MatrixXd moves = spread(Eigen::all, kept);
-  const VectorXd w = free + moves * nonnegative(ways.gain(kept, Eigen::all) * moves, -gain(kept));
-  fit.value = w.head(fit.value.size()).reshaped(fit.value.rows(), fit.value.cols());
-  fit.donning = w.tail(fit.donning.size());
+  fit.set_coefficients(free + moves * nonnegative(ways.gain(kept, Eigen::all) * moves, -gain(kept)),
+                       fit.value.size());
 }
 
 }  // namespace flexor::identify

@@ -27,7 +27,7 @@ TEST_P(AppliedIsScored, ReadingByReadingTheAnglesAreThoseThatWereScored) {
       });
     }
     EXPECT_EQ(pauses > 0, GetParam().pauses);
-    const std::vector<double>& scored = r.joints[0].samples[0].estimated_deg;
+    const std::vector<double>& scored = r.joints[0].samples[0].estimated_deg.at("");
     EXPECT_EQ(std::ranges::search(applied, scored).size(), scored.size()) << structure;
     if (GetParam().pauses) continue;
     EXPECT_LT(r.joints[0].holdout.rmse_deg, r.joints[0].baselines.at("line").rmse_deg);

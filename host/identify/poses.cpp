@@ -113,25 +113,20 @@ std::optional<model::DonningSpread> donning_spread(const std::vector<Session>& s
 std::optional<model::Poses> poses_of(const std::vector<Session>& sessions, Eigen::Index sensor) {
   constexpr double kEnd = 0.1;
   constexpr std::size_t kLeast = 10;
-  std::vector<std::pair<double, double>> samples;  // angle, reading
-  for (const Session& s : sessions) {
-    for (Eigen::Index k = 0; k < s.angle_deg.size(); ++k) {
-      if (s.use[static_cast<std::size_t>(k)]) samples.emplace_back(s.angle_deg(k), s.input(k, sensor));
-    }
-  }
-  if (samples.empty()) return {};
-  const auto [least, most] = std::ranges::minmax_element(samples);
-  const double range_deg = most->first - least->first;
+  const std::vector<double> angles = used_angles(sessions);
+  const std::vector<double> all = used_readings(sessions, sensor);
+  if (angles.empty()) return {};
+  const auto [least, most] = std::ranges::minmax(angles);
+  const double range_deg = most - least;
   const auto median = [&](double from_deg, double to_deg) -> std::optional<double> {
     std::vector<double> readings;
-    for (const auto& [angle, reading] : samples) {
-      if (angle >= from_deg && angle <= to_deg) readings.push_back(reading);
-    }
+    for (std::size_t k = 0; k < angles.size(); ++k)
+      if (angles[k] >= from_deg && angles[k] <= to_deg) readings.push_back(all[k]);
     if (readings.size() < kLeast) return {};
     return identify::median(std::move(readings));
   };
-  const auto open = median(least->first, least->first + kEnd * range_deg);
-  const auto fist = median(most->first - kEnd * range_deg, most->first);
+  const auto open = median(least, least + kEnd * range_deg);
+  const auto fist = median(most - kEnd * range_deg, most);
   if (!open || !fist || *open == *fist) return {};
   return model::Poses{*open, *fist};
 }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -18,165 +17,80 @@ namespace flexor::identify {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
+using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-// The columns of the Jacobian that carry something so far; null when no Jacobian is wanted.
-class Columns {
- public:
-  Columns(MatrixXd* jacobian, Index rows, Index columns) : jacobian_(jacobian) {
-    if (jacobian_ != nullptr) jacobian_->setZero(rows, columns);
-  }
-
-  bool wanted() const { return jacobian_ != nullptr; }
-  auto open(int i) {
-    active_.push_back(i);
-    return jacobian_->col(i);
-  }
-  const std::vector<int>& active() const { return active_; }
-  auto col(int i) { return jacobian_->col(i); }
-  void scale(Index row, double slope) {
-    for (const int i : active_) (*jacobian_)(row, i) *= slope;
-  }
-
- private:
-  MatrixXd* jacobian_;
-  std::vector<int> active_;
-};
-
-void dead_zone(const Layout& layout, const VectorXd& theta, VectorXd& signal, Columns& columns) {
+// In each function below `j` is the Jacobian so far, which has the columns of the blocks before alone, or none where none is wanted; both
+// it and the signal are changed in place.
+void dead_zone(const Layout& layout, const VectorXd& theta, VectorXd& signal, Jacobian& j) {
   const double lower = theta(layout.dead_zone);
   const double upper = lower + theta(layout.dead_zone + 1);
-  if (columns.wanted()) {
-    columns.open(layout.dead_zone) =
-        -((signal.array() < lower) || (signal.array() > upper)).cast<double>().matrix();
-    columns.open(layout.dead_zone + 1) = -(signal.array() > upper).cast<double>().matrix();
-  }
   const compensator::DeadZone<double> phi{lower, upper};
-  for (double& u : signal) u = phi(u);
+  for (Index k = 0; k < signal.size(); ++k) {
+    double& u = signal(k);
+    if (j.size() > 0) {
+      j(k, layout.dead_zone) = -static_cast<double>(u < lower || u > upper);
+      j(k, layout.dead_zone + 1) = -static_cast<double>(u > upper);
+    }
+    u = phi(u);
+  }
 }
 
-// One pass over the samples for each play; p and its derivatives move together.
+// The plays and their derivatives move together.
 void hysteresis(const Structure& structure, const Layout& layout, const VectorXd& theta, VectorXd& signal,
-                Columns& columns) {
-  const std::vector<int> upstream = columns.active();
-  const VectorXd u = signal;
-  std::vector<VectorXd> upstream_u;
-  for (const int c : upstream) upstream_u.emplace_back(columns.col(c));
-  for (int j = 0; j < structure.plays; ++j) {
-    const double r = theta(layout.radii + j);
-    const double w = theta(layout.weights + j);
-    VectorXd difference(u.size());
-    VectorXd p_over_r = VectorXd::Zero(u.size());
-    std::vector<double> p_over_upstream(upstream.size());
-    for (std::size_t c = 0; c < upstream.size(); ++c) p_over_upstream[c] = upstream_u[c](0);
-    double p = u(0);
-    double over_r = 0;
-    for (Index k = 0; k < u.size(); ++k) {
-      const bool up = p < u(k) - r;
-      const bool down = p > u(k) + r;
-      if (up || down) {
-        p = u(k) + (up ? -r : r);
-        over_r = up ? -1 : 1;
-        for (std::size_t c = 0; c < upstream.size(); ++c) p_over_upstream[c] = upstream_u[c](k);
+                Jacobian& j) {
+  const Index before = j.size() > 0 ? layout.radii : 0;
+  VectorXd p = VectorXd::Constant(structure.plays, signal(0));
+  VectorXd by_radius = VectorXd::Zero(structure.plays);
+  Jacobian by_before = j.topLeftCorner(1, before).replicate(structure.plays, 1);
+  RowVectorXd by_u(before);
+  for (Index k = 0; k < signal.size(); ++k) {
+    const double u = signal(k);
+    by_u = j.row(k).head(before);
+    for (int i = 0; i < structure.plays; ++i) {
+      const double r = theta(layout.radii + i);
+      const double w = theta(layout.weights + i);
+      const bool up = p(i) < u - r;
+      if (up || p(i) > u + r) {
+        p(i) = u + (up ? -r : r);
+        by_radius(i) = up ? -1 : 1;
+        by_before.row(i) = by_u;
       }
-      difference(k) = p - u(k);
-      p_over_r(k) = over_r;
-      for (std::size_t c = 0; c < upstream.size(); ++c) {
-        columns.col(upstream[c])(k) += w * (p_over_upstream[c] - upstream_u[c](k));
-      }
-    }
-    signal += w * difference;
-    if (columns.wanted()) {
-      columns.open(layout.radii + j) = w * p_over_r;
-      columns.open(layout.weights + j) = difference;
+      signal(k) += w * (p(i) - u);
+      if (j.size() == 0) continue;
+      j.row(k).head(before) += w * (by_before.row(i) - by_u);
+      j(k, layout.radii + i) = w * by_radius(i);
+      j(k, layout.weights + i) = p(i) - u;
     }
   }
 }
 
-void curve(const std::vector<double>& x, const VectorXd& y, int at, VectorXd& signal, Columns& columns) {
-  const auto n = static_cast<int>(x.size());
-  const std::vector<int> upstream = columns.active();
-  if (columns.wanted()) {
-    for (int i = 0; i < n; ++i) columns.open(at + i);
-  }
+void curve(const std::vector<double>& x, const double* y, int at, VectorXd& signal, Jacobian& j) {
   for (Index k = 0; k < signal.size(); ++k) {
     const double u = std::clamp(signal(k), x.front(), x.back());
-    const auto i = static_cast<int>(compensator::find_segment(x.data(), static_cast<std::uint8_t>(n), u));
-    const double width = x[static_cast<std::size_t>(i) + 1] - x[static_cast<std::size_t>(i)];
-    const double share = (u - x[static_cast<std::size_t>(i)]) / width;
-    const double slope = signal(k) == u ? (y(i + 1) - y(i)) / width : 0;
-    signal(k) = y(i) + share * (y(i + 1) - y(i));
-    if (!columns.wanted()) continue;
-    for (const int c : upstream) columns.col(c)(k) *= slope;
-    columns.col(at + i)(k) = 1 - share;
-    columns.col(at + i + 1)(k) = share;
+    const std::size_t i = compensator::find_segment(x.data(), static_cast<std::uint8_t>(x.size()), u);
+    const double width = x[i + 1] - x[i];
+    const double share = (u - x[i]) / width;
+    const double slope = signal(k) == u ? (y[i + 1] - y[i]) / width : 0;
+    signal(k) = y[i] + share * (y[i + 1] - y[i]);
+    if (j.size() == 0) continue;
+    j.row(k).head(at) *= slope;
+    j(k, at + static_cast<Index>(i)) = 1 - share;
+    j(k, at + static_cast<Index>(i) + 1) = share;
   }
 }
 
-// The chain of lags with `n` states, run over a column in place: y = sum of taps times states.
-class Filter {
- public:
-  Filter(const model::ZeroOrderHold& hold, const VectorXd& taps) : n_(static_cast<int>(hold.input.size())) {
-    for (int i = 0; i < n_; ++i) {
-      b_[i] = hold.input(i);
-      tap_[i] = taps(i);
-      for (int j = 0; j <= i; ++j) a_[i][j] = hold.transition(i, j);
-    }
+void affine(const Layout& layout, const VectorXd& theta, VectorXd& signal, Jacobian& j) {
+  const double gain = theta(layout.affine);
+  if (j.size() > 0) {
+    j.leftCols(layout.affine) *= gain;
+    j.col(layout.affine) = signal;
+    j.col(layout.affine + 1).setOnes();
   }
+  signal = (gain * signal.array() + theta(layout.affine + 1)).matrix();
+}
 
-  // Several columns at a time: one column alone waits for its own recursion at every sample.
-  void run(const std::vector<double*>& columns, Index rows) const {
-    for (std::size_t c = 0; c < columns.size(); c += kLanes) {
-      // Lanes beyond the last column share a scratch column of zeros, which stay zeros.
-      VectorXd scratch = VectorXd::Zero(c + kLanes > columns.size() ? rows : 0);
-      std::array<double*, kLanes> lane;
-      for (std::size_t l = 0; l < kLanes; ++l)
-        lane[l] = c + l < columns.size() ? columns[c + l] : scratch.data();
-      if (n_ == 1) run_lanes<1>(lane, rows);
-      if (n_ == 2) run_lanes<2>(lane, rows);
-      if (n_ == 3) run_lanes<3>(lane, rows);
-    }
-  }
-
-  void advance(std::array<double, compensator::kMaxOrder>& x, double input) const {
-    for (int i = n_ - 1; i >= 0; --i) {
-      double next = b_[i] * input;
-      for (int j = 0; j <= i; ++j) next += a_[i][j] * x[static_cast<std::size_t>(j)];
-      x[static_cast<std::size_t>(i)] = next;
-    }
-  }
-
- private:
-  static constexpr std::size_t kLanes = 4;
-  using Lanes = Eigen::Array<double, kLanes, 1>;
-
-  template <int kOrder>
-  void run_lanes(const std::array<double*, kLanes>& lane, Index rows) const {
-    const auto inputs = [&](Index k) { return Lanes(lane[0][k], lane[1][k], lane[2][k], lane[3][k]); };
-    std::array<Lanes, kOrder> x;
-    x.fill(inputs(0));
-    for (Index k = 0; k < rows; ++k) {
-      const Lanes w = inputs(k);
-      Lanes y = Lanes::Zero();
-      for (std::size_t i = kOrder; i-- > 0;) {
-        Lanes next = b_[i] * w;
-        for (std::size_t j = 0; j <= i; ++j) next += a_[i][j] * x[j];
-        x[i] = next;
-      }
-      for (std::size_t i = 0; i < kOrder; ++i) y += tap_[i] * x[i];
-      for (std::size_t l = 0; l < kLanes; ++l) lane[l][k] = y(static_cast<Index>(l));
-    }
-  }
-
-  int n_;
-  double a_[compensator::kMaxOrder][compensator::kMaxOrder] = {};
-  double b_[compensator::kMaxOrder] = {};
-  double tap_[compensator::kMaxOrder] = {};
-};
-
-void pole_pair(const Layout& layout, const VectorXd& theta, double period_s, VectorXd& signal,
-               Columns& columns) {
+void pole_pair(const Layout& layout, const VectorXd& theta, double period_s, VectorXd& signal, Jacobian& j) {
   const double q = std::exp(theta(layout.log_rates)) * period_s;
   const double zeta = theta(layout.log_rates + 1);
   const auto block =
@@ -187,10 +101,10 @@ void pole_pair(const Layout& layout, const VectorXd& theta, double period_s, Vec
     block.start(state, column(0));
     for (double& v : column) v = block.step(state, v);
   };
-  for (const int c : columns.active()) run(columns.col(c));
+  for (Index c = 0; c < layout.log_rates && j.size() > 0; ++c) run(j.col(c));
   const VectorXd u = signal;
   run(Eigen::Ref<VectorXd>(signal));
-  if (!columns.wanted()) return;
+  if (j.size() == 0) return;
   const Eigen::Matrix2d a{{0, q}, {-q, -2 * zeta * q}};
   const Eigen::Matrix2d transition{{block.transition[0], block.transition[1]},
                                    {block.transition[2], block.transition[3]}};
@@ -199,24 +113,21 @@ void pole_pair(const Layout& layout, const VectorXd& theta, double period_s, Vec
   const Eigen::RowVector2d weight(1 - block.tap[0], block.tap[1]);
   Eigen::Vector2d e = Eigen::Vector2d::Zero();
   Eigen::Vector2d by[] = {e, e};  // log of the frequency, damping
-  for (int i = 0; i < 2; ++i) {
-    columns.open(layout.log_rates + i);
-    columns.open(layout.taps + i);
-  }
   for (Index k = 0; k < u.size(); ++k) {
     e(0) -= k > 0 ? u(k) - u(k - 1) : 0;
     for (int i = 0; i < 2; ++i) {
       by[i] = (transition * by[i] + change[i] * e).eval();
-      columns.col(layout.log_rates + i)(k) = weight.dot(by[i]);
+      j(k, layout.log_rates + i) = weight.dot(by[i]);
     }
     e = transition * e;
-    columns.col(layout.taps)(k) = -e(0);
-    columns.col(layout.taps + 1)(k) = e(1);
+    j(k, layout.taps) = -e(0);
+    j(k, layout.taps + 1) = e(1);
   }
 }
 
+// x[k+1] = A x[k] + b w[k], y = sum of taps times states, and s of each parameter: s[k+1] = A s[k] + dA x[k] + db w[k] + b dw[k].
 void lti(const Structure& structure, const Layout& layout, const VectorXd& theta, double period_s,
-         VectorXd& signal, Columns& columns) {
+         VectorXd& signal, Jacobian& j) {
   const int n = structure.order;
   const VectorXd rates = theta.segment(layout.log_rates, n).array().exp();
   VectorXd taps(n);
@@ -226,60 +137,49 @@ void lti(const Structure& structure, const Layout& layout, const VectorXd& theta
     taps(n - 1) -= taps(i);
   }
   const model::ZeroOrderHold hold = model::zero_order_hold(rates, period_s);
-  const Filter filter(hold, taps);
-  if (!columns.wanted()) {
-    filter.run({signal.data()}, signal.size());
-    return;
-  }
-  std::vector<double*> upstream;
-  for (const int c : columns.active()) upstream.push_back(columns.col(c).data());
-  filter.run(upstream, signal.size());
-
-  // The states, and for each rate the sensitivity s[k+1] = A s[k] + dA x[k] + db w[k].
-  std::vector<model::ZeroOrderHold> derivative;
-  std::vector<std::array<double, compensator::kMaxOrder>> s(static_cast<std::size_t>(n));
-  for (int i = 0; i < n; ++i) {
-    derivative.push_back(model::zero_order_hold_derivative(rates, period_s, i));
-    s[static_cast<std::size_t>(i)].fill(0);
-    columns.open(layout.log_rates + i);
-  }
-  for (int i = 0; i + 1 < n; ++i) columns.open(layout.taps + i);
-  std::array<double, compensator::kMaxOrder> x;
-  x.fill(signal(0));
+  std::vector<model::ZeroOrderHold> by_rate;
+  for (int i = 0; i < n && j.size() > 0; ++i)
+    by_rate.push_back(model::zero_order_hold_derivative(rates, period_s, i));
+  const Index columns = j.size() > 0 ? layout.log_rates + n : 0;
+  Jacobian s = j.topLeftCorner(1, columns).replicate(n, 1);
+  VectorXd x = VectorXd::Constant(n, signal(0));
+  const auto& a = hold.transition;
   for (Index k = 0; k < signal.size(); ++k) {
+    auto by_signal = j.row(k).head(columns);
     const double w = signal(k);
-    for (int r = 0; r < n; ++r) {
-      auto& sensitivity = s[static_cast<std::size_t>(r)];
-      const model::ZeroOrderHold& d = derivative[static_cast<std::size_t>(r)];
-      filter.advance(sensitivity, 0);
-      double y = 0;
-      for (int i = 0; i < n; ++i) {
-        auto& si = sensitivity[static_cast<std::size_t>(i)];
-        si += d.input(i) * w;
-        for (int j = 0; j <= i; ++j) si += d.transition(i, j) * x[static_cast<std::size_t>(j)];
-        y += taps(i) * si;
+    // From the last state to the first: each needs the old values of those before it only.
+    for (int i = n - 1; i >= 0; --i) {
+      const auto driven = hold.input(i) * by_signal;
+      if (columns > 0 && i == 0) s.row(0) = driven + a(0, 0) * s.row(0);
+      if (columns > 0 && i == 1) s.row(1) = driven + a(1, 0) * s.row(0) + a(1, 1) * s.row(1);
+      if (columns > 0 && i == 2)
+        s.row(2) = driven + a(2, 0) * s.row(0) + a(2, 1) * s.row(1) + a(2, 2) * s.row(2);
+      for (std::size_t r = 0; r < by_rate.size(); ++r) {
+        double& own = s(i, layout.log_rates + static_cast<Index>(r));
+        own += by_rate[r].input(i) * w;
+        for (int p = 0; p <= i; ++p) own += by_rate[r].transition(i, p) * x(p);
       }
-      columns.col(layout.log_rates + r)(k) = y;
+      double next = hold.input(i) * w;
+      for (int p = 0; p <= i; ++p) next += a(i, p) * x(p);
+      x(i) = next;
     }
-    filter.advance(x, w);
-    double y = 0;
-    for (int i = 0; i < n; ++i) y += taps(i) * x[static_cast<std::size_t>(i)];
-    for (int i = 0; i + 1 < n; ++i) {
-      columns.col(layout.taps + i)(k) = x[static_cast<std::size_t>(i)] - x[static_cast<std::size_t>(n - 1)];
+    signal(k) = taps(0) * x(0);
+    if (columns > 0) by_signal = taps(0) * s.row(0);
+    for (int i = 1; i < n; ++i) {
+      signal(k) += taps(i) * x(i);
+      if (columns > 0) by_signal += taps(i) * s.row(i);
     }
-    signal(k) = y;
+    for (int i = 0; i + 1 < n && columns > 0; ++i) j(k, layout.taps + i) = x(i) - x(n - 1);
   }
 }
 
-void saturation(const Layout& layout, const VectorXd& theta, VectorXd& signal, Columns& columns) {
+void saturation(const Layout& layout, const VectorXd& theta, VectorXd& signal, Jacobian& j) {
   const double lower = theta(layout.saturation);
   const double upper = theta(layout.saturation + 1);
-  if (columns.wanted()) {
-    for (Index k = 0; k < signal.size(); ++k) {
-      if (signal(k) < lower || signal(k) > upper) columns.scale(k, 0);
-    }
-    columns.open(layout.saturation) = (signal.array() < lower).cast<double>().matrix();
-    columns.open(layout.saturation + 1) = (signal.array() > upper).cast<double>().matrix();
+  for (Index k = 0; k < signal.size() && j.size() > 0; ++k) {
+    j(k, layout.saturation) = static_cast<double>(signal(k) < lower);
+    j(k, layout.saturation + 1) = static_cast<double>(signal(k) > upper);
+    if (signal(k) < lower || signal(k) > upper) j.row(k).head(layout.saturation).setZero();
   }
   signal = signal.cwiseMax(lower).cwiseMin(upper);
 }
@@ -315,78 +215,66 @@ Predictor::Predictor(const Structure& structure, Knots knots, VectorXd input, do
   assert(std::ssize(knots_.output) == structure_.output_knots);
 }
 
-VectorXd Predictor::predict(const VectorXd& theta, MatrixXd* jacobian) const {
+VectorXd Predictor::predict(const VectorXd& theta, Jacobian* jacobian) const {
   assert(theta.size() == layout_.size);
   VectorXd signal = input_;
-  Columns columns(jacobian, signal.size(), layout_.size);
-  if (structure_.dead_zone) dead_zone(layout_, theta, signal, columns);
-  if (structure_.plays > 0) hysteresis(structure_, layout_, theta, signal, columns);
-  if (structure_.input_knots > 0) {
-    const VectorXd y = theta.segment(layout_.input_curve, structure_.input_knots);
-    curve(knots_.input, y, layout_.input_curve, signal, columns);
-  }
-  if (layout_.affine >= 0) {
-    const double gain = theta(layout_.affine);
-    if (columns.wanted()) {
-      for (const int c : columns.active()) columns.col(c) *= gain;
-      columns.open(layout_.affine) = signal;
-      columns.open(layout_.affine + 1).setOnes();
-    }
-    signal = (gain * signal.array() + theta(layout_.affine + 1)).matrix();
-  }
-  if (structure_.pair) {
-    pole_pair(layout_, theta, period_s_, signal, columns);
-  } else if (structure_.order > 0) {
-    lti(structure_, layout_, theta, period_s_, signal, columns);
-  }
-  if (structure_.output_knots > 0) {
-    const VectorXd y = theta.segment(layout_.output_curve, structure_.output_knots);
-    curve(knots_.output, y, layout_.output_curve, signal, columns);
-  }
-  if (structure_.saturation) saturation(layout_, theta, signal, columns);
+  Jacobian none(signal.size(), 0);
+  Jacobian& j = jacobian != nullptr ? *jacobian : none;
+  if (jacobian != nullptr) j.setZero(signal.size(), layout_.size);
+  if (structure_.dead_zone) dead_zone(layout_, theta, signal, j);
+  if (structure_.plays > 0) hysteresis(structure_, layout_, theta, signal, j);
+  if (structure_.input_knots > 0)
+    curve(knots_.input, &theta(layout_.input_curve), layout_.input_curve, signal, j);
+  if (layout_.affine >= 0) affine(layout_, theta, signal, j);
+  if (structure_.pair)
+    pole_pair(layout_, theta, period_s_, signal, j);
+  else if (structure_.order > 0)
+    lti(structure_, layout_, theta, period_s_, signal, j);
+  if (structure_.output_knots > 0)
+    curve(knots_.output, &theta(layout_.output_curve), layout_.output_curve, signal, j);
+  if (structure_.saturation) saturation(layout_, theta, signal, j);
   return signal;
 }
 
 std::vector<NamedParameter> Predictor::named(const VectorXd& theta) const {
   std::vector<NamedParameter> all;
-  const auto add = [&](std::string name, double value) -> VectorXd& {
-    all.push_back({std::move(name), value, VectorXd::Zero(layout_.size)});
-    return all.back().gradient;
+  // One of theta, or what its exponential is times `scale`.
+  const auto add = [&](std::string name, int at, double scale = 0) -> NamedParameter& {
+    const double value = scale == 0 ? theta(at) : scale * std::exp(theta(at));
+    NamedParameter& one =
+        all.emplace_back(NamedParameter{std::move(name), value, VectorXd::Zero(layout_.size)});
+    one.gradient(at) = scale == 0 ? 1 : value;
+    return one;
   };
-  const auto add_plain = [&](std::string name, int at) { add(std::move(name), theta(at))(at) = 1; };
   const auto add_curve = [&](const char* what, const std::vector<double>& x, int at) {
-    for (std::size_t i = 0; i < x.size(); ++i)
-      add_plain(fmt::format("{} at {:.5g}", what, x[i]), at + static_cast<int>(i));
+    for (const double knot : x) add(fmt::format("{} at {:.5g}", what, knot), at++);
   };
   if (structure_.dead_zone) {
-    add_plain("dead zone lower edge", layout_.dead_zone);
-    VectorXd& upper = add("dead zone upper edge", theta(layout_.dead_zone) + theta(layout_.dead_zone + 1));
-    upper(layout_.dead_zone) = 1;
-    upper(layout_.dead_zone + 1) = 1;
+    add("dead zone lower edge", layout_.dead_zone);
+    NamedParameter& upper = add("dead zone upper edge", layout_.dead_zone + 1);
+    upper.value += theta(layout_.dead_zone);
+    upper.gradient(layout_.dead_zone) = 1;
   }
   for (int j = 0; j < structure_.plays; ++j) {
-    add_plain(fmt::format("radius of play {}", j + 1), layout_.radii + j);
-    add_plain(fmt::format("weight of play {}", j + 1), layout_.weights + j);
+    add(fmt::format("radius of play {}", j + 1), layout_.radii + j);
+    add(fmt::format("weight of play {}", j + 1), layout_.weights + j);
   }
-  if (structure_.input_knots > 0) add_curve("curve", knots_.input, layout_.input_curve);
+  add_curve("curve", knots_.input, layout_.input_curve);
   if (layout_.affine >= 0) {
-    add_plain("gain", layout_.affine);
-    add_plain("offset", layout_.affine + 1);
-  }
-  for (int i = 0; i < (structure_.pair ? 0 : structure_.order); ++i) {
-    const double rate = std::exp(theta(layout_.log_rates + i));
-    add(fmt::format("pole {} (rad/s)", i + 1), -rate)(layout_.log_rates + i) = -rate;
+    add("gain", layout_.affine);
+    add("offset", layout_.affine + 1);
   }
   if (structure_.pair) {
-    const double frequency = std::exp(theta(layout_.log_rates));
-    add("frequency (rad/s)", frequency)(layout_.log_rates) = frequency;
-    add_plain("damping", layout_.log_rates + 1);
+    add("frequency (rad/s)", layout_.log_rates, 1);
+    add("damping", layout_.log_rates + 1);
   }
-  for (int i = 0; i < structure_.taps(); ++i) add_plain(fmt::format("tap {}", i + 1), layout_.taps + i);
-  if (structure_.output_knots > 0) add_curve("output curve", knots_.output, layout_.output_curve);
+  for (int i = 0; i < structure_.order && !structure_.pair; ++i)
+    add(fmt::format("pole {} (rad/s)", i + 1), layout_.log_rates + i, -1);
+  for (int i = 0; i < structure_.taps(); ++i) add(fmt::format("tap {}", i + 1), layout_.taps + i);
+  add_curve("output curve", knots_.output, layout_.output_curve);
   if (structure_.saturation) {
-    add_plain("saturation lower limit", layout_.saturation);
-    add_plain("saturation upper limit", layout_.saturation + 1);
+    add("saturation lower limit", layout_.saturation);
+    add("saturation upper limit", layout_.saturation + 1);
   }
   return all;
 }

@@ -11,7 +11,7 @@
 //   saturation     lower, upper limit
 //
 // The Jacobian runs through the chain with the signal: static blocks multiply by their slope, the LTI filters
-// every column, and derivatives of matrix exponentials come from host/model/discrete.hpp. At kinks it is one-sided.
+// every parameter, and derivatives of matrix exponentials come from host/model/discrete.hpp. At kinks it is one-sided.
 #pragma once
 
 #include <Eigen/Core>
@@ -75,6 +75,9 @@ struct NamedParameter {
   Eigen::VectorXd gradient;
 };
 
+// A row for each sample, a column for each parameter.
+using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 class Predictor {
  public:
   // input: one value for each sample, evenly spaced by period_s.
@@ -86,8 +89,8 @@ class Predictor {
   const Eigen::VectorXd& input() const { return input_; }
   double period_s() const { return period_s_; }
 
-  // Predicted angle (n); jacobian (n x layout().size) if not null. Saturates only if the structure does.
-  Eigen::VectorXd predict(const Eigen::VectorXd& theta, Eigen::MatrixXd* jacobian) const;
+  // Predicted angle (n); jacobian if not null. Saturates only if the structure does.
+  Eigen::VectorXd predict(const Eigen::VectorXd& theta, Jacobian* jacobian) const;
 
   std::vector<NamedParameter> named(const Eigen::VectorXd& theta) const;
 

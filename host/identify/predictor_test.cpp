@@ -76,7 +76,7 @@ class PredictorCase : public testing::TestWithParam<Case> {
 
 TEST_P(PredictorCase, JacobianMatchesCentralDifferences) {
   ASSERT_EQ(theta.size(), predictor.layout().size);
-  Eigen::MatrixXd jacobian;
+  Jacobian jacobian;
   const Eigen::VectorXd y = predictor.predict(theta, &jacobian);
   EXPECT_EQ(y, predictor.predict(theta, nullptr));
   for (int i = 0; i < theta.size(); ++i) {

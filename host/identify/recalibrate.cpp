@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "host/identify/pose_evidence.hpp"
 #include "host/identify/window.hpp"
@@ -40,8 +39,7 @@ struct Verdict {
 };
 
 // What is known of one sensor.
-struct Case {
-  std::string name;
+struct Case : RecalibratedSensor {
   Prior prior;
   model::Spread made;
   Reach reach;
@@ -53,7 +51,6 @@ struct Case {
   std::string wanted;
   FittedLine fit;
   std::optional<Line> other;  // other_line
-  std::string kept;           // why the sensor stays as it is; empty: it is corrected
 };
 
 // From then on all inputs of the model say what they read.
@@ -239,8 +236,7 @@ std::string reason_to_keep(Case& one) {
 }
 
 // What a joint's angles change by, and the standard error that is left, over the parts of each sensor's spread.
-std::vector<RecalibratedJoint> joints_of(const model::Model& old, const std::vector<Case>& cases,
-                                         const std::vector<RecalibratedSensor>& sensors) {
+std::vector<RecalibratedJoint> joints_of(const model::Model& old, const std::vector<Case>& cases) {
   std::vector<RecalibratedJoint> out(old.joints.size());
   for (std::size_t j = 0; j < out.size(); ++j) {
     out[j].name = old.joints[j].name;
@@ -248,7 +244,7 @@ std::vector<RecalibratedJoint> joints_of(const model::Model& old, const std::vec
     double change_square = 0;
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const Case& one = cases[i];
-      const Line taken = sensors[i].applied ? one.fit.line : Line{};
+      const Line taken = one.applied ? one.fit.line : Line{};
       const std::vector<double>& slopes = one.reach.slopes[j];
       const auto parts = static_cast<double>(slopes.size());
       for (std::size_t k = 0; k < slopes.size(); ++k) {
@@ -257,13 +253,13 @@ std::vector<RecalibratedJoint> joints_of(const model::Model& old, const std::vec
         const double variance = one.fit.shift_variance + 2 * place * one.fit.covariance +
                                 place * place * one.fit.log_gain_variance;
         // A line that was found and not taken is still there.
-        const double left = sensors[i].applied ? 0 : one.fit.line.shift + place * one.fit.line.log_gain;
+        const double left = one.applied ? 0 : one.fit.line.shift + place * one.fit.line.log_gain;
         const double off = one.other ? one.other->shift - taken.shift +
                                            place * (std::exp(one.other->log_gain) - std::exp(taken.log_gain))
                                      : 0;
         square += slope * slope * std::max(variance + left * left, off * off) / parts;
         const double reading = one.made.middle() + place * one.made.span();
-        const double change_deg = slopes[k] * (sensors[i].correction(reading) - reading);
+        const double change_deg = slopes[k] * (one.correction(reading) - reading);
         out[j].change_deg += change_deg / parts;
         change_square += change_deg * change_deg / parts;
       }
@@ -322,23 +318,19 @@ Evidence evidence_of(const RecalibrationRequest& request, std::vector<Case>& cas
 }
 
 // `sure`: what was found of all sensors together is more than chance.
-RecalibratedSensor result_of(const RecalibrationRequest& request, const Case& one, bool sure) {
-  RecalibratedSensor s;
-  s.name = one.name;
-  s.shift_se = std::sqrt(one.fit.shift_variance) * one.made.span();
-  s.gain_se = std::sqrt(one.fit.log_gain_variance) * std::exp(one.fit.line.log_gain);
-  if (one.shown) s.reversals = one.shown->turns.count();
-  if (one.shown) s.covered = one.shown->span() / one.made.span();
-  s.kept = one.kept;
-  if (s.kept.empty() && !sure)
-    s.kept = fmt::format("{}: what was found may be chance: the old calibration is kept", s.name);
+void decide(const RecalibrationRequest& request, bool sure, Case& one) {
+  one.shift_se = std::sqrt(one.fit.shift_variance) * one.made.span();
+  one.gain_se = std::sqrt(one.fit.log_gain_variance) * std::exp(one.fit.line.log_gain);
+  if (one.shown) one.reversals = one.shown->turns.count();
+  if (one.shown) one.covered = one.shown->span() / one.made.span();
+  if (one.kept.empty() && !sure)
+    one.kept = fmt::format("{}: what was found may be chance: the old calibration is kept", one.name);
   // Poses that changed nothing may yet have been held otherwise: then the gain is as uncertain as they are.
   const bool is_doubted =
-      !request.holds.empty() && !request.seen && !s.kept.empty() && !is_known_unchanged(one);
-  s.gain_is_told = !is_doubted && !one.other;
-  s.applied = s.kept.empty();
-  if (s.applied) s.correction = correction_of(one.fit.line, one.made);
-  return s;
+      !request.holds.empty() && !request.seen && !one.kept.empty() && !is_known_unchanged(one);
+  one.gain_is_told = !is_doubted && !one.other;
+  one.applied = one.kept.empty();
+  if (one.applied) one.correction = correction_of(one.fit.line, one.made);
 }
 
 // Where nothing was applied though no sensor said what it wants.
@@ -378,27 +370,27 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
   const bool sure = request.holds.empty() || surely_better(cases, e.covariance) > kSureErrors;
   std::vector<std::string> shifted_alone;
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    const RecalibratedSensor& s = out.sensors.emplace_back(result_of(known, cases[i], sure));
-    if (!cases[i].misfit.empty()) out.misfits.push_back(cases[i].misfit);
-    if ((!cases[i].informed || !s.gain_is_told) && !cases[i].wanted.empty())
-      out.wanted.push_back(cases[i].wanted);
-    if (!s.applied) continue;
+    Case& one = cases[i];
+    decide(known, sure, one);
+    out.sensors.push_back(one);
+    if (!one.misfit.empty()) out.misfits.push_back(one.misfit);
+    if ((!one.informed || !one.gain_is_told) && !one.wanted.empty()) out.wanted.push_back(one.wanted);
+    if (!one.applied) continue;
     out.applied = true;
-    out.model = model::corrected(std::move(out.model), i, s.correction);
-    const auto& [line, prior] = std::tie(cases[i].fit.line, cases[i].prior);
-    if (std::abs(line.shift) > kFarthest * prior.shift_sd ||
-        std::abs(line.log_gain) > kFarthest * prior.log_gain_sd)
+    out.model = model::corrected(std::move(out.model), i, one.correction);
+    if (std::abs(one.fit.line.shift) > kFarthest * one.prior.shift_sd ||
+        std::abs(one.fit.line.log_gain) > kFarthest * one.prior.log_gain_sd)
       out.notes.push_back(
           fmt::format("{}: it lies {:.0f} % of its range off, farther than putting on a glove moves it: has "
                       "its strip moved, or is this another hand?",
-                      s.name, 100 * std::abs(line.shift)));
-    if (!s.gain_is_told) shifted_alone.push_back(s.name);
+                      one.name, 100 * std::abs(one.fit.line.shift)));
+    if (!one.gain_is_told) shifted_alone.push_back(one.name);
   }
   if (!shifted_alone.empty())
     out.notes.push_back(fmt::format("{}: shifted alone, the gain is not told: {}",
                                     fmt::join(shifted_alone, ", "), kTellsGain));
   if (!out.applied && out.wanted.empty()) out.wanted.push_back(wanted_instead(out, sure || !found));
-  out.joints = joints_of(known.model, cases, out.sensors);
+  out.joints = joints_of(known.model, cases);
   return out;
 }
 

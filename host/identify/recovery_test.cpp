@@ -71,7 +71,7 @@ Data simulate(const Truth& t, unsigned seed) {
   data.period_s = kPeriod_s;
   data.input = random_motion(random);
   data.angle_deg.resize(kSamples);
-  data.use.assign(kSamples, 1);
+  data.weight.setOnes(kSamples);
   auto next = t.values.begin();
   const double dead_lower = t.structure.dead_zone ? *next++ : 0;
   const double dead_upper = t.structure.dead_zone ? *next++ : 0;

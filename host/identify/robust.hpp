@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -35,6 +36,12 @@ inline double mean(const std::vector<double>& values) {
   double sum = 0;
   for (const double v : values) sum += v;
   return sum / static_cast<double>(values.size());
+}
+
+inline std::vector<double> sorted(const Eigen::VectorXd& values) {
+  std::vector<double> out(values.begin(), values.end());
+  std::ranges::sort(out);
+  return out;
 }
 
 inline double quantile(const std::vector<double>& sorted, double q) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <utility>
 
 #include "host/io/io.hpp"
@@ -18,11 +19,32 @@ namespace {
 
 using io::InputError;
 
+// A block that may be named, and what its number may be; most 0: it takes none.
+struct Known {
+  std::string_view name;
+  double least = 0;
+  double most = 0;
+  bool whole = false;
+};
+constexpr Known kKnown[] = {{"curve", 2, model::kMaxKnots, true},
+                            {"play", 0.001, 0.5},
+                            {"motion", 0.01, 5},
+                            {"lag", 0.01, 2},
+                            {"dead-zone"},
+                            {"hysteresis", 1, model::kMaxPlays, true},
+                            {"gain"},
+                            {"lti", 1, compensator::kMaxOrder, true},
+                            {"pair"},
+                            {"saturation"},
+                            {"open"}};
+
 struct Block {
-  std::string name;
+  std::string_view name;
   std::optional<double> number;
   std::size_t at = 0;         // of its first character
   std::size_t number_at = 0;  // of its number's
+
+  int whole(int otherwise) const { return static_cast<int>(number.value_or(otherwise)); }
 };
 
 using Term = std::vector<Block>;
@@ -41,9 +63,6 @@ const std::vector<std::string> kSums = {"auto", "limited-line", "line-lead", "cu
 // A chain's, in order.
 const std::vector<std::string> kOrder = {"lag",         "dead-zone", "hysteresis", "gain",
                                          "input curve", "lti",       "curve",      "saturation"};
-const std::vector<std::string> kNames = {"curve", "play", "motion", "lag",        "dead-zone", "hysteresis",
-                                         "gain",  "lti",  "pair",   "saturation", "open"};
-
 class Parser {
  public:
   explicit Parser(std::string_view text) : text_(text) {}
@@ -66,18 +85,6 @@ class Parser {
         at < text_.size() ? fmt::format(", \"{}\"", io::start_of(text_.substr(at), 30)) : ", the end"));
   }
 
-  double number(const Block& block, double least, double most, double otherwise) const {
-    if (!block.number) return otherwise;
-    if (*block.number >= least && *block.number <= most) return *block.number;
-    fail(block.number_at, fmt::format("the number of {} must be {:g} to {:g}", block.name, least, most));
-  }
-
-  int whole(const Block& block, double least, double most, int otherwise) const {
-    const double value = number(block, least, most, otherwise);
-    if (value != static_cast<int>(value)) fail(block.number_at, "a whole number is needed");
-    return static_cast<int>(value);
-  }
-
  private:
   void skip_spaces() {
     while (at_ < text_.size() && text_[at_] == ' ') ++at_;
@@ -85,24 +92,28 @@ class Parser {
 
   Block block() {
     skip_spaces();
-    Block out{"", {}, at_, at_};
+    const std::size_t at = at_;
     while (at_ < text_.size() &&
-           (std::isalpha(static_cast<unsigned char>(text_[at_])) != 0 || text_[at_] == '-')) {
-      out.name += text_[at_++];
-    }
-    if (out.name.empty()) fail(at_, "the name of a block is missing");
-    if (std::ranges::find(kNames, out.name) == kNames.end()) {
-      std::vector<std::string> known = kSums;
-      for (const auto& [name, text] : kShorthands) known.push_back(name);
-      fail(out.at, fmt::format("unknown block {} (blocks are {}; whole structures {})",
-                               io::start_of(out.name, 30), fmt::join(kNames, ", "), fmt::join(known, ", ")));
+           (std::isalpha(static_cast<unsigned char>(text_[at_])) != 0 || text_[at_] == '-'))
+      ++at_;
+    const std::string_view name = text_.substr(at, at_ - at);
+    if (name.empty()) fail(at_, "the name of a block is missing");
+    const auto known = std::ranges::find(kKnown, name, &Known::name);
+    if (known == std::end(kKnown)) {
+      std::vector<std::string_view> blocks;
+      for (const Known& one : kKnown) blocks.push_back(one.name);
+      std::vector<std::string> structures = kSums;
+      for (const auto& [shorthand, text] : kShorthands) structures.push_back(shorthand);
+      fail(at, fmt::format("unknown block {} (blocks are {}; whole structures {})", io::start_of(name, 30),
+                           fmt::join(blocks, ", "), fmt::join(structures, ", ")));
     }
     skip_spaces();
-    if (at_ < text_.size() && text_[at_] == '(') read_number(out);
+    Block out{known->name, {}, at, at_};
+    if (at_ < text_.size() && text_[at_] == '(') read_number(*known, out);
     return out;
   }
 
-  void read_number(Block& out) {
+  void read_number(const Known& known, Block& out) {
     ++at_;
     skip_spaces();
     out.number_at = at_;
@@ -113,6 +124,11 @@ class Parser {
     skip_spaces();
     if (at_ == text_.size() || text_[at_] != ')') fail(at_, "a ) is missing");
     ++at_;
+    if (known.most == 0) fail(out.number_at, fmt::format("{} takes no number", known.name));
+    if (!(value >= known.least && value <= known.most))
+      fail(out.number_at,
+           fmt::format("the number of {} must be {:g} to {:g}", known.name, known.least, known.most));
+    if (known.whole && value != std::floor(value)) fail(out.number_at, "a whole number is needed");
     out.number = value;
   }
 
@@ -130,7 +146,7 @@ Branches sum(const Parser& parser, const std::vector<Term>& terms) {
   bool reading = false;
   bool knots_are_known = false;  // of all curves together
   const auto take_knots = [&](const Block& curve) {
-    const int knots = parser.whole(curve, 2, model::kMaxKnots, out.knots);
+    const int knots = curve.whole(out.knots);
     if (knots_are_known && knots != out.knots)
       parser.fail(curve.number_at,
                   fmt::format("curves that are added have one number of knots, {} before, {} here", out.knots,
@@ -146,7 +162,7 @@ Branches sum(const Parser& parser, const std::vector<Term>& terms) {
       take_knots(first);
     } else if (first.name == "play") {
       if (!first.number) parser.fail(first.at, "play needs its radius, as a share of the range: play(0.08)");
-      out.radii.push_back(parser.number(first, 0.001, 0.5, 0));
+      out.radii.push_back(*first.number);
       if (term.size() == 1 || term[1].name != "curve")
         parser.fail(first.at, "a curve is missing behind the play");
       take_knots(term[1]);
@@ -154,7 +170,7 @@ Branches sum(const Parser& parser, const std::vector<Term>& terms) {
       out.open = true;
     } else {
       if (!first.number) parser.fail(first.at, "motion needs its seconds: motion(0.3)");
-      out.lags_s.push_back(parser.number(first, 0.01, 5, 0));
+      out.lags_s.push_back(*first.number);
     }
     const std::size_t blocks = first.name == "play" ? 2 : 1;
     if (term.size() > blocks)
@@ -167,9 +183,9 @@ Branches sum(const Parser& parser, const std::vector<Term>& terms) {
 }
 
 std::size_t place_of(const Block& block, bool behind_lti) {
-  const std::string& name = block.name == "curve" && !behind_lti ? "input curve"
-                            : block.name == "pair"               ? "lti"
-                                                                 : block.name;
+  const std::string_view name = block.name == "curve" && !behind_lti ? "input curve"
+                                : block.name == "pair"               ? "lti"
+                                                                     : block.name;
   return static_cast<std::size_t>(std::ranges::find(kOrder, name) - kOrder.begin());
 }
 
@@ -195,20 +211,16 @@ Chain chain(const Parser& parser, const Term& term) {
     before = place;
     if (block.name == "lag") {
       out.lag = true;
-      if (block.number) out.lag_s = parser.number(block, 0.01, 2, 0);
+      out.lag_s = block.number;
     }
     if (block.name == "dead-zone") s.dead_zone = true;
-    if (block.name == "hysteresis") s.plays = parser.whole(block, 1, model::kMaxPlays, kDefaultPlays);
-    if (block.name == "lti") s.order = parser.whole(block, 1, compensator::kMaxOrder, kDefaultOrder);
+    if (block.name == "hysteresis") s.plays = block.whole(kDefaultPlays);
+    if (block.name == "lti") s.order = block.whole(kDefaultOrder);
     if (block.name == "pair") s.order = 2;
     s.pair = s.pair || block.name == "pair";
-    if (block.name == "curve")
-      (behind_lti ? s.output_knots : s.input_knots) = parser.whole(block, 2, model::kMaxKnots, kDefaultKnots);
+    if (block.name == "curve") (behind_lti ? s.output_knots : s.input_knots) = block.whole(kDefaultKnots);
     if (block.name == "saturation") s.saturation = true;
     behind_lti = s.order > 0;
-    const bool counted =
-        block.name == "lag" || block.name == "hysteresis" || block.name == "lti" || block.name == "curve";
-    if (block.number && !counted) parser.fail(block.number_at, fmt::format("{} takes no number", block.name));
   }
   const bool curved = s.input_knots > 0 || s.output_knots > 0;
   const auto gain = std::ranges::find(term, "gain", &Block::name);

@@ -7,11 +7,6 @@ namespace {
 
 constexpr unsigned kBaud = 9600;  // of the boards' line, as deployed
 
-template <class T>
-void take(std::optional<T>& to, const std::optional<T>& from) {
-  if (from) to = from;
-}
-
 }  // namespace
 
 BenchSource::BenchSource(const std::filesystem::path& program, study::BenchOptions options,
@@ -44,9 +39,13 @@ void BenchSource::advance() {
   view_ = std::move(view);
 }
 
-std::vector<double> BenchSource::score(const std::vector<int>& gestures, const io::JobProgress& progress) {
-  advance();
-  return bench_.score(gestures, progress);
+WornGlove::Score BenchSource::score() {
+  return [this](const Jobs::Goes& goes) {
+    advance();
+    return bench_.score({1, 2, 3, 4, 5, 6}, [&](std::size_t done, std::size_t of) {
+      return goes({"six gestures", done, of});
+    });
+  };
 }
 
 void BenchSource::run(const std::stop_token& stop) {
@@ -58,20 +57,30 @@ void BenchSource::run(const std::stop_token& stop) {
   }
 }
 
-void BenchSource::change(const study::BenchChange& c) {
+void BenchSource::set(const WornChange& change) {
   const std::lock_guard lock(mutex_);
-  take(next_.slip_deg, c.slip_deg);
-  take(next_.drift_deg_per_min, c.drift_deg_per_min);
-  take(next_.noise_counts, c.noise_counts);
-  take(next_.loss, c.loss);
-  take(next_.motion, c.motion);
-  take(next_.unplugged, c.unplugged);
-  next_.restart = next_.restart || c.restart;
+  next_.slip_deg = change.slip_deg;
+  next_.drift_deg_per_min = change.drift_deg_per_min;
+  next_.noise_counts = change.noise_counts;
+  next_.loss = change.loss;
 }
 
-study::BenchView BenchSource::view() const {
+void BenchSource::play(const std::string& motion, double) {
+  (void)study::bench_motion(motion);  // whether there is one
   const std::lock_guard lock(mutex_);
-  return view_;
+  next_.motion = motion;
+  next_.restart = true;
+}
+
+WornNow BenchSource::now() const {
+  const std::lock_guard lock(mutex_);
+  WornNow out;
+  for (std::size_t f = 0; f < twin::kFingers; ++f) {
+    out.finger_deg[f] = view_.finger_deg[f];
+    out.joint_deg[f] = view_.joint_deg[f];
+    if (view_.fault[f] != 0) out.fault[f] = "fault " + std::to_string(view_.fault[f]);
+  }
+  return out;
 }
 
 listen::Event BenchSource::wait(double timeout_s, std::vector<listen::Sample>& out) {

@@ -9,13 +9,14 @@
 #include <thread>
 #include <vector>
 
+#include "apps/live/worn_glove.hpp"
+#include "host/io/io.hpp"
 #include "host/listen/listener.hpp"
-#include "host/listen/source.hpp"
 #include "host/study/bench.hpp"
 
 namespace flexor::live {
 
-class BenchSource : public listen::Source {
+class BenchSource : public WornGlove {
  public:
   // `begin` is what is so from the start, the motion above all; takes as long as a Listener. `readings` as of
   // listen::ListenerOptions. Throws as study::Bench and listen::Listener.
@@ -34,11 +35,13 @@ class BenchSource : public listen::Source {
   void let_go() override { listener_->let_go(); }
 
   // Before the next 20 ms; from any thread.
-  void change(const study::BenchChange& change);
+  void set(const WornChange& change) override;
+  void play(const std::string& motion, double pace) override;
   // As it was at most 20 ms ago, or before a score.
-  study::BenchView view() const;
-  // study::Bench::score, of the boards with all that change() was told before.
-  std::vector<double> score(const std::vector<int>& gestures, const io::JobProgress& progress);
+  WornNow now() const override;
+  std::optional<double> begun_s() const override { return 0; }
+  void load(const model::Model&) override { throw io::InputError("the boards take models at their port"); }
+  Score score() override;  // study::Bench::score, of the boards with all that they were told before
   const study::Bench& bench() const { return bench_; }
 
  private:

@@ -5,13 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::live {
 namespace {
 
-constexpr std::size_t kMostColumns = 255;  // a message says how many in a byte
 constexpr double kTick_s = 0.004;
 constexpr double kState_s = 0.2;
 constexpr double kLook_s = 1;
@@ -32,19 +30,28 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
     guard("page", [&] { hear(bytes); });
   };
   server_ = Server::listen(options_.server, std::move(handlers));
-  if (!options_.key.empty()) key_ = deploy::load_key(options_.key);
+  glove_.emplace(options_, *server_,
+                 GlovePort::Calls{
+                     [this] { return now_s(); }, [this] { guard("glove", [this] { listen(); }); },
+                     [this] { glove_dropped(); }, [this](const std::string& why) { say_failed("port", why); },
+                     [this](std::function<void()> work) { post("port", std::move(work)); }});
   if (!options_.model.empty()) wear_model({}, options_.model);
   if (options_.worn) {
     attach_worn();
   } else if (!options_.recording.empty()) {
     play_again(options_.recording, io::to_utf8(options_.recording.filename().string()));
   } else {
-    connect_named();
+    glove_->connect_named();
   }
   model_is_chosen_ = !options_.model.empty();
   resume_calibration();
   server_->every(kTick_s, [this] { guard("glove", [this] { tick(); }); });
-  server_->every(kLook_s, [this] { guard("port", [this] { look_for_port(); }); });
+  server_->every(kLook_s, [this] {
+    guard("port", [this] {
+      // A board that is being written comes and goes: nobody takes its port meanwhile.
+      if (!options_.worn && !jobs_.is_running()) glove_->look();
+    });
+  });
   server_->every(kState_s, [this] { guard("state", [this] { send_state(); }); });
 }
 
@@ -82,83 +89,54 @@ double Live::wall_s() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
 }
 
-void Live::attach(std::shared_ptr<listen::Source> source, const std::string& port, DeviceEvent event) {
-  if (source->columns().size() > kMostColumns)
-    throw io::InputError(
-        fmt::format("{} columns: the page shows {} at most", source->columns().size(), kMostColumns));
-  detach();
-  source_ = std::move(source);
-  source_begin_s_ = now_s() - source_->now_s();
-  port_ = port;
-  device(event);
-  says_ = source_->says();
-  link_ = {};
-  watch();
-}
+void Live::attach_worn() { glove_->attach(options_.worn, options_.worn->facts.port, DeviceEvent::wears); }
 
-void Live::attach_worn() { attach(options_.worn->source(), options_.worn->facts.port, DeviceEvent::wears); }
-
-void Live::detach() {
-  if (watched_ >= 0) server_->unwatch(watched_);
-  watched_ = -1;
-  source_.reset();
+void Live::glove_dropped() {
   fingers_.reset();
   hand_.reset();
   columns_.clear();
   rows_.reset();
-  device(DeviceEvent::drops);
-  says_ = "no glove";
-  replay_.reset();
-  replayed_.clear();
-}
-
-// A port that was plugged in again has another descriptor.
-void Live::watch() {
-  const int descriptor = source_ ? source_->descriptor() : -1;
-  if (descriptor == watched_) return;
-  if (watched_ >= 0) server_->unwatch(watched_);
-  watched_ = descriptor;
-  if (watched_ >= 0) server_->watch(watched_, [this] { guard("glove", [this] { listen(); }); });
+  link_ = {};
 }
 
 void Live::listen(int parts) {
-  if (!source_ || held_ || waits_for_camera()) return;
+  if (!glove_->source() || is_port_lent() || waits_for_camera()) return;
   std::vector<listen::Sample> samples;
-  listen::Event event = listen::Event::quiet;
-  const std::uint64_t torn = source_->tally().torn;
-  try {
-    event = source_->wait(0, samples);
-  } catch (const std::exception& error) {  // not of a port: that would have gone
-    const std::string why = error.what();
-    detach();
-    says_ = why;
-    tried_ports_.clear();  // another glove that was plugged in is listened to anew
-    return;
+  const std::uint64_t torn = glove_->source()->tally().torn;
+  const bool goes_on = glove_->hear(samples);
+  if (!glove_->source()) return;
+  if (recording_) recording_->leave_out(glove_->source()->tally().torn - torn);
+  for (const listen::Sample& sample : samples) take(sample);
+  if (rows_ && !rows_->is_empty() && now_s() - sent_s_ >= kTogether_s) send_rows();
+  if (options_.worn && goes_on && parts > 1) listen(parts - 1);
+}
+
+void Live::hear_hand() {
+  if (!glove_->hand || is_port_lent()) return;
+  const std::vector<listen::Sample> samples = glove_->hand->poll();
+  if (samples.empty()) return;
+  Rows rows(Kind::hand, twin::kFingers);
+  for (const listen::Sample& sample : samples) {
+    rows.add(
+        sample.host_s, [&](std::size_t i) { return hand_duty_percent(sample, i); },
+        [&](std::size_t i) { return hand_deg(sample, i); });
   }
-  if (recording_) recording_->leave_out(source_->tally().torn - torn);
-  if (event == listen::Event::gone) {
-    says_ = "the glove has gone: plug it in again, everything goes on";
-    device(DeviceEvent::goes);
-  }
-  if (event == listen::Event::back) {
-    says_ = source_->says();
-    device(DeviceEvent::returns);
-  }
-  watch();
-  take(samples);
-  if (options_.worn && event == listen::Event::samples && parts > 1) listen(parts - 1);
+  server_->send_all(rows.bytes());
+  guard_recording([&] {
+    for (const listen::Sample& sample : samples) recording_->add_hand(sample, glove_->hand->columns());
+  });
 }
 
 // What the model needs is known once the first sample is there. A recording that is played again keeps the model that is worn.
 void Live::learn_columns() {
-  columns_ = source_->columns();
+  columns_ = glove_->source()->columns();
   guard("columns", [this] {
     const std::vector<std::string> names = sessions_.column_names(glove_id());
     if (names.size() == columns_.size()) columns_ = names;
   });
   fingers_.emplace(columns_);
   guard("model", [this] {
-    if (!model_is_chosen_ && !replay_) {
+    if (!model_is_chosen_ && !glove_->replay()) {
       model_.reset();
       model_path_.clear();
       model_session_ = {};
@@ -180,7 +158,7 @@ void Live::learn_columns() {
 
 void Live::wear() {
   if (!fingers_) return;
-  if (source_->is_compensated())
+  if (glove_->source()->is_compensated())
     throw io::InputError(
         "this glove sends angles that it has compensated itself: no model is worn over them");
   fingers_->wear(*model_, tracked_);
@@ -199,14 +177,6 @@ void Live::wear() {
       [this](const std::exception& error) {
         post("hand", [this, why = std::string(error.what())] { say_failed("hand", why); });
       });
-}
-
-void Live::take(const std::vector<listen::Sample>& samples) {
-  for (listen::Sample sample : samples) {
-    sample.host_s += source_begin_s_;
-    take(sample);
-  }
-  if (rows_ && !rows_->is_empty() && now_s() - sent_s_ >= kTogether_s) send_rows();
 }
 
 void Live::take(const listen::Sample& sample) {
@@ -256,7 +226,7 @@ void Live::send_rows() {
 }
 
 void Live::tick() {
-  if (source_) listen();
+  listen();
   if (rows_ && !rows_->is_empty()) send_rows();
   const double now = now_s();
   while (!link_.arrival_s.empty() && link_.arrival_s.front() < now - kLinkWindow_s)
@@ -300,10 +270,11 @@ bool Live::waits_for_camera() const {
 }
 
 std::string Live::glove_id() const {
-  const bool is_named = port_.find("/by-id/") != std::string::npos;
-  std::string out = is_named                       ? std::filesystem::path(port_).filename().string()
-                    : device_ == DeviceState::worn ? worn_name()
-                                                   : "glove";
+  const std::string port = glove_->port();
+  const bool is_named = port.find("/by-id/") != std::string::npos;
+  std::string out = is_named                               ? std::filesystem::path(port).filename().string()
+                    : glove_->state() == DeviceState::worn ? worn_name()
+                                                           : "glove";
   for (const std::string& column : columns_) out += " " + column;
   return out;
 }

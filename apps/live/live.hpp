@@ -1,7 +1,7 @@
 // `flexor live`: a glove, its fingers, recordings, a guided calibration and the page that shows them, around one server.
 //
 // Samples, logs and sockets are of the server's thread. What takes long runs elsewhere and comes back through Server::post:
-// finding a port (port_search.hpp), pictures (camera_feed.hpp), and every job (jobs.hpp).
+// finding a port (glove_port.hpp), pictures (camera_feed.hpp), and every job (jobs.hpp).
 #pragma once
 
 #include <atomic>
@@ -18,40 +18,31 @@
 #include "apps/live/anew.hpp"
 #include "apps/live/calibration.hpp"
 #include "apps/live/camera_feed.hpp"
-#include "apps/live/device_state.hpp"
 #include "apps/live/fingers.hpp"
-#include "apps/live/hand_port.hpp"
+#include "apps/live/glove_port.hpp"
 #include "apps/live/hand_view.hpp"
 #include "apps/live/jobs.hpp"
 #include "apps/live/messages.hpp"
 #include "apps/live/outs.hpp"
-#include "apps/live/port_search.hpp"
 #include "apps/live/refusal.hpp"
 #include "apps/live/server.hpp"
 #include "apps/live/session_recording.hpp"
 #include "apps/live/sessions.hpp"
 #include "apps/live/worn_glove.hpp"
 #include "host/io/json.hpp"
-#include "host/listen/replay_source.hpp"
-#include "host/listen/source.hpp"
 
 namespace flexor::live {
 
 inline constexpr const char* kNotTracked = "not_tracked";
 
-struct LiveOptions {
+struct LiveOptions : PortOptions {
   ServerOptions server;
   std::filesystem::path sessions;
   std::filesystem::path program;  // flexor itself
-  std::string port = "auto";      // of the glove: what there is, also when it is plugged in later; or a path
-  std::filesystem::path devices = "/dev";  // where ports are
-  std::string hand;                        // the hand's; empty: with `port` auto, what there is
-  unsigned baud = 0;                       // 0: found by listening
-  std::string key;                         // file of the pair's key; empty: none
-  std::string model;   // worn from the start; empty: the one that was accepted for this glove
-  double rate_hz = 0;  // of models; 0: what suits the glove
-  double lead_s = 0;   // of models that are identified: by which what follows the glove comes after it
-  std::unique_ptr<WornGlove> worn;
+  std::string model;              // worn from the start; empty: the one that was accepted for this glove
+  double rate_hz = 0;             // of models; 0: what suits the glove
+  double lead_s = 0;  // of models that are identified: by which what follows the glove comes after it
+  std::shared_ptr<WornGlove> worn;
   std::filesystem::path recording;  // played again at first, instead of a port
   // What hears the angles of a model's joints, opened when it is worn.
   std::vector<Outs::Open> outs;
@@ -86,25 +77,12 @@ class Live {
     double latency_s = 0;          // smoothed
   };
 
-  // live_ports.cpp
-  void connect_named();
-  void look_at_named();
-  void connect(const std::string& port);
-  void look_for_port();
-  std::vector<std::string> free_ports(std::vector<std::string> ports) const;
-  void listen_to(std::vector<std::string> paths, bool is_chosen);
-  void found_port(const FoundPort& found, bool is_chosen);
-  void searched();
-  void hear_hand();
-
   // live.cpp: device and samples
+  void hear_hand();
+  void glove_dropped();
   double wall_s() const;
   double now_s() const;  // of what is worn; where it is no glove of the twin's, the wall's
   double camera_time_s(double page_s);
-  void attach(std::shared_ptr<listen::Source> source, const std::string& port, DeviceEvent event);
-  void device(DeviceEvent event) { device_ = after(device_, event); }
-  void detach();
-  void watch();
   void listen(int parts = 8);  // of what a twin has ready; the rest at its next signal
   void say_failed(const char* what, const std::string& why);
   // Whatever fails is said, and ends nothing else.
@@ -122,7 +100,6 @@ class Live {
     if (recording_) guard("record", work, [this] { guard("record", [this] { stop_recording(); }); });
   }
   void post(const char* what, std::function<void()> work);
-  void take(const std::vector<listen::Sample>& samples);
   void take(const listen::Sample& sample);
   void learn_columns();
   void wear();
@@ -130,6 +107,7 @@ class Live {
   void send_rows();
   void tick();
   void attach_worn();
+  bool is_port_lent() const { return jobs_.is_running("send") || jobs_.is_running("flash"); }
   const char* worn_name() const { return options_.worn->facts.has_boards ? "boards" : "twin"; }
   void look_at_worn();
   bool draws() const;
@@ -234,18 +212,6 @@ class Live {
   std::unique_ptr<Server> server_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 
-  std::shared_ptr<listen::Source> source_;
-  int watched_ = -1;
-  double source_begin_s_ = 0;  // the server's clock when the source's was 0
-  std::string port_;           // the glove's
-  std::optional<HandPort> hand_port_;
-  decltype(listen::ListenerOptions::key) key_;
-  std::vector<std::string> named_;  // by the options
-  std::string hand_path_;           // likewise
-  double named_tried_s_ = -1e9;
-  DeviceState device_ = DeviceState::none;
-  std::string says_;
-  std::vector<std::string> tried_ports_;
   std::vector<std::string> columns_;
   std::optional<Fingers> fingers_;
   std::optional<HandView> hand_;
@@ -275,19 +241,16 @@ class Live {
   WornChange worn_change_;
   Json scores_ = Json::array();
   Json experiment_ = nullptr;
-  std::shared_ptr<listen::ReplaySource> replay_;
-  std::string replayed_;
-  std::string port_before_;  // the replay; of the glove
+  std::string replayed_;  // by what is replayed
   std::vector<std::string> markerless_names_;
   Outs outs_{std::move(options_.outs),
              [this](const std::exception& error) { say_failed("out", error.what()); }};
-  bool held_ = false;    // the port is another program's for now
   mutable Json listed_;  // sessions; listing reads the disk
   mutable double listed_s_ = -1e9;
 
   // Last, so that they end first: they have threads.
   Jobs jobs_{options_.program, [this](std::function<void()> work) { post("job", std::move(work)); }};
-  PortSearch search_{[this](std::function<void()> work) { post("port", std::move(work)); }};
+  std::optional<GlovePort> glove_;
 };
 
 }  // namespace flexor::live

@@ -17,7 +17,7 @@ constexpr double kCameraLives_s = 3;  // one that ended sooner is not opened aga
 }  // namespace
 
 void Live::calibrate_start(io::JsonReader& parts) {
-  if (replay_) throw Refusal("replay_is_open");
+  if (glove_->replay()) throw Refusal("replay_is_open");
   CalibrationSetup setup;
   setup.person = parts.text("person");
   setup.side = parts.text("side");
@@ -35,7 +35,7 @@ void Live::calibrate_start(io::JsonReader& parts) {
   markerless_names_.clear();
   camera_offset_s_.reset();
   keep_calibration();
-  if (fingers_ && device_ != DeviceState::gone)
+  if (fingers_ && glove_->state() != DeviceState::gone)
     calibrate_next(parts);  // a glove that is heard needs no step of its own
   listed_s_ = -1e9;
 }
@@ -132,7 +132,7 @@ void Live::calibrate_next(io::JsonReader&) {
   if (calibration_->step() == Step::send) return calibration_.reset();
   if (calibration_->step() == Step::motion) require(Need::no_job);
   if (calibration_->step() == Step::glove) require(Need::readings);
-  calibration_->next(fingers_.has_value() && device_ != DeviceState::gone);
+  calibration_->next(fingers_.has_value() && glove_->state() != DeviceState::gone);
   entered_step();
 }
 

@@ -56,15 +56,8 @@ void Live::job_cancel(io::JsonReader&) { jobs_.cancel(); }
 // Programs that speak with a board need its port for themselves; a recording goes on afterwards, as after a pulled plug.
 void Live::start_without_glove(const std::string& name, const Json& request, Jobs::Done done) {
   require(Need::no_job);
-  if (watched_ >= 0) server_->unwatch(watched_);
-  watched_ = -1;
-  if (source_) source_->let_go();
-  if (hand_port_) hand_port_->let_go();
-  start(name, request, [this, done = std::move(done)](const JobResult& result) {
-    held_ = false;
-    done(result);
-  });
-  held_ = true;
+  glove_->let_go();
+  start(name, request, std::move(done));
 }
 
 void Live::send(io::JsonReader&) {
@@ -73,13 +66,14 @@ void Live::send(io::JsonReader&) {
     if (calibration_) calibration_->sent();
     return ended("send", true, "the twin's glove runs it");
   }
-  if (port_.empty()) throw Refusal("no_board", {{"board", "glove"}});
-  if (source_ && !source_->takes_models()) throw Refusal("takes_no_models");
+  const listen::Source* source = glove_->source();
+  if (glove_->port().empty()) throw Refusal("no_board", {{"board", "glove"}});
+  if (source && !source->takes_models()) throw Refusal("takes_no_models");
   Json request = {{"model_or_folder", model_path_.string()},
-                  {"port", options_.worn ? options_.worn->facts.port : port_}};
+                  {"port", options_.worn ? options_.worn->facts.port : glove_->port()}};
   const std::string key = options_.worn ? options_.worn->facts.key_file : options_.key;
   if (!key.empty()) request["key"] = key;
-  if (source_ && source_->baud() > 0) request["baud"] = source_->baud();
+  if (source && source->baud() > 0) request["baud"] = source->baud();
   // The glove says its own: on a radio fewer frames come than it takes samples.
   if (options_.worn || options_.rate_hz > 0) request["rate"] = model_rate_hz(link_rate_hz());
   start_without_glove("send", request, [this](const JobResult& result) {
@@ -94,8 +88,8 @@ void Live::flash(io::JsonReader& parts) {
   if (!model_) throw Refusal("no_model");
   if (options_.worn && !options_.worn->facts.why_not_written.empty())
     throw io::InputError(options_.worn->facts.why_not_written);
-  const std::string hand = hand_port_ ? hand_port_->path() : "";
-  const std::string port = parts.has("port") ? parts.text("port") : board == "hand" ? hand : port_;
+  const std::string hand = glove_->hand ? glove_->hand->path() : "";
+  const std::string port = parts.has("port") ? parts.text("port") : board == "hand" ? hand : glove_->port();
   if (port.empty()) throw Refusal("no_board", {{"board", board}});
   // One folder for good, so that the pair keeps its key; the server does not show it.
   const std::string folder = (sessions_.root() / ".firmware").string();
@@ -105,7 +99,8 @@ void Live::flash(io::JsonReader& parts) {
   if (options_.worn || options_.rate_hz > 0 || link_rate_hz() > 0)
     deploy["rate"] = model_rate_hz(link_rate_hz());
   if (!options_.key.empty()) deploy["key"] = options_.key;
-  if (source_ && source_->baud() > 0) deploy["baud"] = source_->baud();
+  const listen::Source* source = glove_->source();
+  if (source && source->baud() > 0) deploy["baud"] = source->baud();
   start("deploy", deploy, [this, flash](const JobResult& result) {
     if (!result.ok) return;
     try {

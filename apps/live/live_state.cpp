@@ -24,21 +24,22 @@ void Live::send_state() {
 }
 
 Live::Json Live::device_state() const {
-  const bool has = source_ != nullptr;
-  std::string format = has ? source_->says() : "";
-  if (has && source_->is_compensated()) format += ": angles, compensated on the glove";
-  return {{"status", device_ == DeviceState::worn ? worn_name() : name_of(device_)},
-          {"name", device_ != DeviceState::worn      ? "glove"
+  const listen::Source* source = glove_->source();
+  const bool is_worn = glove_->state() == DeviceState::worn;
+  std::string format = source ? source->says() : "";
+  if (source && source->is_compensated()) format += ": angles, compensated on the glove";
+  return {{"status", is_worn ? worn_name() : name_of(glove_->state())},
+          {"name", !is_worn                          ? "glove"
                    : options_.worn->facts.has_boards ? "both boards, simulated"
                                                      : "the twin's glove"},
-          {"port", port_},
+          {"port", glove_->port()},
           {"format", format},
-          {"says", misfit().empty() ? says_ : misfit()}};
+          {"says", misfit().empty() ? glove_->says() : misfit()}};
 }
 
 // Why nothing of what comes is taken; "": it is.
 std::string Live::misfit() const {
-  const auto found = source_ && device_ != DeviceState::gone ? source_->tally().misfit : std::nullopt;
+  const std::optional<listen::Misfit> found = glove_->misfit();
   if (!found) return "";
   return fmt::format(
       "Nothing is shown or recorded: {}. Mend the glove's program, or stop and choose the port again.",
@@ -55,9 +56,10 @@ Live::Json Live::link_state() const {
     jitter_s = std::sqrt(jitter_s / static_cast<double>(n - 1));
   }
   Json lost = nullptr;
-  if (source_ && source_->tally().lost) lost = *source_->tally().lost;
+  const listen::Source* source = glove_->source();
+  if (source && source->tally().lost) lost = *source->tally().lost;
   return {{"rate_hz", link_rate_hz()},
-          {"torn", source_ ? source_->tally().torn : 0},
+          {"torn", source ? source->tally().torn : 0},
           {"lost", lost},
           {"jitter_ms", 1000 * jitter_s},
           {"latency_ms", 1000 * link_.latency_s}};
@@ -132,17 +134,18 @@ bool Live::is_named() const {
 Live::Json Live::what_next() const {
   using enum DeviceState;
   if (jobs_.is_running()) return {{"kind", "job"}};
-  if (device_ == gone) return {{"kind", "gone"}};
+  const DeviceState device = glove_->state();
+  if (device == gone) return {{"kind", "gone"}};
   if (!misfit().empty()) return {{"kind", "misfit"}, {"why", misfit()}};
   if (calibration_ && !calibration_->is_sent()) return {{"kind", "calibration"}};
   if (anew_) return what_next_anew();
-  if (device_ == listening || device_ == doubtful) return {{"kind", "listening"}};
-  if (device_ == misunderstood) return {{"kind", "misunderstood"}, {"why", says_}};
-  if (!source_) return {{"kind", replay_ ? "replay" : "plug_in"}};
+  if (device == listening || device == doubtful) return {{"kind", "listening"}};
+  if (device == misunderstood) return {{"kind", "misunderstood"}, {"why", glove_->says()}};
+  if (!glove_->source()) return {{"kind", "plug_in"}};
   if (!fingers_) return {{"kind", "wait"}};
   if (!is_named()) return {{"kind", "name"}};
-  if (replay_) return {{"kind", "replay"}};
-  if (source_->is_compensated()) return {{"kind", "compensated"}};
+  if (device == replay) return {{"kind", "replay"}};
+  if (glove_->source()->is_compensated()) return {{"kind", "compensated"}};
   if (!model_) return what_next_without_model();
   if (!misfit_.empty()) return {{"kind", "model_misfit"}, {"why", misfit_}};
   const std::vector<FingerView> fingers = fingers_->view(now_s());
@@ -198,16 +201,17 @@ Live::Json Live::state() const {
 
 // Of the simulated boards, or at a port.
 Live::Json Live::hand_state() const {
-  if (!hand_port_ && !options_.worn) return nullptr;
+  const std::optional<HandPort>& hand = glove_->hand;
+  if (!hand && !options_.worn) return nullptr;
   Json faults = Json::array();
-  for (std::size_t f = 0; hand_port_ && f < twin::kFingers; ++f) faults.push_back(hand_port_->fault(f));
-  if (!hand_port_) faults = options_.worn->now().fault;
+  for (std::size_t f = 0; hand && f < twin::kFingers; ++f) faults.push_back(hand->fault(f));
+  if (!hand) faults = options_.worn->now().fault;
   return {{"names", {"thumb", "index", "middle", "ring", "pinky"}},
           {"open_deg", twin::Parameters().hand_lower_deg},
-          {"status", hand_port_ ? hand_port_->status(now_s()) : "simulated"},
-          {"port", hand_port_ ? Json(hand_port_->path()) : Json(nullptr)},
+          {"status", hand ? hand->status(now_s()) : "simulated"},
+          {"port", hand ? Json(hand->path()) : Json(nullptr)},
           {"faults", std::move(faults)},
-          {"board", hand_port_ ? hand_port_->board_faults() : ""}};
+          {"board", hand ? hand->board_faults() : ""}};
 }
 
 // The twin, what is replayed.
@@ -224,11 +228,11 @@ void Live::add_worn(Json& out) const {
   out["experiment"] = experiment_;
   out["joint_files"] = joint_files();
   out["replay"] = nullptr;
-  if (replay_) {
+  if (const listen::ReplaySource* replay = glove_->replay()) {
     out["replay"] = {{"file", replayed_},
-                     {"t_s", replay_->position_s()},
-                     {"of_s", replay_->duration_s()},
-                     {"playing", replay_->is_playing()}};
+                     {"t_s", replay->position_s()},
+                     {"of_s", replay->duration_s()},
+                     {"playing", replay->is_playing()}};
   }
 }
 

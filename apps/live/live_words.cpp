@@ -68,11 +68,11 @@ void Live::require(Need need) {
     case Need::no_recording:
       return unless(!recording_, "recording_runs");
     case Need::replay:
-      return unless(replay_ != nullptr, "no_replay");
+      return unless(glove_->replay() != nullptr, "no_replay");
     case Need::glove:
-      return unless(fingers_ && !replay_, "no_glove");
+      return unless(fingers_ && !glove_->replay(), "no_glove");
     case Need::readings:  // what is fitted is fitted to readings
-      return unless(!source_ || !source_->is_compensated(), "no_readings");
+      return unless(!glove_->source() || !glove_->source()->is_compensated(), "no_readings");
     case Need::model:
       unless(model_.has_value(), "no_model");
       if (!misfit_.empty()) throw Refusal("model_misfit", {{"why", misfit_}});
@@ -132,23 +132,14 @@ void Live::hear(std::span<const std::uint8_t> bytes) {
 void Live::device_connect(io::JsonReader& parts) {
   const std::string port = parts.text("port");
   if (!calibration_ || calibration_->step() != Step::glove) require(Need::no_calibration);
-  if (!options_.worn) return connect(port);
+  if (!options_.worn) return glove_->connect(port);
   if (port != options_.worn->facts.port && port != "auto") throw Refusal("twin_wears");
   attach_worn();
 }
 
 void Live::device_leave(io::JsonReader&) {
-  search_.end();
-  if (replay_) {  // back to who was there
-    detach();
-    if (options_.worn) return attach_worn();
-    if (!port_before_.empty()) listen_to({port_before_}, false);
-    return;
-  }
-  detach();
-  device(DeviceEvent::leaves);
-  port_.clear();
-  hand_port_.reset();
+  if (options_.worn && glove_->replay()) return attach_worn();
+  glove_->leave();
 }
 
 // Inside the sessions' folder, whatever the text holds.
@@ -189,7 +180,7 @@ void Live::columns_name(io::JsonReader& parts) {
   std::vector<std::string> names;
   for (const Json& name : parts.member("names"))
     names.push_back(name.is_string() ? name.get<std::string>() : "?");
-  std::vector<std::string> columns = source_->columns();
+  std::vector<std::string> columns = glove_->source()->columns();
   if (names.size() != columns.size())
     throw io::InputError(fmt::format("\"names\" has not one for each of {} columns", columns.size()));
   columns_ = columns;
@@ -289,23 +280,19 @@ void Live::replay_open(io::JsonReader& parts) {
 }
 
 void Live::play_again(const std::filesystem::path& file, const std::string& name) {
-  search_.end();
-  if (!replay_) port_before_ = port_;
-  std::shared_ptr<listen::ReplaySource> source = std::make_shared<listen::ReplaySource>(file);
-  attach(source, "", DeviceEvent::plays);
-  replay_ = source;
+  glove_->play(std::make_shared<listen::ReplaySource>(file));
   replayed_ = name;
 }
 
 void Live::replay_seek(io::JsonReader& parts) {
-  replay_->seek(parts.number_within("t_s", 0, 1e7));
+  glove_->replay()->seek(parts.number_within("t_s", 0, 1e7));
   if (fingers_ && fingers_->is_worn()) fingers_->wear(*model_, tracked_);  // its past is another now
 }
 
 void Live::replay_play(io::JsonReader& parts) {
   const Json& on = parts.member("on");
   if (!on.is_boolean()) parts.fail("\"on\" must be true or false");
-  replay_->pause(!on.get<bool>());
+  glove_->replay()->pause(!on.get<bool>());
 }
 
 // What a markerless tracker in the page saw; without angles: no hand.

@@ -8,6 +8,8 @@
 #include <thread>
 #include <utility>
 
+#include "host/deploy/hardware.hpp"
+#include "host/study/bench.hpp"
 #include "host/twin/radio.hpp"
 #include "host/twin/random.hpp"
 #include "host/twin/world.hpp"
@@ -16,6 +18,8 @@ namespace flexor::live {
 namespace {
 
 constexpr std::uint64_t kTrial = 0;
+// From a reading to the hand that follows it, as `flexor twin record --rate 50 --set radio.frame_rate_hz=25` finds it.
+constexpr double kLead_s = 0.064;
 constexpr double kMostBehind_s = 0.05;  // as the simulated boards
 constexpr double kMostFrames_hz = 25;   // what the radio carries beside a glove of 100 Hz
 
@@ -76,6 +80,9 @@ TwinSource::TwinSource(TwinOptions options)
     : input_(input_of(options)),
       pace_(options.pace),
       wearer_(twin::draw_variation(input_.parameters, twin::seed_of(input_.seed, kTrial)), input_.motion) {
+  facts.why_not_written = "the twin has no board: start flexor live --boards";
+  facts.rate_hz = options.rate_hz;
+  facts.lead_s = kLead_s;
   begin_again();
   for (const std::string& finger : model::finger_names()) columns_.push_back(finger + "_count");
   if (options.motion) play(std::move(options.motion));
@@ -94,7 +101,12 @@ void TwinSource::set(const WornChange& c) {
   run_->input.parameters.loss = now_worn().parameters.loss;
 }
 
-void TwinSource::load(model::Model compensator) {
+void TwinSource::load(const model::Model& model) {
+  std::vector<std::string> notes;
+  run_on_glove(deploy::on_hand(model, {}, notes));
+}
+
+void TwinSource::run_on_glove(model::Model compensator) {
   compensator.sample_period_s = input_.compensator.sample_period_s;
   twin::TrialInput next = input_;
   next.compensator = std::move(compensator);
@@ -138,7 +150,8 @@ double TwinSource::wall_s() const {
   return start_s_ + pace_ * passed.count();
 }
 
-void TwinSource::go(double pace) {
+void TwinSource::play(const std::string& motion, double pace) {
+  play(study::bench_motion(motion));
   start_s_ = wall_s();
   start_ = std::chrono::steady_clock::now();
   pace_ = pace;
@@ -179,13 +192,24 @@ WornNow TwinSource::now() const {
   return out;
 }
 
-std::function<double(const twin::Motion&)> TwinSource::score() const {
+std::function<double(const twin::Motion&)> TwinSource::score_on() const {
   return [input = now_worn(), set = set_, drifted_deg = drifted_deg_](const twin::Motion& motion) mutable {
     input.motion = motion;
     Run run(input, 0);
     while (run.world.now_ms() <= run.world.end_ms()) run.step(set, drifted_deg);
     const twin::PerFinger error_deg_s = run.world.finish().error_deg_s;
     return std::accumulate(error_deg_s.begin(), error_deg_s.end(), 0.0);
+  };
+}
+
+WornGlove::Score TwinSource::score() {
+  return [on = score_on()](const Jobs::Goes& goes) {
+    std::vector<double> out;
+    for (const twin::Motion& gesture : study::motions("1-6")) {
+      out.push_back(on(gesture));
+      if (!goes({"six gestures", out.size(), 6})) throw io::Cancelled("stopped");
+    }
+    return out;
   };
 }
 

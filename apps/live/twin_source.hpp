@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "apps/live/worn_glove.hpp"
-#include "host/listen/source.hpp"
 #include "host/study/catalogue.hpp"
 #include "host/twin/simulation.hpp"
 #include "host/twin/wearer.hpp"
@@ -26,7 +25,7 @@ struct TwinOptions {
   double pace = 1;  // of the wall's time at most; 0: a sample is there whenever somebody waits
 };
 
-class TwinSource : public listen::Source {
+class TwinSource : public WornGlove {
  public:
   explicit TwinSource(TwinOptions options = {});
   ~TwinSource() override;
@@ -38,18 +37,20 @@ class TwinSource : public listen::Source {
   double now_s() const override { return static_cast<double>(now_ms_) / 1000; }
   std::string says() const override;
 
-  void set(const WornChange& change);
+  void set(const WornChange& change) override;
   // The glove's compensator, at the source's rate. Throws io::InputError as twin::check() does.
-  void load(model::Model compensator);
+  void run_on_glove(model::Model compensator);
+  void load(const model::Model& model) override;
   // Another motion, or the same one from its beginning; none: rest. The hand goes there without a jump. Where the motion begins,
   // two seconds of rest before its t = 0, cloth, strips and noise begin anew: what comes from there on is the same each time.
   void play(std::optional<twin::Motion> motion);
-  void go(double pace);
-  std::optional<double> begun_s() const;  // when the motion that was asked for last did; none: not yet
+  void play(const std::string& motion, double pace) override;
+  std::optional<double> begun_s() const override;
 
-  WornNow now() const;
+  WornNow now() const override;
   // Integral of the absolute error in a motion of its own, all fingers, deg s; with glove and hand as they are now, on any thread.
-  std::function<double(const twin::Motion&)> score() const;
+  std::function<double(const twin::Motion&)> score_on() const;
+  Score score() override;
 
  private:
   struct Run;

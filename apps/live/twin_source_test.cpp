@@ -154,14 +154,14 @@ TEST(TwinSource, AMotionIsTheSameEachTime) {
 TEST(TwinSource, AScoreIsOfWhatItWearsNowAndTheSameEachTime) {
   TwinSource source(quick(study::ordinary_motion()));
   const twin::Motion grab = study::motions("1").front();
-  const double worn = source.score()(grab);
+  const double worn = source.score_on()(grab);
   play(source, 3.3);
-  EXPECT_EQ(source.score()(grab), worn);
+  EXPECT_EQ(source.score_on()(grab), worn);
   source.set({.slip_deg = 15});
-  EXPECT_GT(source.score()(grab), 1.2 * worn);
+  EXPECT_GT(source.score_on()(grab), 1.2 * worn);
   source.set({});
-  source.load(study::compensator("raw", 10).model);
-  EXPECT_GT(source.score()(grab), 1.2 * worn);
+  source.run_on_glove(study::compensator("raw", 10).model);
+  EXPECT_GT(source.score_on()(grab), 1.2 * worn);
 }
 
 // As the experiment has it, but for the glove's phase and the cameras' noise.
@@ -172,7 +172,7 @@ TEST(TwinSource, AScoreIsTheExperiments) {
   const twin::Trial trial = twin::simulate_scalar(input, 0, 1).front();
   double error_deg_s = 0;
   for (const double e : trial.error_deg_s) error_deg_s += e;
-  EXPECT_NEAR(TwinSource(quick()).score()(grab) / error_deg_s, 1, 0.05);
+  EXPECT_NEAR(TwinSource(quick()).score_on()(grab) / error_deg_s, 1, 0.05);
 }
 
 }  // namespace

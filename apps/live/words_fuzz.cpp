@@ -17,8 +17,9 @@ using namespace flexor;
 using Json = nlohmann::json;
 
 // Five fingers that bend and stretch, a sample each time that it is asked.
-class Glove : public listen::Source {
+class Worn : public live::WornGlove {
  public:
+  Worn() { facts = {.has_boards = true, .port = "/dev/null", .rate_hz = 100, .lead_s = 0.1}; }
   listen::Event wait(double, std::vector<listen::Sample>& out) override {
     const double t_s = now_s();
     listen::Sample sample{t_s, t_s, std::vector<double>(5, 500 + 300 * std::sin(t_s)), {}};
@@ -31,21 +32,9 @@ class Glove : public listen::Source {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   }
   std::string says() const override { return "a glove"; }
-
- private:
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  std::vector<std::string> columns_ = {"thumb", "index", "middle", "ring", "pinky"};
-  listen::Tally tally_;
-};
-
-class Worn : public live::WornGlove {
- public:
-  Worn() { facts = {.has_boards = true, .port = "/dev/null", .rate_hz = 100, .lead_s = 0.1}; }
-  std::shared_ptr<listen::Source> source() override { return glove_; }
   void set(const live::WornChange&) override {}
   void play(const std::string&, double) override {}
   live::WornNow now() const override { return {}; }
-  double now_s() const override { return glove_->now_s(); }
   std::optional<double> begun_s() const override { return 0; }
   void load(const model::Model&) override {}
   Score score() override {
@@ -53,7 +42,9 @@ class Worn : public live::WornGlove {
   }
 
  private:
-  std::shared_ptr<Glove> glove_ = std::make_shared<Glove>();
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  std::vector<std::string> columns_ = {"thumb", "index", "middle", "ring", "pinky"};
+  listen::Tally tally_;
 };
 
 class Running {
@@ -69,7 +60,7 @@ class Running {
     live::LiveOptions out;
     out.sessions = folder / "sessions";
     out.program = "/bin/false";
-    out.worn = std::make_unique<Worn>();
+    out.worn = std::make_shared<Worn>();
     return out;
   }
   io::TemporaryFolder folder_;

@@ -40,17 +40,14 @@ struct WornFacts {
   double lead_s = 0;                 // by which the hand comes after the reading
 };
 
-class WornGlove {
+// What the glove says, on the clock of everything that comes from here.
+class WornGlove : public listen::Source {
  public:
-  virtual ~WornGlove() = default;
-  // What the glove says.
-  virtual std::shared_ptr<listen::Source> source() = 0;
   virtual void set(const WornChange& change) = 0;
   // A motion by name (study::bench_motion), from its start, again and again; without boards at so many times the wall's pace, where
   // the machine can. Throws io::InputError.
   virtual void play(const std::string& motion, double pace) = 0;
   virtual WornNow now() const = 0;
-  virtual double now_s() const = 0;  // the clock of everything that comes from here
   // When the motion that was asked for last began; none: it has not yet.
   virtual std::optional<double> begun_s() const = 0;
   // Into the glove; without boards. Throws io::InputError where it does not run there.

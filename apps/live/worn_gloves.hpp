@@ -8,9 +8,9 @@
 namespace flexor::live {
 
 // Both simulated boards (host/study/bench.hpp). Throws io::InputError, io::JobError.
-std::unique_ptr<WornGlove> worn_boards();
+std::shared_ptr<WornGlove> worn_boards();
 
 // Glove and hand without boards, at once and on any machine.
-std::unique_ptr<WornGlove> worn_twin();
+std::shared_ptr<WornGlove> worn_twin();
 
 }  // namespace flexor::live

@@ -1,4 +1,4 @@
-#include "apps/live/device_state.hpp"
+#include "apps/live/glove_port.hpp"
 
 #include <gtest/gtest.h>
 

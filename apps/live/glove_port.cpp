@@ -1,0 +1,293 @@
+#include "apps/live/glove_port.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "host/deploy/flash.hpp"
+#include "host/deploy/pair_key.hpp"
+#include "host/io/io.hpp"
+
+namespace flexor::live {
+namespace {
+
+constexpr std::size_t kMostColumns = 255;  // a message says how many in a byte
+constexpr std::size_t kMostTried = 2;      // ports that nobody has named: a glove's and a hand's
+constexpr double kNamedEvery_s = 5;        // ports that are named and silent
+
+bool is_same_port(const std::string& a, const std::string& b) {
+  std::error_code error;
+  return a == b || std::filesystem::equivalent(a, b, error);
+}
+
+}  // namespace
+
+DeviceState after(DeviceState state, DeviceEvent event) {
+  using enum DeviceState;
+  const bool has_source = state == glove || state == gone || state == replay || state == worn;
+  switch (event) {
+    case DeviceEvent::drops:
+      return none;
+    case DeviceEvent::leaves:
+      return left;
+    case DeviceEvent::listens:
+      return has_source ? state : listening;
+    case DeviceEvent::misunderstands:
+      return state == listening ? doubtful : state;
+    case DeviceEvent::ends:
+      return state == listening ? none : state == doubtful ? misunderstood : state;
+    case DeviceEvent::speaks:
+      return glove;
+    case DeviceEvent::goes:
+      return state == glove ? gone : state;
+    case DeviceEvent::returns:
+      return state == gone ? glove : state;
+    case DeviceEvent::plays:
+      return replay;
+    case DeviceEvent::wears:
+      return worn;
+  }
+  return state;
+}
+
+const char* name_of(DeviceState state) {
+  switch (state) {
+    case DeviceState::listening:
+    case DeviceState::doubtful:
+      return "listening";
+    case DeviceState::glove:
+      return "glove";
+    case DeviceState::gone:
+      return "gone";
+    case DeviceState::replay:
+      return "replay";
+    default:
+      return "none";
+  }
+}
+
+GlovePort::GlovePort(PortOptions options, Server& server, Calls calls)
+    : options_(std::move(options)), server_(server), calls_(std::move(calls)) {
+  if (!options_.key.empty()) key_ = deploy::load_key(options_.key);
+}
+
+listen::ReplaySource* GlovePort::replay() const {
+  return state_ == DeviceState::replay ? static_cast<listen::ReplaySource*>(source_.get()) : nullptr;
+}
+
+std::optional<listen::Misfit> GlovePort::misfit() const {
+  return source_ && state_ != DeviceState::gone ? source_->tally().misfit : std::nullopt;
+}
+
+void GlovePort::become(DeviceEvent event, std::string says) {
+  state_ = after(state_, event);
+  says_ = std::move(says);
+}
+
+void GlovePort::attach(std::shared_ptr<listen::Source> source, const std::string& port, DeviceEvent event) {
+  if (source->columns().size() > kMostColumns)
+    throw io::InputError(
+        fmt::format("{} columns: the page shows {} at most", source->columns().size(), kMostColumns));
+  detach();
+  source_ = std::move(source);
+  begin_s_ = calls_.now_s() - source_->now_s();
+  port_ = port;
+  become(event, source_->says());
+  watch(source_->descriptor());
+}
+
+void GlovePort::detach() {
+  watch(-1);
+  source_.reset();
+  become(DeviceEvent::drops, "no glove");
+  calls_.drops();
+}
+
+// A port that was plugged in again has another descriptor.
+void GlovePort::watch(int descriptor) {
+  if (descriptor == watched_) return;
+  if (watched_ >= 0) server_.unwatch(watched_);
+  watched_ = descriptor;
+  if (watched_ >= 0) server_.watch(watched_, calls_.is_readable);
+}
+
+bool GlovePort::hear(std::vector<listen::Sample>& out) {
+  if (!source_) return false;
+  const std::size_t before = out.size();
+  listen::Event event = listen::Event::quiet;
+  try {
+    event = source_->wait(0, out);
+  } catch (const std::exception& error) {  // not of a port: that would have gone
+    const std::string why = error.what();
+    detach();
+    says_ = why;
+    tried_ports_.clear();  // another glove that was plugged in is listened to anew
+    return false;
+  }
+  if (event == listen::Event::gone)
+    become(DeviceEvent::goes, "the glove has gone: plug it in again, everything goes on");
+  if (event == listen::Event::back) become(DeviceEvent::returns, source_->says());
+  watch(source_->descriptor());
+  for (std::size_t k = before; k < out.size(); ++k) out[k].host_s += begin_s_;
+  return event == listen::Event::samples;
+}
+
+void GlovePort::let_go() {
+  watch(-1);
+  if (source_) source_->let_go();
+  if (hand) hand->let_go();
+}
+
+void GlovePort::play(std::shared_ptr<listen::ReplaySource> source) {
+  end_search();
+  attach(std::move(source), std::string(port_), DeviceEvent::plays);
+}
+
+void GlovePort::leave() {
+  end_search();
+  const bool is_replay = replay() != nullptr;
+  detach();
+  if (is_replay) {
+    if (!port_.empty()) listen_to({port_}, false);
+    return;
+  }
+  state_ = after(state_, DeviceEvent::leaves);
+  port_.clear();
+  hand.reset();
+}
+
+std::vector<std::string> GlovePort::named() const {
+  std::vector<std::string> out;
+  if (options_.port != "auto") out.push_back(options_.port);
+  if (!options_.hand.empty()) out.push_back(options_.hand);
+  return out;
+}
+
+void GlovePort::connect_named() {
+  if (options_.port != "auto") options_.port = deploy::choose_port(options_.port);
+  if (!options_.hand.empty()) options_.hand = deploy::choose_port(options_.hand);
+  const std::vector<std::string> paths = named();
+  if (paths.size() == 2 && is_same_port(paths.front(), paths.back()))
+    throw io::InputError(options_.hand + ": --port and --hand name the same port");
+  if (!paths.empty()) listen_to(paths, true);
+}
+
+void GlovePort::connect(const std::string& port) {
+  if (port.empty()) throw io::InputError("no port is chosen: plug the glove in, and choose its port");
+  const std::vector<std::string> ports = free(deploy::find_ports(options_.devices));
+  const bool any = port == "auto" && !ports.empty() && ports.size() <= kMostTried;
+  listen_to(any ? ports : std::vector{deploy::choose_port(port, options_.devices)}, true);
+}
+
+// The ports there are, also when they are plugged in later. One that said nothing that is known is tried again when others
+// come; one that is named, every few seconds: where nothing was said, something may be later.
+void GlovePort::look() {
+  if (state_ == DeviceState::replay || state_ == DeviceState::left || (source_ && hand) || search_stops_)
+    return;
+  std::vector<std::string> silent;
+  if (calls_.now_s() - named_tried_s_ >= kNamedEvery_s) {
+    named_tried_s_ = calls_.now_s();
+    silent = free(named());
+    std::erase_if(silent, [this](const std::string& path) {
+      const bool has_place = path == options_.hand ? !hand : !source_;
+      return !has_place || !std::filesystem::exists(path);
+    });
+  }
+  if (silent.empty() && options_.port == "auto") {
+    const std::vector<std::string> ports = deploy::find_ports(options_.devices);
+    if (ports == tried_ports_) return;
+    tried_ports_ = ports;
+    silent = free(ports);
+    if (silent.size() > kMostTried) return;
+  }
+  if (!silent.empty()) listen_to(std::move(silent), false);
+}
+
+std::vector<std::string> GlovePort::free(std::vector<std::string> ports) const {
+  std::erase_if(ports, [this](const std::string& path) {
+    return (source_ && is_same_port(path, port())) || (hand && is_same_port(path, hand->path()));
+  });
+  return ports;
+}
+
+// One after the other. The glove and the hand stay until another one is found, but at a port that is listened to anew.
+void GlovePort::listen_to(std::vector<std::string> paths, bool is_chosen) {
+  listen::ListenerOptions options;
+  options.baud = options_.baud;
+  options.readings = true;
+  options.angles_will_do = true;
+  options.waiting_hand_will_do = true;
+  // Of a file it may be another by now; standard input is read once.
+  if (std::filesystem::is_regular_file(options_.key)) key_ = deploy::load_key(options_.key);
+  options.key = key_;
+  end_search();
+  for (const std::string& path : paths) {
+    const bool is_over = is_chosen && (replay() || state_ == DeviceState::gone);
+    if (source_ && (is_over || is_same_port(path, port()))) detach();
+    if (hand && is_same_port(path, hand->path())) hand.reset();
+  }
+  if (!source_) {
+    port_ = paths.front();
+    become(DeviceEvent::listens, port_ + ": listening");
+  }
+  search(std::move(paths), std::move(options), is_chosen);
+}
+
+void GlovePort::search(std::vector<std::string> paths, listen::ListenerOptions options, bool is_chosen) {
+  options.stop = search_stops_ = std::make_shared<std::atomic<bool>>(false);
+  // What an older search posted is forgotten.
+  const auto post = [this, stops = search_stops_](std::function<void()> work) {
+    calls_.post([this, stops, work = std::move(work)] {
+      if (stops == search_stops_) work();
+    });
+  };
+  search_ =
+      std::thread([this, post, is_chosen, paths = std::move(paths), options = std::move(options)]() mutable {
+        for (const std::string& path : paths) {
+          options.port = path;
+          try {
+            auto listener = std::make_shared<listen::Listener>(options, [&](const std::string& what) {
+              post([this, path, what] {
+                if (!source_) says_ = path + ": " + what;
+              });
+            });
+            post([this, path, listener, is_chosen] { found(path, listener, is_chosen); });
+          } catch (const std::exception& error) {
+            post([this, why = std::string(error.what()), is_chosen] { found_nothing(why, is_chosen); });
+          }
+        }
+        post([this] { searched(); });
+      });
+}
+
+void GlovePort::end_search() {
+  if (search_stops_) *search_stops_ = true;
+  search_stops_.reset();
+  if (search_.joinable()) search_.join();
+}
+
+void GlovePort::searched() {
+  search_stops_.reset();
+  if (source_ || state_ == DeviceState::left) return;
+  port_.clear();
+  state_ = after(state_, DeviceEvent::ends);
+  if (state_ == DeviceState::none) says_ = "no glove";
+}
+
+void GlovePort::found_nothing(const std::string& why, bool is_chosen) {
+  if (!source_) return become(DeviceEvent::misunderstands, why);
+  if (is_chosen) calls_.failed(why);
+}
+
+// What is chosen takes the place of who is there.
+void GlovePort::found(const std::string& path, std::shared_ptr<listen::Listener> listener, bool is_chosen) {
+  if (listener->format() == listen::Format::hand) {
+    if (is_chosen || !hand) hand.emplace(listener, path, calls_.now_s() - listener->now_s());
+  } else if (path == options_.hand) {
+    if (is_chosen) calls_.failed(path + ": --hand names a glove's port");
+  } else if (is_chosen || !source_) {
+    attach(std::move(listener), path, DeviceEvent::speaks);
+  }
+}
+
+}  // namespace flexor::live

@@ -1,0 +1,116 @@
+// Where readings come from: every state of the glove and each transition in one place, the search over the ports there are,
+// and the bionic hand that it finds beside the glove.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "apps/live/hand_port.hpp"
+#include "apps/live/server.hpp"
+#include "host/listen/listener.hpp"
+#include "host/listen/replay_source.hpp"
+#include "host/listen/source.hpp"
+
+namespace flexor::live {
+
+enum class DeviceState {
+  none,           // nobody is there: somebody is looked for
+  left,           // a person disconnected: nobody is looked for
+  listening,      // to ports, one after the other
+  doubtful,       // likewise, after one that says nothing that is known
+  misunderstood,  // at the end of that
+  glove,
+  gone,  // unplugged: it is looked for
+  replay,
+  worn,  // by the twin
+};
+
+enum class DeviceEvent { drops, leaves, listens, misunderstands, ends, speaks, goes, returns, plays, wears };
+
+DeviceState after(DeviceState state, DeviceEvent event);
+
+// As SOCKET.md has it, but for gloves of the twin.
+const char* name_of(DeviceState state);
+
+struct PortOptions {
+  std::string port = "auto";  // of the glove: what there is, also when it is plugged in later; or a path
+  std::filesystem::path devices = "/dev";  // where ports are
+  std::string hand;                        // the hand's; empty: with `port` auto, what there is
+  unsigned baud = 0;                       // 0: found by listening
+  std::string key;                         // file of the pair's key; empty: none
+};
+
+// On the server's thread.
+class GlovePort {
+ public:
+  struct Calls {
+    std::function<double()> now_s;      // the server's clock
+    std::function<void()> is_readable;  // hear() has something to give
+    std::function<void()> drops;        // the source has gone for good
+    std::function<void(const std::string& why)> failed;
+    std::function<void(std::function<void()>)> post;  // from any thread, onto the server's
+  };
+
+  // Throws io::InputError where the key cannot be read.
+  GlovePort(PortOptions options, Server& server, Calls calls);
+  ~GlovePort() { end_search(); }
+  GlovePort(const GlovePort&) = delete;
+  GlovePort& operator=(const GlovePort&) = delete;
+
+  DeviceState state() const { return state_; }
+  const std::string& says() const { return says_; }
+  std::string port() const { return state_ == DeviceState::replay ? "" : port_; }
+  listen::Source* source() const { return source_.get(); }  // null: none
+  listen::ReplaySource* replay() const;                     // null: it is none
+  std::optional<listen::Misfit> misfit() const;             // why nothing of what comes is taken
+
+  void connect_named();                   // the ports of the options; throws io::InputError
+  void connect(const std::string& port);  // chosen by a person; throws io::InputError
+  void look();                            // for what has been plugged in
+  void leave();                           // the glove; a replay: back to who was there
+  // In place of who is there. Throws io::InputError.
+  void attach(std::shared_ptr<listen::Source> source, const std::string& port, DeviceEvent event);
+  void play(std::shared_ptr<listen::ReplaySource> source);
+  void let_go();  // for another program's sake, until the next hear()
+  // Appends what came, on the server's clock; whether more may be ready. Never waits.
+  bool hear(std::vector<listen::Sample>& out);
+
+  std::optional<HandPort> hand;
+
+ private:
+  std::vector<std::string> named() const;
+  std::vector<std::string> free(std::vector<std::string> ports) const;
+  void listen_to(std::vector<std::string> paths, bool is_chosen);
+  void search(std::vector<std::string> paths, listen::ListenerOptions options, bool is_chosen);
+  void end_search();
+  void found(const std::string& path, std::shared_ptr<listen::Listener> listener, bool is_chosen);
+  void found_nothing(const std::string& why, bool is_chosen);
+  void searched();
+  void become(DeviceEvent event, std::string says);
+  void detach();
+  void watch(int descriptor);
+
+  PortOptions options_;
+  Server& server_;
+  Calls calls_;
+  decltype(listen::ListenerOptions::key) key_;
+  DeviceState state_ = DeviceState::none;
+  std::string says_;
+  std::string port_;  // the glove's, also while a recording is played again
+  std::shared_ptr<listen::Source> source_;
+  double begin_s_ = 0;  // the server's clock when the source's was 0
+  int watched_ = -1;
+  double named_tried_s_ = -1e9;
+  std::vector<std::string> tried_ports_;
+  // Listens to ports, one after the other: finding a rate and a format takes seconds.
+  std::thread search_;
+  std::shared_ptr<std::atomic<bool>> search_stops_;  // of the search that runs; null: none does
+};
+
+}  // namespace flexor::live

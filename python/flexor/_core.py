@@ -29,7 +29,10 @@ def pandas() -> Any:
 def filled(request: Any, **fields: Any) -> Any:
     """A room's request with these fields."""
     for name, value in fields.items():
-        setattr(request, name, value)
+        try:
+            setattr(request, name, value)
+        except TypeError:
+            raise InputError(f"{name}: {value!r:.60} is of a kind that it does not take") from None
     return request
 
 

@@ -23,7 +23,7 @@ def score(measured: Any, estimated: Any, columns: Optional[Mapping[str, str]] = 
     >>> round(score(truth, Recording({"index_deg": angle + 2}, rate_hz=20))["index"]["rmse_deg"], 6)
     2.0
     """
-    reference, estimate = as_recording(measured), as_recording(estimated)
+    reference, estimate = as_recording(measured, "measured"), as_recording(estimated, "estimated")
     if columns is None:
         columns = {name: name for name in reference.columns
                    if name in estimate.columns and name.endswith("_deg") and not name.endswith("_se_deg")}

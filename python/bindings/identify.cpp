@@ -107,7 +107,7 @@ nb::tuple cohort(const std::filesystem::path& manifest, const std::filesystem::p
       return !progress.stop;
     };
     return study::run_cohort(request,
-                             [&](std::size_t done, std::size_t of) { progress.step(done, of, "take"); });
+                             [&](std::size_t done, std::size_t of) { progress.step(done, of, "fit"); });
   });
   return nb::make_tuple(found.takes, found.failed);
 }

@@ -43,6 +43,8 @@ def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[
     >>> judge(noise, {"line": 3 * noise}, period_s=0.05)["word"]
     'better'
     """
+    if not isinstance(baseline_error_deg, Mapping):
+        raise InputError("baseline_error_deg: a mapping of baselines' names to their errors")
     errors = {"": np.asarray(error_deg, float)} | {name: np.asarray(e, float) for name, e in baseline_error_deg.items()}
     for name, e in errors.items():
         if e.shape != errors[""].shape or not np.isfinite(e).all():

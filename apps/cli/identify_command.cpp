@@ -303,7 +303,7 @@ void run_manifest(Options& o) {
     ProgressLine line;
     try {
       result = study::run_cohort(
-          request, [&](std::size_t done, std::size_t of) { line.step("identify: take", done, of); });
+          request, [&](std::size_t done, std::size_t of) { line.step("identify: fit", done, of); });
     } catch (const io::Cancelled& stopped) {
       log(std::string("flexor: ") + stopped.what());
       throw JobEnded{kGoOnLater};

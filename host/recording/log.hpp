@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -19,7 +20,8 @@ class Log : public std::filesystem::path {
  public:
   Log() = default;
   template <class Path>
-  requires std::convertible_to<Path, std::filesystem::path> Log(Path&& path)
+  requires(std::convertible_to<Path, std::filesystem::path> && !std::same_as<std::remove_cvref_t<Path>, Log>)
+      Log(Path&& path)
       : std::filesystem::path(std::forward<Path>(path)) {}
   explicit Log(Recording held)
       : std::filesystem::path(held.source), memory_(std::make_shared<const Recording>(std::move(held))) {}

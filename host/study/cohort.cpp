@@ -18,6 +18,7 @@
 #include "host/recording/csv.hpp"
 #include "host/recording/line_format.hpp"
 #include "host/study/journal.hpp"
+#include "host/study/shards.hpp"
 
 namespace flexor::study {
 namespace {
@@ -29,59 +30,60 @@ using io::InputError;
 enum Column : std::size_t { kSubject, kSession, kGlove, kReference, kMap, kOwnColumns };
 constexpr std::array kNames = {"subject", "session", "glove", "reference", "map"};
 
-// What a take's joint and what a left out person's has in the table.
-std::vector<std::string> score_columns(const std::string& prefix) {
-  std::vector<std::string> out;
-  for (const char* name : {"samples", "rmse_deg", "rmse_low_deg", "rmse_high_deg"})
-    out.push_back(prefix + name);
-  for (const score::Baseline& one : score::kBaselines)
-    out.push_back(fmt::format("{}{}_deg", prefix, one.name));
-  for (const char* name : {"verdict", "baseline", "difference_low_deg", "difference_high_deg"})
-    out.push_back(prefix + name);
-  return out;
-}
+using Cells = std::vector<std::string>;
 
-std::vector<std::string> score_cells(const identify::ScoreRow& row, const score::Verdict& verdict) {
+// What a take's joint and what a left out person's has in the table: columns and cells.
+std::vector<std::pair<std::string, std::string>> scores_of(const identify::ScoreRow& row,
+                                                           const score::Verdict& verdict) {
   const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; };
-  std::vector<std::string> out = {fmt::format("{}", row.samples), number(row.rmse_deg),
-                                  number(verdict.rmse_low_deg), number(verdict.rmse_high_deg)};
+  std::vector<std::pair<std::string, std::string>> out = {{"samples", fmt::format("{}", row.samples)},
+                                                          {"rmse_deg", number(row.rmse_deg)},
+                                                          {"rmse_low_deg", number(verdict.rmse_low_deg)},
+                                                          {"rmse_high_deg", number(verdict.rmse_high_deg)}};
   for (const score::Baseline& one : score::kBaselines) {
     const auto found = row.baseline_deg.find(one.name);
-    out.push_back(found == row.baseline_deg.end() ? "" : number(found->second));
+    out.emplace_back(fmt::format("{}_deg", one.name),
+                     found == row.baseline_deg.end() ? "" : number(found->second));
   }
   const bool compared = !verdict.baseline.empty();
-  out.push_back(score::to_json(verdict).at("word").get<std::string>());
-  out.push_back(verdict.baseline);
-  out.push_back(compared ? number(verdict.low_deg) : "");
-  out.push_back(compared ? number(verdict.high_deg) : "");
+  out.emplace_back("verdict", compared ? score::to_json(verdict).at("word").get<std::string>() : "");
+  out.emplace_back("baseline", verdict.baseline);
+  out.emplace_back("difference_low_deg", compared ? number(verdict.low_deg) : "");
+  out.emplace_back("difference_high_deg", compared ? number(verdict.high_deg) : "");
   return out;
 }
 
-std::string line_of(const std::vector<std::string>& cells) {
+Cells score_columns(const std::string& prefix) {
+  Cells out;
+  for (const auto& [column, cell] : scores_of({}, {})) out.push_back(prefix + column);
+  return out;
+}
+
+void add_scores(Cells& to, const identify::ScoreRow& row, const score::Verdict& verdict) {
+  for (auto& [column, cell] : scores_of(row, verdict)) to.push_back(cell);
+}
+
+std::string line_of(const Cells& cells) {
   std::string out;
-  for (const std::string& cell : cells)
-    out += (out.empty() && &cell == &cells.front() ? "" : ",") + recording::quoted(cell);
+  for (const std::string& cell : cells) out += (&cell == cells.data() ? "" : ",") + recording::quoted(cell);
   return out + "\n";
 }
 
 // Where each of our own columns stands, and then the covariates.
-std::vector<std::size_t> columns_of(const std::vector<std::string>& header, const std::string& source) {
+std::vector<std::size_t> columns_of(const Cells& header, const std::string& source) {
   const auto fail = [&](const std::string& what) {
-    throw InputError(fmt::format("{}, row 1: {}; a manifest begins with the columns {}", source, what,
-                                 fmt::join(kNames, ",")));
+    throw InputError(fmt::format("{}, row 1: {}; a manifest has the columns {}, the last may be left out",
+                                 source, what, fmt::join(kNames, ",")));
   };
   std::vector<std::size_t> out;
   for (const char* name : kNames) {
     const auto at = std::ranges::find(header, name);
-    if (at == header.end()) fail(fmt::format("column \"{}\" is missing", name));
-    out.push_back(static_cast<std::size_t>(at - header.begin()));
+    if (at == header.end() && name != kNames[kMap]) fail(fmt::format("column \"{}\" is missing", name));
+    out.push_back(static_cast<std::size_t>(at - header.begin()));  // without maps, behind the last
   }
   std::set<std::string> taken = {"joint", "structure", "reason"};
   for (const char* prefix : {"", "left_out_"})
-    taken.merge([&] {
-      const auto names = score_columns(prefix);
-      return std::set<std::string>(names.begin(), names.end());
-    }());
+    for (const std::string& name : score_columns(prefix)) taken.insert(name);
   for (std::size_t i = 0; i < header.size(); ++i) {
     if (header[i].empty()) fail(fmt::format("column {} has no name", i + 1));
     if (!taken.insert(header[i]).second)
@@ -106,10 +108,13 @@ class ManifestRow {
     throw InputError(fmt::format("{}, column \"{}\": {}", place_, kNames[column], what));
   }
 
-  void fill(Take& take, const std::vector<std::string>& cells, const std::vector<std::size_t>& columns,
+  void require_cells(std::size_t count, std::size_t header) const {
+    if (count != header)
+      throw InputError(fmt::format("{}: has {} cells, the header {}", place_, count, header));
+  }
+
+  void fill(Take& take, const Cells& cells, const std::vector<std::size_t>& columns,
             const fs::path& folder) const {
-    if (cells.size() != columns.size())
-      throw InputError(fmt::format("{}: has {} cells, the header {}", place_, cells.size(), columns.size()));
     for (std::size_t i = 0; i < columns.size(); ++i) {
       const std::string& cell = cells[columns[i]];
       if (std::ranges::any_of(cell, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 0x7f; }))
@@ -154,7 +159,7 @@ std::string reason_of(const std::exception& error, const fs::path& folder) {
 
 // What a job leaves: of each joint its cells, or why there are none.
 struct Part {
-  std::vector<std::pair<std::string, std::vector<std::string>>> joints;
+  std::vector<std::pair<std::string, Cells>> joints;
   std::string reason;
 };
 
@@ -170,7 +175,7 @@ std::optional<Part> read_part(const fs::path& folder, std::size_t job) {
   try {
     Part out{{}, json.at("reason").get<std::string>()};
     for (const auto& [joint, cells] : json.at("joints").items())
-      out.joints.emplace_back(joint, cells.get<std::vector<std::string>>());
+      out.joints.emplace_back(joint, cells.get<Cells>());
     return out;
   } catch (const Json::exception&) {
     throw InputError(file.string() + ": is damaged: remove it, and give the same command again");
@@ -280,8 +285,8 @@ class Run {
     const identify::HandIdentification found = identify::identify_hand(request_of(take, threads), step());
     if (is_stopped()) return;
     for (const identify::JointResult& joint : found.joints) {
-      auto& [name, cells] = part.joints.emplace_back(joint.name, std::vector{joint.structure});
-      std::ranges::move(score_cells(joint.all(), joint.verdict), std::back_inserter(cells));
+      auto& [name, cells] = part.joints.emplace_back(joint.name, Cells{joint.structure});
+      add_scores(cells, joint.all(), joint.verdict);
     }
     // The model first: a row says that it is there.
     model::save(found.model, request_.folder / model_file(take.subject, take.session));
@@ -297,9 +302,18 @@ class Run {
       if (take.subject == first.subject) own.push_back(all.pairs.size());
       all.pairs.push_back(take.files);
     }
+    if (own.size() == all.pairs.size()) {
+      std::set<std::size_t> others;
+      for (const Take& take : takes_)
+        if (take.fault.empty() && take.map != first.map) others.insert(take.row);
+      throw io::JobError(
+          others.empty() ? fmt::format("without {} nobody is left", first.subject)
+                         : fmt::format("without {} nobody is left whose map is \"{}\": it differs in row {}",
+                                       first.subject, first.map, fmt::join(others, ", ")));
+    }
     try {
       for (const identify::LeftOut& one : identify::leave_person_out(all, own, step()))
-        part.joints.emplace_back(one.row.name, score_cells(one.row, one.verdict));
+        add_scores(part.joints.emplace_back(one.row.name, Cells()).second, one.row, one.verdict);
     } catch (const io::JobError& error) {
       throw io::JobError(fmt::format("without {}: {}", first.subject, error.what()));
     }
@@ -316,14 +330,13 @@ void write_table(const fs::path& folder, const Json& settings) {
   const bool has_left_out = settings.at("persons") > 0;
   const std::size_t scores = 1 + score_columns("").size();
   const std::size_t left_out = has_left_out ? scores - 1 : 0;
-  const auto add = [](std::vector<std::string>& to, const std::vector<std::string>& cells,
-                      std::size_t count) {
+  const auto add = [](Cells& to, const Cells& cells, std::size_t count) {
     to.insert(to.end(), cells.begin(), cells.end());
     to.resize(to.size() + count - cells.size());
   };
   io::Output out(folder / "cohort.csv");
-  std::vector<std::string> header = {"subject", "session"};
-  const auto covariates = settings.at("covariates").get<std::vector<std::string>>();
+  Cells header = {"subject", "session"};
+  const auto covariates = settings.at("covariates").get<Cells>();
   add(header, covariates, covariates.size());
   add(header, {"joint", "structure"}, 2);
   add(header, score_columns(""), scores - 1);
@@ -339,13 +352,12 @@ void write_table(const fs::path& folder, const Json& settings) {
       person = read_part(folder, takes.size() + take.at("person").get<std::size_t>()).value();
     if (part.joints.empty()) part.joints.emplace_back();
     for (const auto& [joint, cells] : part.joints) {
-      std::vector<std::string> row = {take.at("subject"), take.at("session")};
+      Cells row = {take.at("subject"), take.at("session")};
       add(row, take.at("covariates"), covariates.size());
       row.push_back(joint);
       add(row, cells, scores);
       const auto of = std::ranges::find(person.joints, joint, [](const auto& one) { return one.first; });
-      if (has_left_out)
-        add(row, of == person.joints.end() ? std::vector<std::string>() : of->second, left_out);
+      if (has_left_out) add(row, of == person.joints.end() ? Cells() : of->second, left_out);
       row.push_back(part.reason.empty() ? person.reason : part.reason);
       out.write(line_of(row));
     }
@@ -368,43 +380,28 @@ std::size_t jobs_of(const Json& settings) {
   return settings.at("takes").size() + settings.at("persons").get<std::size_t>();
 }
 
+bool is_of_cohort(const Json& settings) {
+  return settings.is_object() && settings.value("kind", Json()) == "cohort";
+}
+
+// Of a shard's rows and models.
+std::string digest_of(const fs::path& folder, const Json& settings, const Shard& shard) {
+  const Json& takes = settings.at("takes");
+  std::string out;
+  for (std::size_t k = 0; k < shard.count(jobs_of(settings)); ++k) {
+    const std::size_t job = shard.item(k);
+    out = io::digest(out + io::read_file(part_file(folder, job)));
+    if (job < takes.size() && !read_part(folder, job)->joints.empty())
+      out = io::digest(
+          out + io::read_file(folder / model_file(takes[job].at("subject"), takes[job].at("session"))));
+  }
+  return out;
+}
+
 void start_folder(const fs::path& folder, const Json& settings) {
   io::require_writable(folder / "cohort.csv");
   if (!is_same_run(folder, io::dump(settings))) io::write_file(folder / "run.json", io::dump(settings));
   for (const char* inner : {"rows", "models"}) io::make_folder(folder / inner);
-}
-
-// Of the whole run, and the folders of its shards 1, 2, ...; null where one is not there.
-std::pair<Json, std::vector<fs::path>> read_shards_of_cohort(const std::vector<fs::path>& parts) {
-  Json first;
-  std::vector<fs::path> out;
-  for (const fs::path& part : parts) {
-    if (!is_cohort(part)) throw InputError(part.string() + ": is no folder of flexor identify --manifest");
-    const std::string file = (part / "run.json").string();
-    Json settings = io::parse_json(io::read_document(file), file);
-    const Json shard = settings.value("shard", Json{{"index", 1}, {"of", 1}});
-    settings["shard"] = shard.at("of");
-    if (first.is_null()) {
-      first = settings;
-      out.resize(shard.at("of").get<std::size_t>());
-    }
-    for (const auto& [key, value] : first.items())
-      if (settings.value(key, Json()) != value)
-        throw InputError(fmt::format("{}: belongs to another run than {}: \"{}\" differs in their run.json",
-                                     part.string(), parts.front().string(), key));
-    fs::path& mine = out.at(shard.at("index").get<std::size_t>() - 1);
-    if (!mine.empty())
-      throw InputError(
-          fmt::format("{} and {} are both shard {}", mine.string(), part.string(), shard.at("index").dump()));
-    mine = part;
-  }
-  if (first.is_null()) throw InputError("no folders to merge");
-  if (first.at("version") != FLEXOR_VERSION)
-    throw InputError(fmt::format("{}: is of Flexor {}, this is {}: merge with that version",
-                                 parts.front().string(), first.at("version").get<std::string>(),
-                                 FLEXOR_VERSION));
-  first.erase("shard");
-  return {std::move(first), std::move(out)};
 }
 
 }  // namespace
@@ -417,8 +414,9 @@ Manifest read_manifest(const fs::path& path) {
   std::istringstream stream(bytes);
   recording::LineReader lines(stream, source, false);
   std::string line;
-  std::vector<std::string> cells;
+  Cells cells;
   std::vector<std::size_t> columns;
+  std::size_t header = 0;
   std::map<std::string, std::size_t> rows;  // by the model's name
   char separator = ',';
   while (lines.next(line)) {
@@ -426,6 +424,7 @@ Manifest read_manifest(const fs::path& path) {
     if (columns.empty()) {
       separator = recording::separator_of(line);
       recording::split(line, separator, cells);
+      header = cells.size();
       columns = columns_of(cells, source);
       for (std::size_t i = kOwnColumns; i < columns.size(); ++i) out.covariates.push_back(cells[columns[i]]);
       continue;
@@ -447,6 +446,8 @@ Manifest read_manifest(const fs::path& path) {
             kSession,
             fmt::format("subject \"{}\" and session \"{}\" are those of row {}, or their model's file is",
                         take.subject, take.session, other->second));
+      row.require_cells(cells.size(), header);
+      cells.resize(columns.size());
       row.fill(take, cells, columns, out.folder);
       out.digest += take.map;
     } catch (const InputError& error) {
@@ -469,9 +470,15 @@ CohortResult run_cohort(const CohortRequest& request,
   const Shard& shard = request.shard;
   const std::size_t mine = shard.count(run.jobs());
   std::vector<std::size_t> todo;
+  bool is_whole = true;
   for (std::size_t k = 0; k < mine; ++k) {
     const std::optional<Part> part = read_part(request.folder, shard.item(k));
     if (!part || part->joints.empty()) todo.push_back(shard.item(k));
+    is_whole = is_whole && part.has_value();
+  }
+  if (is_sealed(request.folder)) {
+    if (is_whole) require_sealed(request.folder, digest_of(request.folder, run.settings(), shard));
+    if (!todo.empty()) io::write_file(request.folder / "run.json", io::dump(run.settings()));
   }
   const int threads = io::threads_of(request.threads);
   const int inner = std::max(1, threads / std::max(1, static_cast<int>(todo.size())));
@@ -492,7 +499,10 @@ CohortResult run_cohort(const CohortRequest& request,
         fmt::format("stopped: {} of {} rows are kept in {}, and the same command goes on from there", kept,
                     mine, request.folder.string()));
   }
-  if (shard.of == 1) write_table(request.folder, run.settings());
+  if (shard.of == 1)
+    write_table(request.folder, run.settings());
+  else
+    seal(request.folder, io::dump(run.settings()), digest_of(request.folder, run.settings(), shard));
   CohortResult out;
   for (std::size_t k = 0; k < mine && shard.item(k) < request.manifest.takes.size(); ++k, ++out.takes) {
     const Part part = read_part(request.folder, shard.item(k)).value();
@@ -506,13 +516,12 @@ bool is_cohort(const fs::path& folder) {
   const fs::path file = folder / "run.json";
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return false;
-  const Json settings = io::parse_json(io::read_document(file), file.string());
-  return settings.is_object() && settings.value("kind", Json()) == "cohort";
+  return is_of_cohort(io::parse_json(io::read_document(file), file.string()));
 }
 
 void merge_cohort(const std::vector<fs::path>& parts, const fs::path& out) {
-  const auto [settings, folders] = read_shards_of_cohort(parts);
-  std::vector<std::string> missing;
+  const auto [settings, folders] = find_shards(parts, "folder of flexor identify --manifest", is_of_cohort);
+  Cells missing;
   const auto folder_of = [&, &shards = folders](std::size_t job) { return shards[job % shards.size()]; };
   for (std::size_t job = 0; job < jobs_of(settings); ++job)
     if (folder_of(job).empty() || !fs::exists(part_file(folder_of(job), job)))
@@ -520,6 +529,9 @@ void merge_cohort(const std::vector<fs::path>& parts, const fs::path& out) {
   if (!missing.empty())
     throw InputError(fmt::format("{} missing: {}: give their folders too, or their commands again",
                                  missing.size() > 1 ? "rows are" : "a row is", recording::listed(missing)));
+  for (std::size_t i = 0; i < folders.size(); ++i)  // of more shards than rows some need not be there
+    if (folders.size() > 1 && !folders[i].empty())
+      require_sealed(folders[i], digest_of(folders[i], settings, {i + 1, folders.size()}));
   const FolderLock lock(out);
   start_folder(out, settings);
   for (std::size_t job = 0; job < jobs_of(settings); ++job) {

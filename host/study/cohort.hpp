@@ -32,7 +32,7 @@ struct Manifest {
   std::vector<Take> takes;
 };
 
-// Columns subject, session, glove, reference, map (empty, JOINT=SENSOR:ANGLE,... or a file with that), in any order, and covariates.
+// Columns subject, session, glove, reference, where there are maps map (empty, JOINT=SENSOR:ANGLE,... or a file with that), in any order, and covariates.
 // Throws io::InputError, one line: a header that is wrong, or no row. What is wrong with a row is its fault.
 Manifest read_manifest(const std::filesystem::path& path);
 

@@ -128,6 +128,12 @@ TEST_F(Cohort, ShardsGiveTheBytesOfTheWholeRunInAnyOrder) {
   EXPECT_TRUE(has(refusal(), "\"options\" differs")) << refusal();
   EXPECT_FALSE(fs::exists(folder_ / "merged"));
   parts.back() = last;
+  const fs::path row = last / "rows" / "1.json";
+  const std::string before = io::read_file(row);
+  io::write_file(row, before + " ");
+  EXPECT_TRUE(has(refusal(), last.string() + ": its rows are not those"));
+  EXPECT_THROW((void)run_cohort(leaving_out(last.filename(), {1, 3}), {}), io::InputError);
+  io::write_file(row, before);
   merge_cohort(parts, folder_ / "merged");
   EXPECT_EQ(files("merged"), files("whole"));
 }
@@ -153,7 +159,7 @@ TEST_F(Cohort, StoppedItGoesOnAndAnotherRunsFolderIsRefused) {
 
 TEST_F(Cohort, AHeaderThatIsWrongIsRefused) {
   for (const auto& [header, what] : std::map<std::string, std::string>{
-           {"subject,session,glove,reference", "column \"map\" is missing"},
+           {"subject,session,glove", "column \"reference\" is missing"},
            {"Subject,session,glove,reference,map", "column \"subject\" is missing"},
            {"subject,session,glove,reference,map,map", "\"map\" is there twice"},
            {"subject,session,glove,reference,map,rmse_deg", "\"rmse_deg\" is there twice"},
@@ -202,6 +208,16 @@ TEST_F(Cohort, AMapIsTextOrAFileAndAManifestMayBeASpreadsheets) {
   EXPECT_EQ(read.takes[0].covariates, std::vector<std::string>{"a; b"});
   EXPECT_EQ(read.takes[0].map, "index=index_adc:index_deg,thumb=index_adc:index_deg");
   EXPECT_EQ(read.takes[1].map, "ring=index_adc:index_deg");
+  CohortRequest one = leaving_out("out");
+  for (const std::string& reason : run_cohort(one, {}).failed) ADD_FAILURE() << reason;
+  EXPECT_TRUE(has(files("out")["cohort.csv"],
+                  "without Zo\xc3\xab nobody is left whose map is "
+                  "\"\"ring=index_adc:index_deg\"\": it differs in row 2"))
+      << files("out")["cohort.csv"];
+  manifest("subject,session,glove,reference\nP0,0,0_glove.csv,0_camera.csv\nP1,0,1_glove.csv\n");
+  const Manifest without = read_manifest(folder_ / "m.csv");
+  EXPECT_EQ(without.takes.at(0).map + without.takes.at(0).fault, "");
+  EXPECT_TRUE(has(without.takes.at(1).fault, "has 3 cells, the header 4"));
 }
 
 }  // namespace

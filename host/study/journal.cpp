@@ -14,11 +14,14 @@
 #include <ctime>
 
 #include "host/io/io.hpp"
+#include "host/io/json.hpp"
 #include "host/io/write_all.hpp"
 
 namespace flexor::study {
 namespace {
 namespace fs = std::filesystem;
+
+constexpr const char* kSeal = "rows_digest";
 
 std::string me() {
   std::array<char, 256> host{};
@@ -50,6 +53,11 @@ std::uintmax_t size_of(const fs::path& path) {
   std::error_code error;
   const std::uintmax_t size = fs::file_size(path, error);
   return error ? 0 : size;
+}
+
+std::string seal_of(const fs::path& folder) {
+  const fs::path path = folder / "run.json";
+  return io::parse_json(io::read_document(path), path.string()).value(kSeal, "");
 }
 
 }  // namespace
@@ -112,10 +120,30 @@ Journal::Journal(const fs::path& folder, const std::string& settings, const std:
 bool is_same_run(const fs::path& folder, const std::string& settings) {
   const fs::path path = folder / "run.json";
   if (size_of(path) == 0) return false;
-  if (io::read_file(path) == settings) return true;
+  const std::string text = io::read_file(path);
+  auto there = nlohmann::ordered_json::parse(text, nullptr, false);
+  if (there.is_object()) there.erase(kSeal);
+  if (text == settings || io::dump(there) == settings) return true;
   throw io::InputError(
       fmt::format("{} holds the results of other settings (see run.json there): choose another folder "
                   "or remove it",
+                  folder.string()));
+}
+
+void seal(const fs::path& folder, const std::string& settings, const std::string& digest) {
+  if (is_sealed(folder)) return require_sealed(folder, digest);
+  auto json = nlohmann::ordered_json::parse(settings);
+  json[kSeal] = digest;
+  io::write_file(folder / "run.json", io::dump(json));
+}
+
+bool is_sealed(const fs::path& folder) { return !seal_of(folder).empty(); }
+
+void require_sealed(const fs::path& folder, const std::string& digest) {
+  if (seal_of(folder) == digest) return;
+  throw io::InputError(
+      fmt::format("{}: its rows are not those that its run ended with: give that shard's command into a new "
+                  "folder",
                   folder.string()));
 }
 

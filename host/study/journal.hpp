@@ -31,8 +31,14 @@ class FolderLock {
   int file_ = -1;
 };
 
-// Whether the folder's run.json is `settings`; false: it has none. Throws io::InputError: it has another run's.
+// Whether the folder's run.json is `settings`, sealed or not; false: it has none. Throws io::InputError: it has another run's.
 bool is_same_run(const std::filesystem::path& folder, const std::string& settings);
+
+// Adds to the run.json of a shard that is whole the digest of what it found. Throws io::InputError: it has another one.
+void seal(const std::filesystem::path& folder, const std::string& settings, const std::string& digest);
+bool is_sealed(const std::filesystem::path& folder);
+// Throws io::InputError: it has another one, or none.
+void require_sealed(const std::filesystem::path& folder, const std::string& digest);
 
 // First next() and keep() until the rows end, then start(), append() and finish(). The folder is locked.
 class Journal {

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <map>
-
 #include "host/io/json.hpp"
 #include "host/twin/exact_json.hpp"
 
@@ -14,13 +12,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using io::InputError;
-
-// The first member that differs, in the words of run.json.
-std::string difference(const Json& a, const Json& b) {
-  for (const auto& [key, value] : a.items())
-    if (!b.contains(key) || b.at(key) != value) return key;
-  return "shard";
-}
 
 Plan to_plan(const Json& settings) {
   Plan plan;
@@ -41,49 +32,58 @@ Plan to_plan(const Json& settings) {
 
 }  // namespace
 
-Shards read_shards(const std::vector<fs::path>& folders,
-                   const std::function<Engine*(const std::string& name)>& engine) {
-  Shards out;
-  Json first;
-  std::map<std::size_t, fs::path> by_index;
+ShardFolders find_shards(const std::vector<fs::path>& folders, const std::string& kind,
+                         bool (*is_one)(const Json& settings)) {
+  ShardFolders out;
   for (const fs::path& folder : folders) {
     const std::string file = (folder / "run.json").string();
     Json settings = io::parse_json(io::read_document(file), file);
-    if (!settings.contains("shard") || !settings.contains("plan"))
-      throw InputError(
-          fmt::format("{}: is no shard's: merge takes folders of flexor experiment --shard i/N", file));
-    const auto index = settings.at("shard").at("index").get<std::size_t>();
-    settings["shard"].erase("index");
-    if (first.is_null()) first = settings;
-    if (settings != first)
-      throw InputError(fmt::format("{}: belongs to another run than {}: \"{}\" differs in their run.json",
-                                   folder.string(), folders.front().string(), difference(first, settings)));
-    if (const auto [other, is_new] = by_index.emplace(index, folder); !is_new)
-      throw InputError(
-          fmt::format("{} and {} are both shard {}", other->second.string(), folder.string(), index));
+    if (!is_one(settings)) throw InputError(fmt::format("{}: is no {}", file, kind));
+    const Json shard = settings.value("shard", Json{{"index", 1}, {"of", 1}});
+    settings["shard"] = shard.at("of");
+    settings.erase("rows_digest");
+    if (out.folders.empty()) {
+      out.settings = settings;
+      out.folders.resize(shard.at("of").get<std::size_t>());
+    }
+    for (const auto& [key, value] : out.settings.items())
+      if (settings.value(key, Json()) != value)
+        throw InputError(fmt::format("{}: belongs to another run than {}: \"{}\" differs in their run.json",
+                                     folder.string(), folders.front().string(), key));
+    fs::path& mine = out.folders.at(shard.at("index").get<std::size_t>() - 1);
+    if (!mine.empty())
+      throw InputError(fmt::format("{} and {} are both shard {}", mine.string(), folder.string(),
+                                   shard.at("index").dump()));
+    mine = folder;
   }
-  if (first.at("version") != FLEXOR_VERSION)
+  if (folders.empty()) throw InputError("no folders to merge");
+  if (out.settings.at("version") != FLEXOR_VERSION)
     throw InputError(fmt::format("{}: is of Flexor {}, this is {}: merge with that version",
-                                 folders.front().string(), first.at("version").get<std::string>(),
+                                 folders.front().string(), out.settings.at("version").get<std::string>(),
                                  FLEXOR_VERSION));
+  out.settings.erase("shard");
+  return out;
+}
+
+Shards read_shards(const std::vector<fs::path>& folders,
+                   const std::function<Engine*(const std::string& name)>& engine) {
+  const auto [settings, found] =
+      find_shards(folders, "shard's: merge takes folders of flexor experiment --shard i/N",
+                  [](const Json& one) { return one.contains("shard") && one.contains("plan"); });
   std::vector<std::size_t> missing;
-  for (std::size_t i = 1; i <= first.at("shard").at("of").get<std::size_t>(); ++i) {
-    if (by_index.contains(i))
-      out.folders.push_back(by_index.at(i));
-    else
-      missing.push_back(i);
-  }
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (found[i].empty()) missing.push_back(i + 1);
   if (!missing.empty())
-    throw InputError(fmt::format("of {} shards {} {} missing: give their folders too",
-                                 first.at("shard").at("of").dump(), fmt::join(missing, ", "),
-                                 missing.size() > 1 ? "are" : "is"));
+    throw InputError(fmt::format("of {} shards {} {} missing: give their folders too", found.size(),
+                                 fmt::join(missing, ", "), missing.size() > 1 ? "are" : "is"));
+  Shards out{{}, found};
   try {
-    out.plan = to_plan(first);
+    out.plan = to_plan(settings);
   } catch (const Json::exception&) {
     throw InputError(fmt::format("{}/run.json: is damaged: give that shard's command into a new folder",
                                  folders.front().string()));
   }
-  out.plan.engine = engine(first.at("engine").get<std::string>());
+  out.plan.engine = engine(settings.at("engine").get<std::string>());
   return out;
 }
 

@@ -65,6 +65,17 @@ TEST_F(ShardsTest, AnUnfinishedOneIsNamedAndNothingIsWritten) {
   EXPECT_FALSE(fs::exists(folder_ / "merged"));
 }
 
+TEST_F(ShardsTest, AChangedDigitIsRefusedAlsoByItsOwnCommand) {
+  const fs::path file = folders_[1] / "trials.csv";
+  std::string rows = io::read_file(file);
+  char& digit = rows.at(rows.find('.', rows.find('\n')) + 1);
+  digit = digit == '3' ? '4' : '3';
+  io::write_file(file, rows);
+  const std::string said = folders_[1].string() + ": its rows are not those that its run ended with";
+  EXPECT_EQ(refusal().find(said), 0U) << refusal();
+  EXPECT_EQ(io::refusal_of([&] { (void)run(plan({2, 3}, folders_[1]), {}); }).find(said), 0U);
+}
+
 TEST_F(ShardsTest, OnesThatAreMissingTwiceThereOrOfAnotherRunAreNamed) {
   const fs::path third = folders_.back();
   folders_.pop_back();

@@ -84,6 +84,7 @@ class Runner {
       if (!plan_.folder.empty()) open_journal();
       shards.empty() ? play_all() : take_over(shards);
       if (journal_) write([&] { journal_->finish(); });
+      if (plan_.shard.of > 1) seal(plan_.folder, settings_of(plan_), digest_);
     } catch (const std::exception&) {
       // An interruption ends compilers and the like, too: that they failed then is no news.
       if (is_stopped()) throw io::Cancelled(stopped());
@@ -94,11 +95,13 @@ class Runner {
     return std::move(result_);
   }
 
-  // How many of its batches the folder has, whole.
+  // How many of its batches the folder has, whole. Throws io::InputError: all, but not as they were written.
   std::size_t whole_jobs() {
     Journal journal(plan_.folder, settings_of(plan_), header_of_rows());
     std::size_t whole = 0;
-    for (JobRows rows; whole < jobs_ && read(journal, job(whole), rows);) ++whole;
+    for (JobRows rows; whole < jobs_ && read(journal, job(whole), rows); ++whole)
+      add_to_digest(text(job(whole), rows));
+    if (whole == jobs_) require_sealed(plan_.folder, digest_);
     return whole;
   }
   std::size_t jobs() const { return jobs_; }
@@ -239,7 +242,10 @@ class Runner {
     return r;
   }
 
+  void add_to_digest(const std::string& rows) { digest_ = io::digest(digest_ + rows); }
+
   void take(const Job& job, const JobRows& rows) {
+    if (plan_.shard.of > 1) add_to_digest(text(job, rows));
     done_rows_ += static_cast<std::int64_t>(rows.size()) * job.count;
     for (std::size_t c = 0; c < rows.size(); ++c) {
       Cell& cell = result_.cells[job.motion * rows.size() + c];
@@ -307,6 +313,7 @@ class Runner {
   std::int64_t done_rows_ = 0;
   std::optional<Journal> journal_;
   std::size_t committed_ = 0;
+  std::string digest_;  // of a shard's rows, batch by batch
 };
 
 Json statistic_json(const Statistic& s) {

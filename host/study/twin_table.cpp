@@ -3,52 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
 
 #include "host/score/trial.hpp"
-#include "host/study/log_rms.hpp"
 
 namespace flexor::study {
-TableErrors published_table(int last) {
-  TableErrors out;
-  for (int g = 1; g <= last; ++g) {
-    out.emplace_back();
-    for (std::size_t c = 0; c < kPublishedCompensators; ++c) {
-      out.back()[c] = *published_error_deg_s(g, published_compensators()[c]);
-    }
-  }
-  return out;
-}
-
-std::array<double, kPublishedCompensators> published_standard_errors() {
-  std::array<double, kPublishedCompensators> out{};
-  constexpr auto kTrials = static_cast<double>(kPublishedTrials);
-  for (std::size_t c = 0; c < kPublishedCompensators; ++c) {
-    double sum = 0;
-    for (int g = 1; g <= kLastFittedGesture; ++g) {
-      const auto trials = published_trials_deg_s(g, published_compensators()[c]);
-      const double mean = std::accumulate(trials.begin(), trials.end(), 0.0) / kTrials;
-      double squares = 0;
-      for (const double t : trials) squares += (t - mean) * (t - mean);
-      sum += squares / (kTrials - 1) / kTrials / (mean * mean);
-    }
-    out[c] = std::sqrt(sum / kLastFittedGesture);
-  }
-  return out;
-}
-
-double log_likelihood(const TableErrors& ours, const TableErrors& published) {
-  const auto deviation = published_standard_errors();
-  double sum = 0;
-  for (std::size_t g = 0; g < ours.size(); ++g) {
-    for (std::size_t c = 0; c < kPublishedCompensators; ++c) {
-      const double z = std::log(ours[g][c] / published[g][c]) / deviation[c];
-      sum -= z * z / 2;
-    }
-  }
-  return sum;
-}
 
 TableErrors twin_table(const twin::Parameters& parameters, int last, int trials, std::uint64_t seed) {
   Plan plan;

@@ -12,6 +12,7 @@
 #include "host/identify/from_poses.hpp"
 #include "host/identify/joint_map.hpp"
 #include "host/identify/recalibrate_files.hpp"
+#include "host/identify/structure_text.hpp"
 #include "host/recording/csv.hpp"
 #include "host/study/cohort.hpp"
 #include "python/bindings/job.hpp"
@@ -106,7 +107,7 @@ nb::tuple cohort(const std::filesystem::path& manifest, const std::filesystem::p
       return !progress.stop;
     };
     return study::run_cohort(request,
-                             [&](std::size_t done, std::size_t of) { progress.step(done, of, "take"); });
+                             [&](std::size_t done, std::size_t of) { progress.step(done, of, "fit"); });
   });
   return nb::make_tuple(found.takes, found.failed);
 }
@@ -157,6 +158,7 @@ void add_identify(nb::module_& m) {
       .def_rw("pair_camera", &RecalibrationFiles::pair_camera)
       .def_rw("map", &RecalibrationFiles::map)
       .def_rw("inputs", &RecalibrationFiles::inputs);
+  m.def("check_structure", [](const std::string& text) { (void)identify::parse_structure(text, 1); });
   m.def("joint_name", [](const std::string& name) { return std::string(model::joint_name(name)); });
   m.def("identify", &identify_takes, nb::arg(), nb::arg().none(), nb::arg().none());
   m.def("fit", &fit);

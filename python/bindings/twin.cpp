@@ -1,13 +1,15 @@
 #include "host/twin/parameters.hpp"
 
 #include <fmt/format.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include "host/deploy/hardware.hpp"
-#include "host/study/glove_recording.hpp"
-#include "host/study/laboratory.hpp"
+#include "host/study/glove_fit.hpp"
 #include "host/study/log_rms.hpp"
 #include "host/study/shards.hpp"
 #include "host/study/trials.hpp"
@@ -77,37 +79,33 @@ nb::object merge(const std::vector<std::filesystem::path>& folders, const std::f
   return to_python(study::to_json(result, shards.plan));
 }
 
-// How likely the published averages of gestures 1 to last are beside the twin's (host/study/twin_table.hpp).
-double table_log_likelihood(const twin::Parameters& parameters, int last, int trials, std::uint64_t seed) {
-  return study::log_likelihood(study::twin_table(parameters, last, trials, seed),
-                               study::published_table(last));
-}
-
+// The article's averages, with their three trials.
 nb::object published_table() {
   nlohmann::ordered_json out;
   for (int g = 1; g <= study::kLastGesture; ++g) {
     for (const std::string& c : study::published_compensators())
-      out.push_back(
-          {{"gesture", g}, {"compensator", c}, {"error_deg_s", *study::published_error_deg_s(g, c)}});
+      out.push_back({{"gesture", g},
+                     {"compensator", c},
+                     {"error_deg_s", *study::published_error_deg_s(g, c)},
+                     {"trials_deg_s", study::published_trials_deg_s(g, c)}});
   }
   return to_python(out);
 }
 
-// The laboratory is one of many: `number` makes its random numbers its own.
-nb::object play_laboratory(study::Plan plan, std::uint64_t number, const std::string& gestures,
-                           std::uint64_t glove_seed, double rate_hz, bool scenarios) {
-  plan.motions = study::motions(gestures);
-  plan.compensators = study::compensators(study::published_compensators(), rate_hz);
-  plan.seed = twin::seed_of(plan.seed, number);
-  study::check(plan);
-  study::LaboratoryPlan laboratory{plan, {}, rate_hz, twin::seed_of(glove_seed, number)};
-  if (scenarios) laboratory.scenarios = study::changed_scenarios();
-  nlohmann::ordered_json played;
-  {
-    const nb::gil_scoped_release released;
-    played = study::play_laboratory(laboratory);
-  }
-  return to_python(played);
+// What is fitted to a glove that is worn and recorded once (host/study/glove_fit.hpp): compensators; the lead, or none.
+std::pair<std::vector<study::Compensator>, std::optional<double>> fit_glove(
+    const twin::Parameters& parameters, double rate_hz, std::uint64_t seed) {
+  const study::GloveRequest request{parameters, rate_hz, 1, seed};
+  study::GloveFit glove = study::fit_glove(request, study::record_glove(request));
+  glove.baselines.push_back({"identified", glove.identified});
+  return {glove.baselines, glove.lead_s};
+}
+
+// Name and assignments of each.
+std::vector<std::pair<std::string, std::vector<std::string>>> changed_scenarios() {
+  std::vector<std::pair<std::string, std::vector<std::string>>> out;
+  for (const study::Scenario& one : study::changed_scenarios()) out.emplace_back(one.name, one.set);
+  return out;
 }
 
 }  // namespace
@@ -133,8 +131,10 @@ void add_twin(nb::module_& m) {
   m.def("experiment", &experiment, nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg().none());
   m.def("merge", &merge, nb::arg(), nb::arg(), nb::arg().none());
   m.def("published_table", &published_table);
-  m.def("table_log_likelihood", &table_log_likelihood, nb::call_guard<nb::gil_scoped_release>());
-  m.def("play_laboratory", &play_laboratory);
+  m.def("twin_table", &study::twin_table, nb::call_guard<nb::gil_scoped_release>());
+  m.def("fit_glove", &fit_glove, nb::call_guard<nb::gil_scoped_release>());
+  m.def("changed_scenarios", &changed_scenarios);
+  m.def("seed_of", [](std::uint64_t seed, std::uint64_t number) { return twin::seed_of(seed, number); });
 }
 
 }  // namespace flexor::python

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from typing import Any, Callable, Iterator, Optional, Union
 
 try:
@@ -12,6 +13,16 @@ except ModuleNotFoundError:  # as it is built, beside the sources
 
 InputError = core.InputError
 JobError = core.JobError
+_ARGUMENTS = {"rate": "rate_hz", "lead": "lead_s", "clock-offset": "clock_offset_s", "log-rate": "log_rate_hz", "time-limit": "time_limit_s"}
+
+
+def _in_python(error: Exception) -> str:
+    """Rooms name the command's options, which are arguments here. A message that shows a command keeps them."""
+    text = str(error.args[0]) if error.args else ""
+    return text if "flexor " in text else re.sub("--([a-z]+(?:-[a-z]+)*)", lambda m: _ARGUMENTS.get(m[1], m[1].replace("-", "_")), text)
+
+
+InputError.__str__ = JobError.__str__ = _in_python
 __version__: str = core.version
 
 Show = Union[None, bool, Callable[[int, int, str], object]]
@@ -29,14 +40,22 @@ def pandas() -> Any:
 def filled(request: Any, **fields: Any) -> Any:
     """A room's request with these fields."""
     for name, value in fields.items():
-        setattr(request, name, value)
+        try:
+            setattr(request, name, value)
+        except TypeError:
+            raise InputError(f"{name}: {value!r:.60} is of a kind that it does not take") from None
     return request
 
 
 def run(job: Callable[..., Any], *given: Any, progress: Show) -> Any:
     """A job of the rooms, which shows how far it is."""
     with shown(progress) as show:
-        return job(*given, show)
+        try:
+            return job(*given, show)
+        except TypeError as error:  # nanobind's, whose text is C++
+            if "incompatible function arguments" not in str(error):
+                raise
+            raise InputError(f"{job.__name__}: takes none of " + ", ".join(f"{one!r:.40}" for one in given)) from None
 
 
 @contextlib.contextmanager

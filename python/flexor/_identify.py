@@ -82,14 +82,21 @@ def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[
         raise InputError(f'leave_out "{leave_out}": take or block')
     logs: dict[int, Any] = {}
 
-    def log_of(given: Any) -> Any:
+    def log_of(given: Any, of: str, number: int) -> Any:
         if id(given) not in logs:
-            logs[id(given)] = as_log(given)
+            logs[id(given)] = as_log(given, f"{of} {number}" if len(pairs) > 1 else of)
         return logs[id(given)]
 
+    for one in pairs:
+        if not isinstance(one, (tuple, list)) or len(one) != 2:
+            raise InputError(f"pairs: a list of (glove, reference), not of {type(one).__name__}")
+    for joint, of in (map or {}).items():
+        if not isinstance(of, (tuple, list)) or len(of) != 2 or not isinstance(of[1], str):
+            raise InputError(f'map: {joint!r} is {of!r:.60}: a sensor or several and an angle, ("SensorA1", "index_deg")')
     name = core.joint_name
     request = filled(
-        core.HandRequest(), pairs=[core.PairFiles(log_of(sensor), log_of(reference)) for sensor, reference in pairs],
+        core.HandRequest(),
+        pairs=[core.PairFiles(log_of(sensor, "glove", i), log_of(reference, "reference", i)) for i, (sensor, reference) in enumerate(pairs, 1)],
         map=[core.JointMap(name(joint), [one] if isinstance(one, str) else list(one), angle) for joint, (one, angle) in (map or {}).items()],
         rate_hz=rate_hz, split=split, structure=structure, lead_s=lead_s, clock_offset_s=clock_offset_s, fit_all=fit_all,
         leave_out=core.LeaveOut[leave_out or "none"], input_unit=input_unit, output_unit=output_unit, ends=_ends(ends_deg),
@@ -107,7 +114,7 @@ def align(sensor: Any, reference: Any, *, input: str = "", output: str = "", rat
           clock_offset_s: Optional[float] = None, output_unit: str = "", progress: Show = None) -> tuple[dict[str, Any], Recording]:
     """The clock offset of two logs of one motion, from their signals alone: what ``flexor align --json`` prints, and both on the
     sensor's clock. ``input``, ``output``: their columns, where they have several. Raises ``InputError`` and ``JobError``."""
-    files = core.SourceFiles(as_log(sensor), as_log(reference), input, output, output_unit)
+    files = core.SourceFiles(as_log(sensor, "sensor"), as_log(reference, "reference"), input, output, output_unit)
     results, parts = run(core.align, files, rate_hz, clock_offset_s, progress=progress)
     return results, Recording._of(parts)
 

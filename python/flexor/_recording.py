@@ -11,6 +11,9 @@ import numpy as np
 from flexor._core import InputError, core, pandas
 
 
+LONGEST_UNSTATED_S = 0.99  # beyond, times without a unit may be milliseconds or rows: of files too (host/recording/stream.cpp)
+
+
 class Recording:
     """Named columns over one clock, as views of the caller's arrays where these are contiguous float64.
 
@@ -19,7 +22,7 @@ class Recording:
     ``time_unit``: s, ms, us or ns, of times that are plain numbers and whose name states none (``time_ms`` does).
     ``rate_hz``: of rows that are evenly spaced and have no time.
     ``units``: of columns whose name states none (``index_deg``, ``flex [count]``): count, V, mV, ohm, kohm, deg, rad, mm.
-    A missing reading is NaN; what reads a column leaves such rows out. Columns of text are left out (``warnings``).
+    A missing reading is NaN, or masked; what reads a column leaves such rows out. Columns of text are left out (``warnings``).
     Raises ``InputError``.
 
     >>> log = Recording({"index_adc": [500, 510, 530, 560]}, rate_hz=50, units={"index_adc": "count"})
@@ -39,7 +42,7 @@ class Recording:
                 raise InputError(f'{source}: no column "{time}"; there are: {", ".join(columns)}')
             self.t_s = _seconds(columns.pop(time), time, time_unit, source)
         elif time is not None:
-            self.t_s = _seconds(np.asarray(time), "", time_unit, source)
+            self.t_s = _seconds(_array(time), "", time_unit, source)
         elif rate_hz is not None:
             if not rate_hz > 0:
                 raise InputError("the rate must be positive")
@@ -115,18 +118,23 @@ def read(path: Union[str, os.PathLike], columns: Union[Sequence[str], Callable[[
     return Recording._of(core.read(path, columns, time_unit, [time_column] if time_column else [], log_rate_hz, repair))
 
 
-def as_recording(log: Any) -> Recording:
-    """A recording, a frame with a time index, or a file's path as a recording."""
+def as_recording(log: Any, name: str = "recording") -> Recording:
+    """A recording, a frame with a time index, which messages call `name`, or a file's path as a recording."""
     if isinstance(log, Recording):
         return log
     if isinstance(log, (str, os.PathLike)):
         return read(log)
-    return Recording(log)
+    return Recording(log, source=name)
 
 
-def as_log(given: Any) -> Any:
+def as_log(given: Any, name: str = "recording") -> Any:
     """The same for a room; none of None."""
-    return core.Log() if given is None else core.Log(as_recording(given))
+    return core.Log() if given is None else core.Log(as_recording(given, name))
+
+
+def _array(values: Any) -> np.ndarray:
+    """What a mask hides is missing."""
+    return values.astype(float).filled(np.nan) if np.ma.isMaskedArray(values) else np.asarray(values)
 
 
 def _is_frame(data: Any) -> bool:
@@ -141,7 +149,7 @@ def _columns_of(data: Any, source: str) -> dict[str, Any]:
                 raise InputError(f'{source}: column "{name}" occurs twice: rename one of them')
         return {name: data.iloc[:, i] for i, name in enumerate(names)}
     if isinstance(data, Mapping):
-        return {str(name): np.asarray(values) for name, values in data.items()}
+        return {str(name): _array(values) for name, values in data.items()}
     raise InputError(f"{source}: a frame with a time index or a mapping of names to arrays, not {type(data).__name__}")
 
 
@@ -168,9 +176,10 @@ def _seconds(times: Any, name: str, time_unit: Optional[str], source: str) -> np
     stated = core.seconds_in(name if time_unit is None else f"t_{time_unit}")
     if time_unit is not None and stated is None:
         raise InputError(f'{source}: time_unit "{time_unit}": s, ms, us or ns')
-    if stated is None and values.dtype.kind in "iu":
-        raise InputError(f'{source}: the times are whole numbers that state no unit: time_unit="ms"?')
     seconds = np.ascontiguousarray(values, dtype=np.float64)
+    step = np.median(np.diff(seconds)) if seconds.size > 1 else 0.0
+    if stated is None and (values.dtype.kind in "iu" or step > LONGEST_UNSTATED_S):
+        raise InputError(f'{source}: times in steps of {step:g}, and nothing says of what: time_unit="ms"? or "s"?')
     return seconds if stated in (None, 1.0) else seconds * stated
 
 

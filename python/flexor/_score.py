@@ -23,7 +23,7 @@ def score(measured: Any, estimated: Any, columns: Optional[Mapping[str, str]] = 
     >>> round(score(truth, Recording({"index_deg": angle + 2}, rate_hz=20))["index"]["rmse_deg"], 6)
     2.0
     """
-    reference, estimate = as_recording(measured), as_recording(estimated)
+    reference, estimate = as_recording(measured, "measured"), as_recording(estimated, "estimated")
     if columns is None:
         columns = {name: name for name in reference.columns
                    if name in estimate.columns and name.endswith("_deg") and not name.endswith("_se_deg")}
@@ -43,6 +43,8 @@ def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[
     >>> judge(noise, {"line": 3 * noise}, period_s=0.05)["word"]
     'better'
     """
+    if not isinstance(baseline_error_deg, Mapping):
+        raise InputError("baseline_error_deg: a mapping of baselines' names to their errors")
     errors = {"": np.asarray(error_deg, float)} | {name: np.asarray(e, float) for name, e in baseline_error_deg.items()}
     for name, e in errors.items():
         if e.shape != errors[""].shape or not np.isfinite(e).all():

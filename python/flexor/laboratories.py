@@ -7,9 +7,9 @@ laboratories are drawn from
     ln likelihood = -1/2 sum over the cells of (ln(ours / published) / standard error)^2
 
 with `ours` the mean of the twin's trials with common random numbers, and the standard error that of a published average of three
-trials (host/study/twin_table.hpp). The draws are emcee's (Foreman-Mackey et al., PASP 125 (2013) 306), by stretches and differential
+trials. The draws are emcee's (Foreman-Mackey et al., PASP 125 (2013) 306), by stretches and differential
 evolution. In each laboratory the glove is worn and recorded once, compensators are fitted to that recording, and the gestures
-are played (host/study/laboratory.hpp).
+are played with the published ones and those.
 
     python -m flexor.laboratories draw --laboratories 200 --out laboratories.json
     python -m flexor.laboratories run laboratories.json --scenarios --out all/
@@ -25,7 +25,7 @@ import os
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Callable, NamedTuple, Optional
+from typing import Any, Callable, NamedTuple, Optional, Sequence
 
 import numpy as np
 import pandas as pd
@@ -34,6 +34,7 @@ from flexor._core import InputError, Show, __version__, core, filled, shown
 from flexor._files import run_command, write_json, write_text
 
 SCHEMA = "flexor-ensemble"
+PUBLISHED = ("raw", "published-w", "published-hw")
 FINGERS = ("thumb", "index", "middle", "ring", "pinky")
 QUANTILES = {"median": 0.5, "low": 0.05, "high": 0.95}
 TRUSTED = 50  # autocorrelation times that chains must have for their length to be known (emcee's own rule)
@@ -98,8 +99,32 @@ def prior() -> Prior:
                  np.r_[bend_deg, median], np.r_[np.full(10, 16.0), factor], np.r_[bend_deg - 45, low], np.r_[bend_deg + 45, high])
 
 
-def _parameters(values: list[float]) -> Any:
-    return core.parameters("", [f"{name}={value}" for name, value in zip(prior().names, values)])
+def _parameters(values: list[float], changes: Sequence[str] = ()) -> Any:
+    return core.parameters("", [*(f"{name}={value}" for name, value in zip(prior().names, values)), *changes])
+
+
+@functools.cache
+def published() -> list[dict[str, Any]]:
+    """The article's averages and their trials, gesture by gesture, in each PUBLISHED."""
+    return core.published_table()
+
+
+@functools.cache
+def standard_errors() -> dict[str, float]:
+    """Of a published average, relative, by compensator: standard deviation of its three trials / average / sqrt(3), root mean
+    square over gestures 1 to 4, since three trials say little of one cell's spread. 0.28, 0.49 and 0.62."""
+    squares: dict[str, list[float]] = {}
+    for cell in published()[: 4 * len(PUBLISHED)]:
+        trials = np.array(cell["trials_deg_s"])
+        squares.setdefault(cell["compensator"], []).append(trials.var(ddof=1) / len(trials) / trials.mean() ** 2)
+    return {name: math.sqrt(np.mean(of)) for name, of in squares.items()}
+
+
+def log_likelihood(parameters: Any, trials: int, seed: int) -> float:
+    """Of the published averages of gestures 1 to 4, beside the twin's."""
+    ours = np.ravel(core.twin_table(parameters, 4, trials, seed))
+    return -sum((math.log(one / cell["error_deg_s"]) / standard_errors()[cell["compensator"]]) ** 2
+                for one, cell in zip(ours, published())) / 2
 
 
 def sample(log_density: Callable[[np.ndarray], float], start: np.ndarray, steps: int, *, seed: int = 7, threads: int = 0,
@@ -139,7 +164,7 @@ def draw(laboratories: int = 200, *, walkers: int = 64, steps: int = 600, starts
         before = of.log_density(x)
         if math.isinf(before):
             return before
-        return before + core.table_log_likelihood(_parameters(of.values(x)), 4, trials, seed)
+        return before + log_likelihood(_parameters(of.values(x)), trials, seed)
 
     random = np.random.default_rng(seed)
     begins = np.array([of.draw(random) for _ in range(max(walkers, starts))])
@@ -183,9 +208,20 @@ def load(path: Any) -> dict[str, Any]:
 
 def play(values: list[float], number: int, *, gestures: str = "1-6", trials: int = 16, seed: int = 1, glove_seed: int = 1001,
          rate_hz: float = 10, scenarios: bool = False) -> dict[str, Any]:
-    """The experiment in one laboratory, `number` of its random numbers: {"cells", "lead_s", "shapes"} (host/study/laboratory.hpp)."""
-    plan = filled(core.Plan(), parameters=_parameters(values), trials=trials, seed=seed, threads=1)
-    return core.play_laboratory(plan, number, gestures, glove_seed, rate_hz, scenarios)
+    """The experiment in one laboratory, `number` of its random numbers: {"cells": [{"scenario", "gesture", "compensator",
+    "error_deg_s"}], "lead_s", "shapes"}. The scenario of ordinary use is "", in which the glove is recorded for all of them; the lead is
+    what is predicted, none where the lag lies outside the search."""
+    fitted, lead_s = core.fit_glove(_parameters(values), rate_hz, core.seed_of(glove_seed, number))
+    compensators = [core.named_model(name, rate_hz) for name in PUBLISHED] + fitted
+    cells, shapes = [], None
+    for name, changes in [("", []), *(core.changed_scenarios() if scenarios else [])]:
+        plan = filled(core.Plan(), parameters=_parameters(values, changes), compensators=compensators, trials=trials, threads=1,
+                      seed=core.seed_of(seed, number))
+        found = core.experiment(plan, gestures, rate_hz, "", None)
+        cells += [{"scenario": name, "gesture": cell["gesture"], "compensator": cell["compensator"],
+                   "error_deg_s": cell["total_error_deg_s"]["mean"]} for cell in found["cells"]]
+        shapes = found["shapes"] if shapes is None else shapes
+    return {"cells": cells, "lead_s": lead_s, "shapes": shapes}
 
 
 def run(ensemble: dict[str, Any], *, out: Any = None, threads: int = 0, client: Any = None, progress: Show = None,
@@ -248,9 +284,9 @@ def _headlines(cells: pd.DataFrame) -> list[dict[str, Any]]:
 
 def _log_rms(cells: pd.DataFrame, first: int, last: int) -> Optional[dict[str, float]]:
     """Distance from the published averages; none where a gesture was not played."""
-    published = pd.DataFrame(core.published_table()).query("@first <= gesture <= @last")
-    both = published.merge(cells, on=["gesture", "compensator"], suffixes=("_published", ""))
-    if both.groupby(["gesture", "compensator"]).ngroups < len(published):
+    table = pd.DataFrame(published()).query("@first <= gesture <= @last")
+    both = table.merge(cells, on=["gesture", "compensator"], suffixes=("_published", ""))
+    if both.groupby(["gesture", "compensator"]).ngroups < len(table):
         return None
     squares = np.log(both.error_deg_s / both.error_deg_s_published) ** 2
     return _interval(np.sqrt(squares.groupby(both.laboratory).mean()))

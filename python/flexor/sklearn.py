@@ -18,6 +18,7 @@ class FlexorRegressor(RegressorMixin, BaseEstimator):
 
     ``structure``: as ``flexor.identify`` takes it. Where the rows are too few for it, or tell nothing of the angle, a straight line
     by least squares is fitted in its place, and ``refusal_`` says why; ``compensator_`` is none then.
+    Raises ValueError: a structure that does not parse, a rate that is not positive.
     The past counts: ``predict`` starts anew at each call, and rows have an order.
 
     >>> import numpy as np
@@ -39,6 +40,9 @@ class FlexorRegressor(RegressorMixin, BaseEstimator):
 
     def fit(self, X: Any, y: Any) -> FlexorRegressor:
         X, y = validate_data(self, X, y, multi_output=True, y_numeric=True, dtype=np.float64, ensure_min_samples=2)
+        if not self.rate_hz > 0:
+            raise ValueError(f"rate_hz={self.rate_hz!r}: rows a second, more than 0")
+        core.check_structure(self.structure)
         angles = y.reshape(len(y), -1).astype(np.float64)
         self._shape = y.shape[1:]
         self.refusal_: Optional[str] = None

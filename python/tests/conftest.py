@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import signal
 import subprocess
 
 import pytest
@@ -37,3 +38,19 @@ def files(tmp_path_factory, program):
     folder = tmp_path_factory.mktemp("glove") / "logs"
     program("twin", "record", "--out", folder, "--seed", 7)
     return folder
+
+
+@pytest.fixture
+def dying_cluster(tmp_path):
+    """A client of two workers of Dask, and a progress function whose first two calls kill one each."""
+    distributed = pytest.importorskip("distributed", reason="distributed is not installed")
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, local_directory=str(tmp_path)) as cluster, \
+            distributed.Client(cluster) as client:
+        victims = list(client.run(os.getpid).values())
+
+        def progress(done, of, what):
+            if victims:
+                os.kill(victims.pop(), signal.SIGKILL)
+
+        yield client, progress
+        assert not victims

@@ -51,6 +51,7 @@ ANGLES = {"index_deg": [1.0, 2.0, 3.0]}
     (lambda: flexor.Recording(frame().reset_index()), 'no time index: Recording(..., time="t_s")'),
     (lambda: flexor.Recording({"a": [1, 2]}), "nothing says the time"),
     (lambda: flexor.Recording(frame().set_axis([0, 100, 200])), "time_unit"),
+    (lambda: flexor.Recording(frame().set_axis([0.0, 20.0, 40.0])), "steps of 20, and nothing says of what"),
     (lambda: flexor.Recording(frame().set_axis([0.0, np.nan, 0.2])), "row 2 has no time"),
     (lambda: flexor.Recording(frame().set_axis(pandas.to_datetime(["2026-05-01", "2026-05-02", None]))), "row 3 has no time"),
     (lambda: flexor.Recording(frame().set_axis(["a", "b", "c"])), "numbers, dates or durations"),
@@ -67,9 +68,23 @@ ANGLES = {"index_deg": [1.0, 2.0, 3.0]}
     (lambda: flexor.judge([1, np.nan, 3], {"line": [1, 2, 3]}, 0.05), "finite"),
     (lambda: flexor.judge([1, 2, 3], {"line": [1, 2]}, 0.05), "errors of line"),
     (lambda: flexor.judge([1, 2, 3], {"line": [1, 2, 3]}, 0), "period_s=0"),
+    (lambda: flexor.judge([1, 2, 3], [1, 2, 3], 0.05), "a mapping"),
+    (lambda: flexor.twin(rate_hz="fast"), "takes none of"),
 ])
 def test_a_recording_that_is_none(work, text):
     assert text in refusal(work)
+
+
+@pytest.mark.parametrize("work, text", [
+    (lambda glove, camera: flexor.identify((glove, camera)), "pairs: a list of (glove, reference)"),
+    (lambda glove, camera: flexor.identify([(glove, camera)], {"index": "index_deg"}), "a sensor or several and an angle"),
+    (lambda glove, camera: flexor.identify([(glove, camera)], rate_hz="20"), "rate_hz: '20' is of a kind"),
+    (lambda glove, camera: flexor.align(glove.frame, camera), "sensor: which column? give input; there are: thumb_alpha_deg"),
+    (lambda glove, camera: flexor.align(glove, camera, input="index_alpha_deg"), "camera: which column? give output"),
+    (lambda glove, camera: flexor.identify([(glove, frame())]), 'reference: column "index_adc" is in count'),
+])
+def test_arguments_that_are_wrong(donning, work, text):
+    assert text in refusal(lambda: work(donning.glove, donning.camera))
 
 
 def test_columns_of_all_kinds():
@@ -80,6 +95,7 @@ def test_columns_of_all_kinds():
     assert list(log.columns) == ["flex", "on"] and "note" in log.warnings[0]
     nullable = flexor.Recording(frame(flex=pandas.array([1, None, 3], dtype="Int64"), old=numpy_objects))
     assert np.isnan(nullable["flex"][1]) and np.isnan(nullable["old"][1])
+    assert np.isnan(flexor.Recording({"a": np.ma.array([1, 2], mask=[0, 1])}, rate_hz=1)["a"][1])
 
 
 def test_readings_in_another_unit(found, donning):

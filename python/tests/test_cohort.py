@@ -84,15 +84,7 @@ def test_interrupted_it_goes_on(manifest, whole, tmp_path, how):
     assert kept == whole
 
 
-def test_dask_loses_two_workers(manifest, whole, tmp_path):
-    distributed = pytest.importorskip("distributed", reason="distributed is not installed")
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, local_directory=str(tmp_path)) as cluster, \
-            distributed.Client(cluster) as client:
-        victims = list(client.run(os.getpid).values())
-
-        def progress(done, of, what):
-            if victims:
-                os.kill(victims.pop(), signal.SIGKILL)
-
-        flexor.cohort(manifest, tmp_path / "out", client=client, structure="curve", progress=progress)
-    assert files(tmp_path / "out") == whole and not victims
+def test_dask_loses_two_workers(manifest, whole, tmp_path, dying_cluster):
+    client, progress = dying_cluster
+    flexor.cohort(manifest, tmp_path / "out", client=client, structure="curve", progress=progress)
+    assert files(tmp_path / "out") == whole

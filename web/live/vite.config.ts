@@ -20,8 +20,10 @@ function hands(): Plugin {
   };
 }
 
-// The model that script/hand_landmarker makes. Without it the page has no markerless reference, and carries nothing of it.
+// The model that script/hand_landmarker makes. Without it the page has no markerless reference, and carries nothing of it; nor in
+// the Python wheel, of which model and program would be the larger part.
 const model = resolve(here, '../../build/markerless/hand_landmarker.task');
+const hasModel = process.env['FLEXOR_MARKERLESS'] !== 'OFF' && existsSync(model);
 
 // What is loaded only when somebody chooses the markerless reference: the program that runs the model, for processors with SIMD,
 // which every browser of today has.
@@ -29,7 +31,7 @@ function markerless(): Plugin {
   return {
     name: 'markerless',
     generateBundle() {
-      if (!existsSync(model)) return;
+      if (!hasModel) return;
       const require = createRequire(import.meta.url);
       const files = {
         'vision.js': require.resolve('@mediapipe/tasks-vision/vision_wasm_module_internal.js'),
@@ -46,7 +48,7 @@ export default defineConfig({
   root: here,
   base: './', // the page lies at /TOKEN/, which no build knows
   plugins: [hands(), markerless()],
-  define: { __MARKERLESS__: JSON.stringify(existsSync(model)) },
+  define: { __MARKERLESS__: JSON.stringify(hasModel) },
   worker: { format: 'es', rollupOptions: { output: { entryFileNames: 'markerless/[name].js' } } },
   build: {
     outDir: resolve(process.env['FLEXOR_PAGE_OUT'] ?? `${here}/dist`),

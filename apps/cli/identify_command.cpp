@@ -107,10 +107,10 @@ std::filesystem::path angles_of_video(const Options& o, io::Worker& camera,
 
 // All candidates of a joint that stands alone.
 void show_structures(const identify::JointFit& joint) {
-  print(fmt::format("\n{:>4}{:>8}{:>8}{:>15}   structure\n", "par.", "fitted", "cross", "fold loss"));
+  print(fmt::format("\n{:>4}{:>7}{:>7} {:>19}   structure\n", "par.", "fitted", "cross", "fold loss"));
   for (const identify::CandidateRow& row : joint.rows) {
     const auto degrees = [](double value) { return std::isnan(value) ? "-" : fmt::format("{:.2f}", value); };
-    print(fmt::format("{:>4.0f}{:>8}{:>8}{:>15} {} {}\n", row.parameters, degrees(row.fitted_rmse_deg),
+    print(fmt::format("{:>4.0f}{:>7}{:>7} {:>19} {} {}\n", row.parameters, degrees(row.fitted_rmse_deg),
                       degrees(row.cross_validated_deg.value_or(std::nan(""))),
                       row.fold_loss ? fmt::format("{:.3g} +- {:.2g}", *row.fold_loss, row.fold_loss_se) : "-",
                       row.chosen ? "*" : " ", row.structure));
@@ -239,6 +239,13 @@ std::vector<identify::JointMap> map_by_name(const identify::HandRequest& r) {
         std::ranges::count(map, angle, &identify::JointMap::reference) == 0)
       log_note(fmt::format("{} is left out: {} has no column of numbers called {}", angle,
                            r.pairs.front().sensor.string(), finger));
+  }
+  for (const recording::Log& log : {r.pairs.front().sensor, r.pairs.front().reference}) {
+    const auto numbers = recording::open_log(log, {{}, r.time});
+    for (const std::string& name : recording::open_log(log, {{}, r.time, recording::Holes::all})->columns()) {
+      if (std::ranges::count(numbers->columns(), name) == 0)
+        log_note(fmt::format("{} is left out: {} has no number in it", name, log.string()));
+    }
   }
   return map;
 }

@@ -18,6 +18,7 @@ struct CompleteOptions {
   posture::CompleteOptions job;
   std::string flexion = "negative";
   std::string model;
+  recording::TimeOptions time;
   std::string out;
   bool json = false;
 };
@@ -74,7 +75,7 @@ std::vector<std::string> warnings_of(const CompleteOptions& o, const posture::Co
 
 posture::Completion complete(const CompleteOptions& o) {
   const posture::Posture known = posture::load(o.posture);
-  recording::CsvReader table(o.file, {{}, {}, recording::Holes::all});
+  recording::CsvReader table(o.file, {{}, o.time, recording::Holes::all});
   io::Output out(o.out);
   ProgressLine progress;
   progress.show("learning what these inputs tell ...");
@@ -150,6 +151,7 @@ void add_complete(CLI::App& posture) {
           "the model that the sensed angles are of: read as flexion by the ends of its joints, 0 at the open "
           "hand; written is positive flexion")
       ->excludes("--flexion");
+  add_time_options(*command, o->time);
   command->add_option("--out", o->out, "the completed CSV")->required();
 }
 

@@ -150,7 +150,9 @@ void check_ranges(const model::Model& model, const std::string& file, const std:
     if (doubts.empty()) log_warning(fmt::format("{}: {}", file, mend));
   }
   if (doubts.empty()) return;
-  throw io::Doubt(fmt::format("{}: {}: {}", file, fmt::join(doubts, "; "), mend));
+  const std::string more =
+      doubts.size() > 1 ? fmt::format("; and {} more column(s)", doubts.size() - 1) : std::string();
+  throw io::Doubt(fmt::format("{}: {}{}: {}", file, doubts.front(), more, mend));
 }
 
 void check_unit(const model::Input& input, const std::string& file, const std::string& column,
@@ -215,7 +217,8 @@ constexpr Command kCommands[] = {
     {add_recalibrate, "Logs", "flexor recalibrate hand.json --recording tomorrow.csv --out tomorrow.json"},
     {add_track, "Logs", "flexor track hand.mp4 --joints joints.json --out angles.csv"},
     {add_camera, "Logs", "flexor camera calibrate board1.png board2.png --out lens.json"},
-    {add_posture, "Logs", "flexor posture complete models/posture.json angles.csv --out hand.csv"},
+    {add_posture, "Logs",
+     "flexor posture complete models/posture.json angles.csv --from index_mcp_deg --out hand.csv"},
     {add_export, "Logs", "flexor export angles.csv --to mcap --out angles.mcap"},
     {add_show, "Logs", "flexor show hand.json"},
     {add_report, "Logs", "flexor report report/"},
@@ -233,7 +236,9 @@ constexpr std::pair<const char*, const char*> kMore[] = {
     {"twin record", "flexor twin record --out glove/"},
     {"twin wear", "flexor twin wear --port-link glove --key pair.key"},
     {"camera calibrate", "flexor camera calibrate board1.png board2.png --out lens.json"},
-    {"posture complete", "flexor posture complete models/posture.json angles.csv --out hand.csv"},
+    {"camera film", "flexor camera film --out hand/"},
+    {"posture complete",
+     "flexor posture complete models/posture.json angles.csv --from index_mcp_deg --out hand.csv"},
 };
 
 // Help begins with an example.

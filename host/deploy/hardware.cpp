@@ -107,6 +107,7 @@ Hand safe_hand(const model::Hardware& p, const model::Model& model, const Key& k
 }
 
 model::Model on_hand(model::Model model, const model::Hardware& p, std::vector<std::string>& notes) {
+  check_bits(model);
   const model::Wiring wiring = model::wiring_of(model);
   for (std::size_t i = 0; i < kFingers; ++i) {
     if (!wiring.joint[i] || !model.joints[*wiring.joint[i]].ends) continue;

@@ -10,6 +10,15 @@ namespace hardware_test {
 
 model::Model published_model() { return model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json"); }
 
+TEST(OnHand, RefusesAModelOfMoreBitsThanTheBoardHas) {
+  model::Model model = published_model();
+  model.inputs[0].unit = "count";
+  model.inputs[0].valid_max = 4094;
+  std::vector<std::string> notes;
+  EXPECT_NE(io::refusal_of([&] { (void)on_hand(model, {}, notes); }).find("counts to 4094"),
+            std::string::npos);
+}
+
 TEST(OnHand, OpenComesUponOpenAndFistUponFist) {
   const model::Model model = published_model();
   std::vector<std::string> notes;

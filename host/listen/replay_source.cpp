@@ -18,7 +18,7 @@ ReplaySource::ReplaySource(const std::filesystem::path& file, double speed,
   if (!(speed >= kSlowest && speed <= kFastest))
     throw io::InputError(fmt::format("--speed {}: must lie between {} and {}", speed, kSlowest, kFastest));
   recording::CsvReader reader(file, {{}, time, recording::Holes::all});
-  recording::Recording recording = recording::read(reader);
+  recording::Recording recording = recording::read(reader, recording::Resets::follow);
   for (recording::Column& column : recording.columns) {
     if (column.name == "host_s") continue;
     columns_.push_back(std::move(column.name));

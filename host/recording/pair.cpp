@@ -225,11 +225,11 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
   }
   if (it->unit.empty() && !wanted) {
     const auto [low, high] = std::ranges::minmax(it->value);
-    recording.warnings.push_back(
-        fmt::format("{}: column \"{}\" states no unit and is taken as degrees{}", recording.source, name,
-                    high - low < 3.5   ? "; it spans so little: are these radians? --output-unit rad"
-                    : high - low > 360 ? "; it spans more than a turn: is this the measured angle?"
-                                       : ""));
+    recording.warnings.push_back(fmt::format(
+        "{}: column \"{}\" states no unit and is taken as degrees{}", recording.source, name,
+        high - low < 3.5   ? "; it spans so little: are these radians? Then let its name end in _rad"
+        : high - low > 360 ? "; it spans more than a turn: is this the measured angle?"
+                           : ""));
   }
   const std::string unit = !it->unit.empty() ? it->unit : wanted.value_or("deg");
   if (unit != "deg" && unit != "rad") {

@@ -1,5 +1,6 @@
 #include "host/recording/shapes_test.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -74,6 +75,18 @@ TEST(Shapes, AFileTakesTheFirstSegmentThatItHas) {
     std::istringstream stream(text);
     CsvReader reader(stream, "log.csv", {{"flex"}, time});
     EXPECT_EQ(read_segments(reader, time).size(), trials);
+  }
+}
+
+TEST(Shapes, TwoClocksOfUnlikeRatesAreRefusedNamingBoth) {
+  for (const auto& [step_ms, is_refused] : {std::pair(51, true), {50, false}}) {
+    std::string text = "time_ms,timestamp,flex\n";
+    for (int k = 0; k < 300; ++k) text += fmt::format("{},{},{}\n", 50 * k, 7 + step_ms * k / 1000.0, k);
+    const std::string what = io::refusal_of([&] { (void)recording_of(text, "flex", {}); });
+    EXPECT_EQ(what.find("\"time_ms\" and \"timestamp\" could both be the time: say which") != what.npos,
+              is_refused)
+        << what;
+    EXPECT_EQ(recording_of(text, "flex", only_time("timestamp")).t_s.size(), 300U);
   }
 }
 

@@ -17,12 +17,15 @@ using io::InputError;
 
 constexpr std::size_t kOddRows = 3;  // so many odd rows are forgiven, and
 constexpr double kOddShare = 0.01;   // one in a hundred
-constexpr const char* kNoTimes = "if the log has no times, --log-rate 50 gives the rows a second";
+constexpr const char* kNoTimes =
+    "if the log has no times, --log-rate 50 gives the rows a second where the command has it";
 constexpr const char* kSort = "sort the log by time";
 constexpr double kLongestStep_s = 5;
 constexpr double kShortestStep_s = 1e-4;
 constexpr double kLongestUnsaid_s =
     0.99;  // where nothing says the unit: 1, 2, 3 and 4, 8, 12 may be rows or milliseconds
+constexpr double kPause_s = 2;  // without a row, and so many steps: no log is made so, some rows lack
+constexpr double kPauseSteps = 20;
 constexpr double kLate_s = 1;         // a board that was reset has been silent for longer
 constexpr double kFirstDay = 20'000;  // of a spreadsheet's calendar: of 1954 to 2091
 constexpr double kLastDay = 70'000;
@@ -128,9 +131,11 @@ void Stream::accept(Row row) {
   const double step = row.t_s - last_s_;
   if (started_ && step == 0 && is_same(row.value, last_value_)) return doubled_.add(row);
   if (started_ && step == 0) repeated_.add(row);
-  if (started_ && step > 0) {
-    if (step <= kJump_s) last_step_s_ = step;
+  if (started_ && rows_ > kOddRows && step > kPause_s && step > kPauseSteps * last_step_s_) {
+    pauses_.add(row);
+    longest_pause_s_ = std::max(longest_pause_s_, step);
   }
+  if (started_ && step > 0 && step <= kJump_s) last_step_s_ = step;
   started_ = true;
   last_s_ = row.t_s;
   last_value_ = row.value;
@@ -185,7 +190,10 @@ std::string Stream::mend(const std::string& by_hand) const {
   if (source_.guesses_time()) return kNoTimes;
   const std::string other = source_.other_time();
   return by_hand +
-         (other.empty() ? "" : fmt::format("; or take the other time: --time-column \"{}\"", other));
+         (other.empty()
+              ? ""
+              : fmt::format("; or take the other time: --time-column \"{}\" where the command has it",
+                            other));
 }
 
 // A time column in another unit than it says makes steps of which no glove log is made; the mend is one with which it would.
@@ -232,6 +240,7 @@ std::vector<std::string> Stream::notes() const {
   say(repeated_, "repeat the time of the row before and are taken as a burst");
   say(ahead_, fmt::format("with a time far ahead of all around ({:.10g} s) were left out", ahead_.first_s));
   say(back_, "with a time that goes backwards were left out");
+  say(pauses_, fmt::format("come after a pause or jump of the clock, of up to {:.4g} s", longest_pause_s_));
   say(resets_seen_, "where the clock starts again: what follows is placed one step after what came before");
   say(wraps_, "where the clock's counter passes its end and starts from 0: it is taken to go on");
   return out;

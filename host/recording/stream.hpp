@@ -101,6 +101,8 @@ class Stream {
   Count back_;
   Count resets_seen_;
   Count wraps_;
+  Count pauses_;
+  double longest_pause_s_ = 0;
   std::array<double, 9> first_steps_s_{};
   std::size_t steps_ = 0;
 };

@@ -40,21 +40,26 @@ const char* spelt(char separator) {
 
 // What a file that is no text is, by how it begins, with the mend; nothing of text.
 const char* binary_kind(std::string_view line) {
-  static constexpr std::array<std::pair<std::string_view, const char*>, 11> kKinds = {
+  static constexpr std::array<std::pair<std::string_view, const char*>, 14> kKinds = {
       {{"{\"", "JSON: write its fields as the columns of CSV"},
+       {"[{", "JSON: write its fields as the columns of CSV"},
        {"<?xml", "XML: write its table as CSV"},
        {"<html", "HTML: write its table as CSV"},
-       {"%PDF", "a PDF: export the table as CSV"},
+       {"<!doctype html", "HTML: write its table as CSV"},
+       {"%pdf", "a PDF: export the table as CSV"},
        {"version https://git-lfs", "a pointer of Git LFS: git lfs pull"},
-       {"MATLAB 5.0 MAT-file", "a MATLAB file: writetable(T, \"log.csv\") in MATLAB"},
-       {"\xC2\x89HDF", "an HDF5 or MATLAB file: write its table as CSV"},
+       {"matlab 5.0 mat-file", "a MATLAB file: writetable(T, \"log.csv\") in MATLAB"},
+       {"matlab 7.3 mat-file", "a MATLAB file: writetable(T, \"log.csv\") in MATLAB"},
+       {"\xC2\x89hdf", "an HDF5 or MATLAB file: write its table as CSV"},
        {"\xC2\x89", "no text: export it as CSV"},
-       {"PK\x03\x04", "an Excel workbook or a ZIP archive: save the sheet as CSV"},
+       {"pk\x03\x04", "an Excel workbook or a ZIP archive: save the sheet as CSV"},
        {"\xC3\x90\xC3\x8F\x11", "an old Excel workbook: save the sheet as CSV"},
        {"\x1F\xC2\x8B", "compressed: gunzip it"}}};
+  const std::string first = lower(line.substr(0, kLongestExcerpt));
   for (const auto& [begin, kind] : kKinds) {
-    if (line.starts_with(begin)) return kind;
+    if (first.starts_with(begin)) return kind;
   }
+  if (first == "{" || first == "[") return kKinds[0].second;
   const bool is_text = std::ranges::none_of(
       line.substr(0, 200), [](unsigned char c) { return c < ' ' && c != '\t' && c != '\r' && c != '\f'; });
   return is_text ? nullptr : "no text: export it as CSV";
@@ -209,12 +214,26 @@ class Finder : public TableState {
         cut_blanks(b, a.size());
         if (a.size() != b.size() || (a.size() < 2 && (!takes_one || c != ','))) continue;
         const std::size_t fewest = takes_one ? 1 : 2;
-        const bool is_first = is_row(a, c, fewest) || (i == 0 && a.size() > 1 && is_header(a, c));
-        if (is_first && is_row(b, c, fewest)) return FirstRow{i, c};
+        const bool is_first =
+            is_row(a, c, fewest) || (i == 0 && a.size() > 1 && is_header(a, c)) || is_under_header(a, c, i);
+        if (is_first && (is_row(b, c, fewest) || is_under_header(b, c, i + 1))) return FirstRow{i, c};
         if (i == 0 && a.size() > 1 && !of_words) of_words = FirstRow{0, c};
       }
     }
     return is_strict() ? row_under_names() : of_words;
+  }
+
+  // Whether the cells that are filled are numbers, few as they may be, below a header of as many cells and a row of units.
+  bool is_under_header(const std::vector<std::string>& cells, char separator, std::size_t row) const {
+    const auto is_word = [&](const auto& c) { return !is_missing(c) && !is_number_or_time(c, separator); };
+    if (std::ranges::any_of(cells, is_word) || std::ranges::all_of(cells, is_missing)) return false;
+    std::vector<std::string> names;
+    for (std::size_t i = row; i-- > row - std::min<std::size_t>(row, 3);) {
+      split(at(i)->text, separator, names);
+      cut_blanks(names, cells.size());
+      if (names.size() == cells.size() && is_header(names, separator)) return true;
+    }
+    return false;
   }
 
   // The newest line, if it has a number for each of the names above it, which only greetings precede, or in the comment.
@@ -261,12 +280,15 @@ class Finder : public TableState {
   void leave_out_titles(std::size_t count) {
     if (count == 0) return;
     const std::size_t begin = first_;
+    bool is_storage = false;  // OpenSim's
     for (; first_ < begin + count; ++first_) {
       ahead_[first_].is_title = true;
       std::string text = lower(trimmed(ahead_[first_].text));
       std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
+      is_storage = is_storage || text.starts_with("version=");
       if (text == "indegrees=yes") title_unit_ = "deg";
-      if (text == "indegrees=no") title_unit_ = "rad";
+      if (text == "indegrees=no" || (text == "endheader" && is_storage && title_unit_.empty()))
+        title_unit_ = "rad";  // as OpenSim reads what says nothing
       std::vector<std::string>& cells = titles_.emplace_back();
       split(text.empty() ? text : ahead_[first_].text, separator_, cells);
       cut_blanks(cells, 0);
@@ -299,7 +321,14 @@ class Finder : public TableState {
       return refuse(Kind::ambiguous, "date and clock are separated like columns; quote them, or use commas",
                     at(0)->number);
     }
-    cut_blanks(cells_, 1);
+    std::size_t width = 1;  // of the rows: the last cell of the first may be missing
+    std::vector<std::string> row;
+    for (std::size_t k = 0; k < kTitles && at(k) != nullptr; ++k) {
+      split(at(k)->text, separator_, row);
+      cut_blanks(row, 1);
+      if (row.size() <= cells_.size()) width = std::max(width, row.size());
+    }
+    cut_blanks(cells_, width);
     header_ = cells_;
     has_header_ = !std::ranges::all_of(
         cells_, [&](const std::string& c) { return is_missing(c) || is_number_or_time(c, separator_); });
@@ -336,6 +365,18 @@ class Finder : public TableState {
     name = rest;
   }
 
+  // Whether a row of titles, such as IDs, tells the same columns apart as the names above it do.
+  static bool repeats(const std::vector<std::string>& title, const std::vector<std::string>& above) {
+    bool tells = false;
+    if (title.size() != above.size()) return false;
+    for (std::size_t i = 0; i + 1 < title.size(); ++i) {
+      const bool differs = above[i] != above[i + 1];
+      if (!above[i].empty() && differs != (title[i] != title[i + 1])) return false;
+      tells = tells || (!above[i].empty() && differs);
+    }
+    return tells;
+  }
+
   // Columns without a name, or of one name, get that of the nearest title that spans them.
   void name_by_titles() {
     const auto is_told = [&](const std::string& name) {
@@ -343,8 +384,8 @@ class Finder : public TableState {
     };
     for (auto title = titles_.rbegin(); title != titles_.rend() && !std::ranges::all_of(header_, is_told);
          ++title) {
-      if (title->size() < 2 || title->size() > header_.size() || std::ranges::count(*title, "ID") > 0)
-        continue;
+      if (title->size() < 2 || title->size() > header_.size()) continue;
+      if (title + 1 != titles_.rend() && repeats(*title, *(title + 1))) continue;
       const std::vector<std::string> before = header_;
       std::string above;
       for (std::size_t i = 0; i < header_.size(); ++i) {
@@ -415,10 +456,10 @@ class Finder : public TableState {
     const bool is_written = !number && place < first.size() && to_time(first[place]);
     if (!is_named && !is_written) return std::nullopt;
     const auto next = place < second.size() ? read_number(second[place], separator_) : std::nullopt;
-    const bool counts =
-        number && next && !unit_s && options_.time.unit.empty() && next->value == number->value + 1;
+    const bool counts = number && next && next->value == number->value + 1;
+    const bool has_unit = unit_s || !options_.time.unit.empty();
     const bool useless = (!number && !is_written) || stands(place, first[place]);
-    return Clock{place, counts ? 2 : useless ? 1 : is_named ? 4 : 3, unit_s};
+    return Clock{place, counts ? (has_unit ? 3 : 2) : useless ? 1 : is_named ? 5 : 4, unit_s};
   }
 
   // The column that is called a time and holds one in the first row, or that has times of day or dates.
@@ -436,10 +477,10 @@ class Finder : public TableState {
     for (std::size_t i = 0; i < header_.size() && !arrow_; ++i) {
       std::optional<Clock> clock = clock_in(i, first, second);
       wants_more_ = wants_more_ || (has_rate && at(1) == nullptr);
-      if (!clock || (has_rate && (has_header_ ? clock->rank < 3 : clock->rank != 3))) continue;
+      if (!clock || (has_rate && (has_header_ ? clock->rank < 3 : clock->rank != 4))) continue;
       wants_more_ = wants_more_ || (best && !(best->unit_s && clock->unit_s) && at(1) == nullptr);
       if (!best || clock->rank > best->rank) std::swap(best, clock);
-      if (clock && clock->rank > 2) other = clock;
+      if (clock && clock->rank > (best->rank > 3 ? 3 : 2)) other = clock;
     }
     const std::vector<std::string>& asked = options_.time.columns;
     const auto named = std::ranges::find_if(asked, [this](const auto& name) { return has(name); });
@@ -459,20 +500,46 @@ class Finder : public TableState {
     if (other) other_time_ = header_[other->place];
     for (std::size_t i = 0; best && other_time_.empty() && i < header_.size(); ++i) {
       const bool is_time = seconds_in(header_units_[i]) || seconds_in(cut_name(header_[i]).unit);
-      if (i != best->place && is_time && never_falls(i)) other_time_ = header_[i];
+      if (i == best->place || !is_time || !course(i)) continue;
+      other_time_ = header_[i];
+      if (header_[i] != kHostClock && disagree(best->place, i))
+        note(fmt::format("\"{}\" is taken for the time and disagrees with \"{}\": --time-column takes that",
+                         header_[best->place], header_[i]));
     }
-    if (best && !best->unit_s && options_.time.unit.empty()) find_packed_clock(first, second);
+    if (best && !best->unit_s && options_.time.unit.empty()) find_packed_clock();
   }
 
-  bool never_falls(std::size_t place) {
-    double last = -std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < kTitles && at(k) != nullptr; ++k) {
+  // How far a column goes over the rows ahead, in whatever unit, and its longest step as a share of that; none: it falls, stands or
+  // holds what is no time.
+  struct Course {
+    double span = 0;
+    double longest = 0;
+  };
+  std::optional<Course> course(std::size_t place) {
+    Course out;
+    std::optional<double> last;
+    for (std::size_t k = 0; k < kStandingRows && at(k) != nullptr; ++k) {
       split_line(at(k)->text);
-      const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;
-      if (!number || number->value < last) return false;
-      last = number->value;
+      const std::string cell = place < cells_.size() ? cells_[place] : "";
+      if (is_missing(cell)) continue;
+      const auto number = is_packed_date(cell) ? std::nullopt : read_number(cell, separator_);
+      const auto time = number ? Time{TimeFormat::number, number->value} : to_time(cell);
+      if (!time || time->value < last.value_or(time->value)) return std::nullopt;
+      out.longest = std::max(out.longest, time->value - last.value_or(time->value));
+      out.span += time->value - std::exchange(last, time->value).value_or(time->value);
     }
-    return true;
+    out.longest /= out.span;
+    return out.span > 0 ? std::optional(out) : std::nullopt;
+  }
+
+  // Whether two clocks run at rates that differ by more than a hundredth and a step; a factor of a thousand is a unit.
+  bool disagree(std::size_t a, std::size_t b) {
+    const auto one = course(a);
+    const auto other = course(b);
+    if (!one || !other) return false;
+    const double thousands = std::log10(one->span / other->span) / 3;
+    const double rate = std::pow(1000, thousands - std::round(thousands));
+    return std::abs(rate - 1) > 0.01 + one->longest + other->longest;
   }
 
   // By the clock only where no column is asked for that the file has: its counterpart may have one.
@@ -483,13 +550,20 @@ class Finder : public TableState {
   }
 
   void choose_time(std::optional<Clock> best, const std::optional<Clock>& other) {
-    if (!best && frame_rate_hz_ > 0)
-      options_.time.log_rate_hz = frame_rate_hz_;  // Vicon's rows are even, of several a frame, too
+    if (!best && frame_rate_hz_ > 0) {
+      options_.time.log_rate_hz = frame_rate_hz_;  // of Vicon's rows, of which a frame may have several
+      const bool has_frames = header_.size() > 1 && header_[0] == "Frame" && header_[1] == "Sub Frame";
+      for (std::size_t k = 0; has_frames && k < kTitles && at(k) != nullptr; ++k) {
+        split_line(at(k)->text);
+        const auto part = cells_.size() > 1 ? to_number(cells_[1]) : std::nullopt;
+        if (part) frame_rows_ = std::max(frame_rows_, *part + 1);
+      }
+    }
     if (best) time_place_ = best->place;
     if (other) {
       const std::string both = fmt::format("columns \"{}\" and \"{}\" could both be the time",
                                            header_[best->place], header_[other->place]);
-      if (!has_header_ && options_.from != From::port)
+      if (options_.from != From::port && (!has_header_ || disagree(best->place, other->place)))
         return refuse(Kind::ambiguous, both + ": say which: --time-column " + header_[best->place]);
       note(fmt::format("{}: \"{}\" is taken; the other: --time-column \"{}\"", both, header_[best->place],
                        header_[other->place]));
@@ -505,31 +579,58 @@ class Finder : public TableState {
     is_unit_known_ = !best || best->unit_s || asked || since_1970;
   }
 
-  // Of a count since 1970 in a unit so small that its seconds were not of our time.
+  // Of a count in a unit so small that its seconds were not of our time.
   std::optional<double> epoch_unit_s(std::size_t place) {
+    struct Epoch {
+      double unit_s;
+      double before_1970_s;
+      const char* name;
+    };
+    static constexpr std::array<Epoch, 5> kEpochs = {{{1e-3, 0, "ms since 1970"},
+                                                      {1e-6, 0, "us since 1970"},
+                                                      {1e-9, 0, "ns since 1970"},
+                                                      {1e-7, 11'644'473'600, "100 ns since 1601"},
+                                                      {1e-7, 62'135'596'800, "100 ns since the year 1"}}};
     split_line(at(0)->text);
     const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;
-    for (const char* unit : {"ms", "us", "ns"}) {
-      const double since_1970_s = number ? number->value * *seconds_in(unit) : 0;
+    for (const auto& [unit_s, before_1970_s, name] : kEpochs) {
+      const double since_1970_s = number ? number->value * unit_s - before_1970_s : 0;
       if (since_1970_s < kFirstEpoch_s || since_1970_s >= kLastEpoch_s) continue;
-      note(fmt::format("\"{}\" is taken for {} since 1970", header_[place], unit));
-      return seconds_in(unit);
+      note(fmt::format("\"{}\" is taken for {}", header_[place], name));
+      time_zero_ = before_1970_s / unit_s;
+      return unit_s;
     }
     return std::nullopt;
   }
 
-  // Two clocks as one number each, less than a second apart. One that counts milliseconds is soon none any more.
-  void find_packed_clock(const std::vector<std::string>& first, const std::vector<std::string>& second) {
+  // Clocks as one number each. With milliseconds (120311123) two that are less than a second apart: what counts milliseconds is
+  // soon none any more. Seconds (120311 or 120311.123) also count to 60 and beyond if they are no clocks, so a minute must pass
+  // among the rows ahead.
+  void find_packed_clock() {
     const std::size_t place = *time_place_;
-    if (place >= first.size() || first[place].size() < 8) return;
-    wants_more_ = wants_more_ || second.empty();
-    if (place >= second.size()) return;
-    const auto a = to_packed_clock(first[place]);
-    const auto b = to_packed_clock(second[place]);
-    is_packed_ = a && b && *b >= *a && *b < *a + 1;
-    if (is_packed_)
-      note(fmt::format("\"{}\" is a clock as one number: hours, minutes, seconds, milliseconds",
-                       header_[place]));
+    std::optional<double> last_s;
+    double ticks = 0;  // a second
+    const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
+    for (std::size_t k = 0; k < most && packed_ticks_ == 0; ++k) {
+      wants_more_ = wants_more_ || at(k) == nullptr;
+      if (at(k) == nullptr) return;
+      split_line(at(k)->text);
+      const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;
+      if (!number && last_s) continue;
+      if (!number) return;
+      const std::size_t digits = cells_[place].find_first_not_of("0123456789");
+      const std::size_t size = std::min(digits, cells_[place].size());
+      if (ticks == 0) ticks = size == 5 || size == 6 ? 1 : size == 8 || size == 9 ? 1000 : 0;
+      const auto clock_s = ticks > 0 ? to_packed_clock(number->value / ticks) : std::nullopt;
+      if (!clock_s || (last_s && *clock_s < *last_s)) return;
+      const bool passes = last_s && std::floor(*clock_s / 60) > std::floor(*last_s / 60);
+      if (last_s && (ticks > 1 ? *clock_s < *last_s + 1 : passes)) packed_ticks_ = ticks;
+      if (ticks > 1 && last_s) break;
+      last_s = clock_s;
+    }
+    if (packed_ticks_ > 0)
+      note(fmt::format("\"{}\" is a clock as one number: hours, minutes, seconds{}", header_[place],
+                       ticks > 1 ? ", milliseconds" : ""));
   }
 
   void require_time() {
@@ -786,7 +887,12 @@ bool TableReader::read_values(std::vector<double>& value, Problem& why) {
 // False with a reason, or without one where no time stands.
 bool TableReader::read_time(double& t_s, Problem& why) {
   if (!has_time()) {
-    t_s = static_cast<double>(rows_.rows() + malformed_) / options_.time.log_rate_hz;
+    const auto frame = frame_rows_ > 0 ? to_number(cells_[0]) : std::nullopt;
+    const auto part = frame ? to_number(cells_[1]) : std::nullopt;
+    if (frame_rows_ > 0 && !part) return false;
+    const double row = part ? *frame * frame_rows_ + *part : static_cast<double>(rows_.rows() + malformed_);
+    if (part && !first_frame_) first_frame_ = row;
+    t_s = (row - first_frame_.value_or(0)) / options_.time.log_rate_hz;
     return true;
   }
   const std::string& text = arrow_ ? line_.time : cells_[*time_place_];
@@ -796,9 +902,9 @@ bool TableReader::read_time(double& t_s, Problem& why) {
     why.detail = fmt::format("\"{}\" {}", excerpt(text), what);
     return false;
   };
-  const bool is_number = !is_packed_ && !is_packed_date(text);
-  const auto number = is_number ? read_number(text, separator_) : std::nullopt;
-  if (!number && !to_time(text) && to_time(text + ".0")) {
+  auto number = is_packed_date(text) ? std::nullopt : read_number(text, separator_);
+  std::optional<Time> found = number ? Time{TimeFormat::number, number->value} : to_time(text);
+  if (!found && to_time(text + ".0")) {
     return refuse_it(
         fmt::format("may be hours and minutes, or minutes and seconds; write it as 0:{}", excerpt(text)));
   }
@@ -806,13 +912,14 @@ bool TableReader::read_time(double& t_s, Problem& why) {
   is_unit_known_ =
       is_unit_known_ ||
       (number && (number->decimal != 0 || (number->value >= kFirstEpoch_s && number->value < kLastEpoch_s)));
-  std::optional<Time> found = number ? Time{TimeFormat::number, number->value} : to_time(text);
-  if (is_packed_) {
-    const auto clock_s = to_packed_clock(text);
+  if (packed_ticks_ > 0) {
+    const auto clock_s = number ? to_packed_clock(number->value / packed_ticks_) : std::nullopt;
     if (!clock_s)
-      return refuse_it(
-          "is no clock as 120311123 is 12:03:11.123, as the rows before; if it counts, add --time-unit ms");
+      return refuse_it(fmt::format(
+          "is no clock as {} is 12:03:11.123, as the rows before; if it counts, add --time-unit {}",
+          packed_ticks_ > 1 ? "120311123" : "120311.123", packed_ticks_ > 1 ? "ms" : "s"));
     found = Time{TimeFormat::clock, *clock_s};
+    number.reset();
   }
   if (!found)
     return refuse_it("is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove the row");
@@ -826,7 +933,7 @@ bool TableReader::read_time(double& t_s, Problem& why) {
   if (found->format != *time_format_) return refuse_it("is written otherwise than the times before");
   if (found->format == TimeFormat::slashed && is_ambiguous_date(text) && options_.from != From::port)
     return refuse_it("can be read as two dates; write it as 2026-05-01");
-  t_s = found->format == TimeFormat::number ? found->value * time_unit_s_ : found->value;
+  t_s = found->format == TimeFormat::number ? (found->value - time_zero_) * time_unit_s_ : found->value;
   return is_measurement(t_s) || refuse_it("is no time");
 }
 

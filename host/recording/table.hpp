@@ -110,6 +110,8 @@ class TableState {
   std::vector<std::string> header_units_;
   std::string title_unit_;              // of columns that state none, by a title
   double frame_rate_hz_ = 0;            // likewise
+  double frame_rows_ = 0;               // of each of Vicon's frames; 0: rows are counted
+  std::optional<double> first_frame_;   // in rows
   bool is_section_ = false;             // of a file that may have more, Vicon's
   std::vector<std::string> elsewhere_;  // columns of sections that were passed over
   std::vector<std::string> cells_;
@@ -125,8 +127,9 @@ class TableState {
   std::optional<std::size_t> segment_place_;
   bool splits_by_clock_ = false;  // into trials
   double time_unit_s_ = 1;
+  double time_zero_ = 0;       // in that unit, which 0 s is
   bool is_unit_known_ = true;  // of the time
-  bool is_packed_ = false;     // the time is a clock as one number
+  double packed_ticks_ = 0;    // a second, where the time is a clock as one number; 0: it is none
   std::vector<std::string> notes_;
   std::string left_out_;  // columns
 };

@@ -33,13 +33,21 @@ bool take(std::string_view& text, std::string_view pattern, double* value) {
   return true;
 }
 
-// Of the day, AM or PM behind it or not; or of digits alone, 120311 or 120311123.
+bool has_digits_alone(std::string_view text) {
+  return text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+// Of the day, AM or PM behind it or not; 9:59:30:50 has 50 ms; or of digits alone, 120311 or 120311123.
 bool take_clock(std::string_view& text, double& value_s) {
   std::array<double, 4> of{};  // hour, minute, second
-  const bool has_colons = take(text, "d:m:s", of.data());
+  const bool has_colons = take(text, "d:d:s", of.data());
   if (!has_colons && !take(text, "mms", of.data())) return false;
   if (of[0] > 24 || of[1] > 59 || of[2] >= 61) return false;
-  const auto thousandths = has_colons || text.size() != 3 ? std::nullopt : to_number(text);
+  const std::string_view rest = text.substr(has_colons && text.starts_with(':') ? 1 : 0);
+  const bool counts_frames = rest.size() == 2 && rest.starts_with('0');  // as films do, 0 to 23 or 29
+  const bool may_be = has_colons ? rest.size() < text.size() && rest.size() < 4 : rest.size() == 3;
+  const auto thousandths =
+      may_be && !counts_frames && has_digits_alone(rest) ? to_number(rest) : std::nullopt;
   if (thousandths) text = {};
   const std::string half = lower(trimmed(text));
   if (half == "am" || half == "pm") {
@@ -78,10 +86,6 @@ std::optional<double> to_iso(std::string_view text) {
   const auto date = since_1970(of[0], of[1], of[2]);
   if (!date || !text.empty()) return std::nullopt;
   return *date + clock_s - sign * (zone[0] * 3600 + zone[1] * 60);
-}
-
-bool has_digits_alone(std::string_view text) {
-  return text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
 struct Date {
@@ -130,18 +134,19 @@ bool is_ambiguous_date(std::string_view text) {
   return date && date->first <= 12 && date->second <= 12 && date->first != date->second;
 }
 
-std::optional<double> to_packed_clock(std::string_view text) {
-  if (text.empty() || text.size() > 9 || !has_digits_alone(text)) return {};
-  const std::string all = std::string(9 - text.size(), '0') + std::string(text);
-  std::string_view clock = all;
-  double value_s = 0;
-  return all[4] < '6' && take_clock(clock, value_s) ? std::optional(value_s) : std::nullopt;
+std::optional<double> to_packed_clock(double number) {
+  const double hour = std::floor(number / 1e4);
+  const double minute = std::floor(number / 100) - 100 * hour;
+  const double second = number - 100 * std::floor(number / 100);
+  if (!(hour >= 0 && hour <= 24 && minute < 60 && second < 60)) return std::nullopt;
+  return 3600 * hour + 60 * minute + second;
 }
 
 bool is_packed_date(std::string_view text) {
+  const std::string_view whole = text.substr(0, text.find_first_of(".,"));
   const bool may_be =
-      (text.size() == 14 || text.size() == 17) && (text.starts_with("19") || text.starts_with("20"));
-  return may_be && has_digits_alone(text) && to_iso(text);
+      (whole.size() == 14 || text.size() == 17) && (text.starts_with("19") || text.starts_with("20"));
+  return may_be && has_digits_alone(whole) && to_iso(text);
 }
 
 std::optional<Time> to_time(std::string_view text) {

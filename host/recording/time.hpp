@@ -27,7 +27,7 @@ struct TimeOptions {
 // Behind every clock AM or PM may stand.
 enum class TimeFormat {
   number,  // in a unit that the column states
-  iso,  // 2026-05-01T12:03:11.123, a blank for the T, Z or +hh:mm behind it; or 20260501120311[123], 20260501T120311.123
+  iso,  // 2026-05-01T12:03:11.123, a blank for the T, Z or +hh:mm behind it; or 20260501120311[.123], 20260501T120311.123
   dotted,   // 1.5.2026 12:03:11.123: day first, nobody writes it otherwise
   clock,    // 12:03:11.123: since midnight
   minutes,  // 03:11.123: since the hour. With a fraction, for 03:11 may be hours and minutes
@@ -46,8 +46,8 @@ inline bool is_date(TimeFormat f) {
 // None where the text is no time. Numbers that are not finite are none.
 std::optional<Time> to_time(std::string_view text);
 
-// A clock as one whole number, 120311123 for 12:03:11.123, without zeros in front: seconds since midnight.
-std::optional<double> to_packed_clock(std::string_view text);
+// A clock as one number, 120311.123 for 12:03:11.123: seconds since midnight.
+std::optional<double> to_packed_clock(double number);
 bool is_packed_date(std::string_view text);
 
 // 05/06/2026 is the fifth of June or the sixth of May: true for a date that could be read both ways.

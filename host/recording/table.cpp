@@ -323,7 +323,7 @@ class Finder : public TableState {
     }
     std::size_t width = 1;  // of the rows: the last cell of the first may be missing
     std::vector<std::string> row;
-    for (std::size_t k = 0; k < kTitles && at(k) != nullptr; ++k) {
+    for (std::size_t k = 0; k < kStandingRows && at(k) != nullptr; ++k) {
       split(at(k)->text, separator_, row);
       cut_blanks(row, 1);
       if (row.size() <= cells_.size()) width = std::max(width, row.size());

@@ -32,7 +32,8 @@ constexpr int kSteps = 8;                // of the iteration
 constexpr double kDone = 1e-3;           // relative decrease of the loss
 constexpr std::size_t kGroups = 10;      // of estimates, whose errors are told apart
 constexpr double kApart_deg = 0.5;
-constexpr double kPooled = 0.5;  // of a group's mean square error: a few movements in one group say little of the next
+constexpr double kPooled =
+    0.5;  // of a group's mean square error: a few movements in one group say little of the next
 // On another part of a motion errors are larger than over the folds, which have data on either side: with this factor 73 and 91 %
 // of the errors on 18 unseen halves of real recordings lie within one and 1.96 standard errors (54 and 79 % without both).
 constexpr double kElsewhere = 1.35;

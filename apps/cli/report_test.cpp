@@ -59,6 +59,7 @@ class ReportTest : public testing::Test {
       for (const char* part : {"<script>", "href=\"http", "{{"})
         EXPECT_EQ(page(name).find(part), std::string::npos) << name << part;
       EXPECT_NE(bytes.find("width=device-width"), std::string::npos) << name;
+      EXPECT_NE(bytes.find("<th scope=\"row\">hold drift</th><td>how far"), std::string::npos) << name;
     }
   }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <kainjow/mustache.hpp>
+#include <sstream>
 #include <stdexcept>
 
 #include "host/io/base64.hpp"
@@ -14,6 +15,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 namespace mustache = kainjow::mustache;
+
+// docs/words.md, a table of two columns.
+TableBlock words() {
+  TableBlock out{"What the words of this page mean", {}, {}, {}, true};
+  std::istringstream lines(page_template("words.md"));
+  for (std::string line; std::getline(lines, line);) {
+    std::erase_if(line, [](char c) { return c == '*' || c == '`'; });
+    const auto bar = line.find(" | ", 2);
+    if (bar == std::string::npos) continue;
+    out.rows.push_back({line.substr(2, bar - 2), line.substr(bar + 3, line.size() - bar - 5)});
+  }
+  return out;
+}
 
 mustache::data to_data(const Json& json) {
   if (json.is_object()) {
@@ -135,6 +149,9 @@ std::string Page::html() const {
 }
 
 void Page::write(const Saved& saved, const std::string& file) {
+  begin_details("Words");
+  table(words());
+  end_details();
   paragraph("flexor " + saved.text("version") + ".");
   saved.go_on();
   if (saved.draws_files()) {

@@ -58,7 +58,7 @@ class Page {
   void end_details();
 
   std::string html() const;
-  // With the version at its end; and its drawings and charts as files of their own where the reader wants them.
+  // With the field's words and the version at its end; and its drawings and charts as files of their own where the reader wants them.
   void write(const Saved& saved, const std::string& file = "report.html");
 
  private:

@@ -176,7 +176,7 @@ struct Soaked {
   std::uint64_t said = 0;      // while it was recorded
   std::vector<double> late_s;  // sorted
   double processor_share = 0;
-  double memory_mb = 0;       // once it runs
+  double memory_mb = 0;       // half way: a busy machine takes long until all that it needs is loaded
   double memory_more_mb = 0;  // at the end
   std::uint64_t angles = 0;   // heard
   int dropped = 0;            // of the tabs that read
@@ -223,12 +223,12 @@ Soaked LiveSoak::soak(double rate_hz, double seconds, double replug_every_s) {
   auto never_reads = std::make_unique<Tab>(*place_, "", 4096);
   EXPECT_TRUE(asked("record.start"));
   std::this_thread::sleep_for(std::chrono::duration<double>(std::min(20.0, seconds / 4)));
-  out.memory_mb = memory_mb();
   const double used_s = processor_s();
   const double begin_s = now_s();
   double replug_s = begin_s + replug_every_s;
   while (now_s() < begin_s + seconds) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    if (out.memory_mb == 0 && now_s() > begin_s + seconds / 2) out.memory_mb = memory_mb();
     if (replug_every_s <= 0 || now_s() < replug_s) continue;
     replug_s += replug_every_s;
     board.unplug();
@@ -275,7 +275,7 @@ void expect_nothing_lost(const Soaked& soaked) {
   EXPECT_EQ(soaked.log.gaps, 0U);
   EXPECT_EQ(soaked.log.last, static_cast<int>((soaked.said - 1) % kWrap));
   EXPECT_EQ(soaked.dropped, 0);
-  EXPECT_LT(soaked.memory_more_mb, 8);
+  EXPECT_LT(soaked.memory_more_mb, 4);
   EXPECT_GT(soaked.angles, soaked.log.rows) << "the model is worn";
 }
 

@@ -242,7 +242,8 @@ std::vector<identify::JointMap> map_by_name(const identify::HandRequest& r) {
   }
   for (const recording::Log& log : {r.pairs.front().sensor, r.pairs.front().reference}) {
     const auto numbers = recording::open_log(log, {{}, r.time});
-    for (const std::string& name : recording::open_log(log, {{}, r.time, recording::Holes::all})->columns()) {
+    const auto all = recording::open_log(log, {{}, r.time, recording::Holes::all});
+    for (const std::string& name : all->columns()) {
       if (std::ranges::count(numbers->columns(), name) == 0)
         log_note(fmt::format("{} is left out: {} has no number in it", name, log.string()));
     }

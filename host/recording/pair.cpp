@@ -22,6 +22,7 @@ namespace {
 using io::InputError;
 using io::JobError;
 
+constexpr double kMostAngle_rad = 13;   // two turns: no joint of a hand makes them
 constexpr double kMostOffset_s = 1e10;  // three centuries
 
 // Grid points for each reading that a log may ask for; slower logs say nothing at this rate.
@@ -238,6 +239,12 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
   }
   it->unit = "deg";
   if (unit == "deg") return;
+  if (std::ranges::any_of(it->value, [](double v) { return std::abs(v) > kMostAngle_rad; })) {
+    throw InputError(fmt::format(
+        "{}: column \"{}\" has more than two turns in radians: are these degrees? An OpenSim file then says "
+        "inDegrees=yes above its columns",
+        recording.source, name));
+  }
   for (double& v : it->value) v *= 180 / std::numbers::pi;
   recording.warnings.push_back(
       fmt::format("{}: column \"{}\" is in radians and was converted to degrees", recording.source, name));

@@ -80,13 +80,23 @@ TEST(Shapes, AFileTakesTheFirstSegmentThatItHas) {
 
 TEST(Shapes, TwoClocksOfUnlikeRatesAreRefusedNamingBoth) {
   for (const auto& [step_ms, is_refused] : {std::pair(51, true), {50, false}}) {
-    std::string text = "time_ms,timestamp,flex\n";
+    std::string text = "time_ms,timestamp_s,flex\n";
     for (int k = 0; k < 300; ++k) text += fmt::format("{},{},{}\n", 50 * k, 7 + step_ms * k / 1000.0, k);
     const std::string what = io::refusal_of([&] { (void)recording_of(text, "flex", {}); });
-    EXPECT_EQ(what.find("\"time_ms\" and \"timestamp\" could both be the time: say which") != what.npos,
+    EXPECT_EQ(what.find("\"time_ms\" and \"timestamp_s\" could both be the time: say which") != what.npos,
               is_refused)
         << what;
-    EXPECT_EQ(recording_of(text, "flex", only_time("timestamp")).t_s.size(), 300U);
+    EXPECT_EQ(recording_of(text, "flex", only_time("timestamp_s")).t_s.size(), 300U);
+  }
+}
+
+TEST(Shapes, SecondsWithAPauseAreNoClockAsOneNumber) {
+  for (const double first_s : {20010.0, 12345600.05}) {
+    std::string text = "time,flex\n";
+    for (int k = 0; k < 400; ++k)
+      text += fmt::format("{:.2f},{}\n", first_s + 0.05 * k + (k < 200 ? 0 : 85), k);
+    const Recording r = recording_of(text, "flex", {});
+    EXPECT_NEAR(r.t_s.back() - r.t_s.front(), 399 * 0.05 + 85, 1e-6) << first_s;
   }
 }
 

@@ -24,6 +24,7 @@ constexpr std::size_t kTitles = 40;    // lines in which the first row of number
 constexpr std::size_t kLiveRows = 20;  // of look-ahead where rows come as they are made, and
 constexpr std::size_t kRows = 60'000;  // of a file: what gives nothing for ten minutes at 100 Hz is dead
 constexpr std::size_t kStandingRows = 1000;  // in which a clock stands
+constexpr double kShort_s = 2;               // of a step: a longer one also skips what is no minute
 constexpr double kCounter = 4294967296.0;    // ticks of a 32-bit counter
 constexpr const char* kClock = "clock";      // --segment: it starts again
 constexpr const char* kNoData = "has a header but no data";
@@ -444,9 +445,21 @@ class Finder : public TableState {
     return k > 1;
   }
 
+  bool counts_by_one(std::size_t place) {
+    std::vector<std::string> cells;
+    std::optional<double> last;
+    std::size_t k = 0;
+    for (; at(k) != nullptr && k < kStandingRows; ++k) {
+      split(at(k)->text, separator_, cells);
+      const auto number = place < cells.size() ? read_number(cells[place], separator_) : std::nullopt;
+      if (!number || (last && number->value != *last + 1)) return false;
+      last = number->value;
+    }
+    return k > 1;
+  }
+
   // How likely a column is the time, the higher the likelier; none: it is not.
-  std::optional<Clock> clock_in(std::size_t place, const std::vector<std::string>& first,
-                                const std::vector<std::string>& second) {
+  std::optional<Clock> clock_in(std::size_t place, const std::vector<std::string>& first) {
     std::optional<double> unit_s;
     const bool is_named =
         has_header_ ? is_time_name(header_[place], unit_s) : place == 0 && options_.from != From::port;
@@ -455,9 +468,8 @@ class Finder : public TableState {
     const auto number = is_number ? read_number(first[place], separator_) : std::nullopt;
     const bool is_written = !number && place < first.size() && to_time(first[place]);
     if (!is_named && !is_written) return std::nullopt;
-    const auto next = place < second.size() ? read_number(second[place], separator_) : std::nullopt;
-    const bool counts = number && next && next->value == number->value + 1;
     const bool has_unit = unit_s || !options_.time.unit.empty();
+    const bool counts = number && unit_s.value_or(1) == 1 && counts_by_one(place);
     const bool useless = (!number && !is_written) || stands(place, first[place]);
     return Clock{place, counts ? (has_unit ? 3 : 2) : useless ? 1 : is_named ? 5 : 4, unit_s};
   }
@@ -466,16 +478,11 @@ class Finder : public TableState {
   void find_time() {
     split_line(at(0)->text);
     const std::vector<std::string> first = cells_;
-    std::vector<std::string> second;
-    if (at(1) != nullptr) {
-      split_line(at(1)->text);
-      second = cells_;
-    }
     const bool has_rate = options_.time.log_rate_hz > 0;
     std::optional<Clock> best;
     std::optional<Clock> other;  // that would do as well
     for (std::size_t i = 0; i < header_.size() && !arrow_; ++i) {
-      std::optional<Clock> clock = clock_in(i, first, second);
+      std::optional<Clock> clock = clock_in(i, first);
       wants_more_ = wants_more_ || (has_rate && at(1) == nullptr);
       if (!clock || (has_rate && (has_header_ ? clock->rank < 3 : clock->rank != 4))) continue;
       wants_more_ = wants_more_ || (best && !(best->unit_s && clock->unit_s) && at(1) == nullptr);
@@ -492,7 +499,7 @@ class Finder : public TableState {
       if (!place) return;
       const auto by_name = seconds_in(cut_name(header_[*place]).unit);
       arrow_ = false;
-      best = clock_in(*place, first, second)
+      best = clock_in(*place, first)
                  .value_or(Clock{*place, 0, by_name ? by_name : seconds_in(header_units_[*place])});
       other.reset();
     }
@@ -509,37 +516,44 @@ class Finder : public TableState {
     if (best && !best->unit_s && options_.time.unit.empty()) find_packed_clock();
   }
 
-  // How far a column goes over the rows ahead, in whatever unit, and its longest step as a share of that; none: it falls, stands or
-  // holds what is no time.
+  // How far a column goes over the rows ahead, of many the second half, which a burst at the start is not in, and its longest step as
+  // a share of that; none: it falls, stands or holds what is no time. In seconds where its unit is known.
   struct Course {
     double span = 0;
     double longest = 0;
+    bool is_known = false;
   };
   std::optional<Course> course(std::size_t place) {
     Course out;
     std::optional<double> last;
-    for (std::size_t k = 0; k < kStandingRows && at(k) != nullptr; ++k) {
+    std::optional<double> unit_s;
+    (void)is_time_name(header_[place], unit_s);
+    if (!unit_s) unit_s = seconds_in(header_units_[place]);
+    std::size_t rows = 0;
+    while (rows < kStandingRows && at(rows) != nullptr) ++rows;
+    for (std::size_t k = rows > 20 ? rows / 2 : 0; k < rows; ++k) {
       split_line(at(k)->text);
       const std::string cell = place < cells_.size() ? cells_[place] : "";
       if (is_missing(cell)) continue;
       const auto number = is_packed_date(cell) ? std::nullopt : read_number(cell, separator_);
       const auto time = number ? Time{TimeFormat::number, number->value} : to_time(cell);
       if (!time || time->value < last.value_or(time->value)) return std::nullopt;
+      if (!number) unit_s = 1;
       out.longest = std::max(out.longest, time->value - last.value_or(time->value));
       out.span += time->value - std::exchange(last, time->value).value_or(time->value);
     }
     out.longest /= out.span;
+    out.span *= unit_s.value_or(1);
+    out.is_known = unit_s.has_value();
     return out.span > 0 ? std::optional(out) : std::nullopt;
   }
 
-  // Whether two clocks run at rates that differ by more than a hundredth and a step; a factor of a thousand is a unit.
+  // Whether two clocks whose units are known run at rates that differ by more than a hundredth and a step.
   bool disagree(std::size_t a, std::size_t b) {
     const auto one = course(a);
     const auto other = course(b);
-    if (!one || !other) return false;
-    const double thousands = std::log10(one->span / other->span) / 3;
-    const double rate = std::pow(1000, thousands - std::round(thousands));
-    return std::abs(rate - 1) > 0.01 + one->longest + other->longest;
+    if (!one || !other || !one->is_known || !other->is_known) return false;
+    return std::abs(one->span / other->span - 1) > 0.01 + one->longest + other->longest;
   }
 
   // By the clock only where no column is asked for that the file has: its counterpart may have one.
@@ -553,11 +567,16 @@ class Finder : public TableState {
     if (!best && frame_rate_hz_ > 0) {
       options_.time.log_rate_hz = frame_rate_hz_;  // of Vicon's rows, of which a frame may have several
       const bool has_frames = header_.size() > 1 && header_[0] == "Frame" && header_[1] == "Sub Frame";
-      for (std::size_t k = 0; has_frames && k < kTitles && at(k) != nullptr; ++k) {
+      double first_part = HUGE_VAL;
+      double last_part = -HUGE_VAL;
+      for (std::size_t k = 0; has_frames && k < kStandingRows && at(k) != nullptr; ++k) {
         split_line(at(k)->text);
         const auto part = cells_.size() > 1 ? to_number(cells_[1]) : std::nullopt;
-        if (part) frame_rows_ = std::max(frame_rows_, *part + 1);
+        if (!part) continue;
+        first_part = std::min(first_part, *part);
+        last_part = std::max(last_part, *part);
       }
+      frame_rows_ = std::max(0.0, last_part - first_part + 1);
     }
     if (best) time_place_ = best->place;
     if (other) {
@@ -605,29 +624,34 @@ class Finder : public TableState {
 
   // Clocks as one number each. With milliseconds (120311123) two that are less than a second apart: what counts milliseconds is
   // soon none any more. Seconds (120311 or 120311.123) also count to 60 and beyond if they are no clocks, so a minute must pass
-  // among the rows ahead.
+  // in a short step among the rows ahead, and nothing among them count further.
   void find_packed_clock() {
     const std::size_t place = *time_place_;
     std::optional<double> last_s;
     double ticks = 0;  // a second
+    bool passes = false;
     const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
     for (std::size_t k = 0; k < most && packed_ticks_ == 0; ++k) {
       wants_more_ = wants_more_ || at(k) == nullptr;
-      if (at(k) == nullptr) return;
+      if (at(k) == nullptr) break;
       split_line(at(k)->text);
       const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;
       if (!number && last_s) continue;
       if (!number) return;
       const std::size_t digits = cells_[place].find_first_not_of("0123456789");
       const std::size_t size = std::min(digits, cells_[place].size());
-      if (ticks == 0) ticks = size == 5 || size == 6 ? 1 : size == 8 || size == 9 ? 1000 : 0;
+      const bool is_whole = digits == std::string::npos;
+      if (ticks == 0) ticks = size == 5 || size == 6 ? 1 : is_whole && (size == 8 || size == 9) ? 1000 : 0;
       const auto clock_s = ticks > 0 ? to_packed_clock(number->value / ticks) : std::nullopt;
       if (!clock_s || (last_s && *clock_s < *last_s)) return;
-      const bool passes = last_s && std::floor(*clock_s / 60) > std::floor(*last_s / 60);
-      if (last_s && (ticks > 1 ? *clock_s < *last_s + 1 : passes)) packed_ticks_ = ticks;
+      const double step_s = *clock_s - last_s.value_or(*clock_s);
+      if (ticks > 1 && last_s && step_s < 1) packed_ticks_ = ticks;
       if (ticks > 1 && last_s) break;
+      passes = passes ||
+               (step_s < kShort_s && std::floor(*clock_s / 60) > std::floor(last_s.value_or(*clock_s) / 60));
       last_s = clock_s;
     }
+    if (passes) packed_ticks_ = ticks;
     if (packed_ticks_ > 0)
       note(fmt::format("\"{}\" is a clock as one number: hours, minutes, seconds{}", header_[place],
                        ticks > 1 ? ", milliseconds" : ""));

@@ -632,7 +632,7 @@ class Finder : public TableState {
     bool passes = false;
     const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
     for (std::size_t k = 0; k < most && packed_ticks_ == 0; ++k) {
-      wants_more_ = wants_more_ || at(k) == nullptr;
+      wants_more_ = wants_more_ || (at(k) == nullptr && !passes);
       if (at(k) == nullptr) break;
       split_line(at(k)->text);
       const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;

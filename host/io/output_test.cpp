@@ -9,8 +9,9 @@
 
 #include <csignal>
 #include <fstream>
-#include <functional>
 #include <thread>
+
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::io {
 namespace {
@@ -18,12 +19,6 @@ namespace fs = std::filesystem;
 
 class Outputs : public testing::Test {
  protected:
-  Outputs() : folder_(fs::path(testing::TempDir()) / ("flexor_output_test_" + std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~Outputs() override { fs::remove_all(folder_); }
-
   fs::path old_file(const std::string& name = "file") const {
     write_file(folder_ / name, "old");
     return folder_ / name;
@@ -37,16 +32,6 @@ class Outputs : public testing::Test {
 
   std::ptrdiff_t entries() const { return std::distance(fs::directory_iterator(folder_), {}); }
 
-  template <class Error>
-  static std::string message_of(const std::function<void()>& act) {
-    try {
-      act();
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no such error";
-  }
-
   // Both ways to write, since both keep the same promises.
   static void write_both_ways(const fs::path& path, const std::string& content) {
     write_file(path, content);
@@ -55,7 +40,8 @@ class Outputs : public testing::Test {
     by_name.commit();
   }
 
-  fs::path folder_;
+  const TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(Outputs, NothingIsThereBeforeCommitAndTheOldContentStaysWithoutIt) {
@@ -167,6 +153,7 @@ TEST_F(Outputs, FoldersAndMissingFoldersAreRefusedBeforeAndDuringTheWork) {
     (void)old_file();
     EXPECT_THROW(require_writable(path), InputError) << path;
     EXPECT_THROW(write_file(path, "x"), InputError) << path;
+    EXPECT_EQ(entries(), 1) << path;
   }
 }
 

@@ -20,4 +20,15 @@ std::string refusal_of(const Work& work) {
   return "accepted";
 }
 
+// Of errors of this class alone.
+template <class Error, class Work>
+std::string message_of(const Work& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no such error";
+}
+
 }  // namespace flexor::io

@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 
 namespace flexor::io {
 namespace {
@@ -24,12 +25,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kProgram = FLEXOR_TEST_WORKER;
 
 std::string job_error(Worker& worker, const std::string& job, const Json& arguments) {
-  try {
-    worker.run(job, arguments);
-  } catch (const JobError& error) {
-    return error.what();
-  }
-  return "no JobError";
+  return message_of<JobError>([&] { worker.run(job, arguments); });
 }
 
 TEST(Worker, ArgumentsAndResultsKeepTheirBits) {
@@ -60,24 +56,16 @@ TEST(Worker, ArgumentsAndResultsKeepTheirBits) {
 
 TEST(Worker, ErrorsAreTheSameHereAsThere) {
   Worker worker(kProgram);
-  const auto fail = [&](const char* kind, const std::string& message) {
-    worker.run("fail", {{"kind", kind}, {"message", bytes_to_json(message)}});
+  const auto fails = [&](const char* kind, const std::string& message) {
+    return [&worker, kind, message] {
+      worker.run("fail", {{"kind", kind}, {"message", bytes_to_json(message)}});
+    };
   };
-  const auto what = [&]<class Error>(const Error*, const char* kind, const std::string& message) {
-    try {
-      fail(kind, message);
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string("nothing thrown");
-  };
-  EXPECT_EQ(what(static_cast<InputError*>(nullptr), "input", "\xff.csv: no such file"),
-            "\xff.csv: no such file");
-  EXPECT_EQ(what(static_cast<JobError*>(nullptr), "job", "the disk is full"), "the disk is full");
-  EXPECT_EQ(what(static_cast<Cancelled*>(nullptr), "cancelled", "stopped"), "stopped");
-  EXPECT_EQ(what(static_cast<JobError*>(nullptr), "memory", ""), "out of memory");
-  EXPECT_EQ(what(static_cast<JobError*>(nullptr), "other", "odd"),
-            "odd: this is a defect of Flexor, please report it");
+  EXPECT_EQ(message_of<InputError>(fails("input", "\xff.csv: no such file")), "\xff.csv: no such file");
+  EXPECT_EQ(message_of<JobError>(fails("job", "the disk is full")), "the disk is full");
+  EXPECT_EQ(message_of<Cancelled>(fails("cancelled", "stopped")), "stopped");
+  EXPECT_EQ(message_of<JobError>(fails("memory", "")), "out of memory");
+  EXPECT_EQ(message_of<JobError>(fails("other", "odd")), "odd: this is a defect of Flexor, please report it");
   EXPECT_THROW(worker.run("no such job", Json::object()), InputError);
   EXPECT_THROW(worker.run("fail", Json::object()), InputError) << "an argument is missing";
   EXPECT_EQ(worker.run("echo", 1), 1) << "it goes on after all that";
@@ -125,12 +113,8 @@ TEST(Worker, NonsenseIsAJobErrorOfOneLine) {
 }
 
 TEST(Worker, AMissingProgramIsNamed) {
-  try {
-    Worker worker("/nowhere/flexor-camera");
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_TRUE(std::string(error.what()).starts_with("/nowhere/flexor-camera is missing")) << error.what();
-  }
+  const std::string why = message_of<InputError>([] { Worker("/nowhere/flexor-camera"); });
+  EXPECT_TRUE(why.starts_with("/nowhere/flexor-camera is missing")) << why;
 }
 
 class WorkerFolder : public testing::Test {
@@ -185,15 +169,13 @@ TEST_F(WorkerFolder, WhatIsHalfWrittenGoesWithWhoeverAsked) {
   }
 }
 
-TEST_F(WorkerFolder, AnAskerThatThrowsLeavesNothingEither) {
+TEST(Worker, OfAnAskerThatThrowsIsUsedNoMore) {
   struct Enough {};
-  {
-    Worker worker(kProgram);
-    EXPECT_THROW(worker.run("count", {{"of", 1000000}, {"pause_ms", 1}},
-                            [](const Progress&) -> bool { throw Enough(); }),
-                 Enough);
-    EXPECT_FALSE(worker.is_usable());
-  }
+  Worker worker(kProgram);
+  EXPECT_THROW(worker.run("count", {{"of", 1000000}, {"pause_ms", 1}},
+                          [](const Progress&) -> bool { throw Enough(); }),
+               Enough);
+  EXPECT_FALSE(worker.is_usable());
 }
 
 TEST_F(WorkerFolder, AllJobsOfAFileAreDone) {

@@ -113,21 +113,12 @@ TEST(Lines, NoiseBeforeAHeaderIsNoPartOfAName) {
   EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"thumb_deg", "index_deg"}));
 }
 
-// As a glove says them, who counts its frames of angles alone.
-std::vector<std::uint8_t> readings_frame(std::uint16_t time_ms, std::uint16_t thumb) {
-  const std::array<std::uint16_t, link::kFingers> counts = {thumb, 200, 300, 400, 500};
-  link::Packet packet;
-  std::array<std::uint8_t, link::kMaxWire> wire{};
-  const std::uint8_t bytes = link::put_readings(time_ms, counts.data(), link::kFingers, packet.body());
-  const std::uint8_t size = link::GloveEnd::say(link::Type::readings, packet, bytes, false, wire.data());
-  return {wire.begin(), wire.begin() + size};
-}
+constexpr std::array<std::uint16_t, link::kFingers> kCounts = {100, 200, 300, 400, 500};
 
 TEST(Frames, OfReadingsHaveNoCounterAndSoNobodyKnowsHowManyWereLost) {
   const auto decoder = make_decoder(Format::frames, true);
-  EXPECT_EQ(decoded(*decoder, readings_frame(0, 100))[0].value,
-            (std::vector<double>{100, 200, 300, 400, 500}));
-  EXPECT_EQ(decoded(*decoder, readings_frame(50, 100)).size(), 1U);
+  EXPECT_EQ(decoded(*decoder, readings(0, kCounts))[0].value, (std::vector<double>{100, 200, 300, 400, 500}));
+  EXPECT_EQ(decoded(*decoder, readings(50, kCounts)).size(), 1U);
   EXPECT_FALSE(decoder->tally().lost);
   EXPECT_EQ(lost_in_words(decoder->tally()), "not known how many were lost");
   const auto angles = make_decoder(Format::frames);
@@ -327,6 +318,7 @@ TEST(Lines, HaveColumnsThatNoOtherColumnOfARecordingIsCalled) {
   EXPECT_EQ(columns_of("millis,t_s,index_count"), (Names{"t_s-2", "index_count"}));
   EXPECT_EQ(columns_of("millis,index,host_s"), (Names{"index", "host_s-2"}));
   EXPECT_EQ(columns_of("millis,index,index"), (Names{"index", "index-2"}));
+  EXPECT_EQ(columns_of("millis,host_s,host_s"), (Names{"host_s-2", "host_s-3"}));
   EXPECT_EQ(columns_of("index,index,index-2,index"), (Names{"index", "index-3", "index-2", "index-4"}));
   EXPECT_EQ(columns_of("t_s,t_s,t_s-2"), (Names{"t_s-3", "t_s-2"}));
 }
@@ -392,7 +384,7 @@ TEST(Detection, HearsAGloveThatWaitsForItsHand) {
   EXPECT_EQ(guess(states)->format, Format::frames);
   EXPECT_EQ(guess(states, true)->samples, 0U);
   for (std::uint16_t i = 0; i < 3; ++i) {
-    const auto one = readings_frame(i, 500);
+    const auto one = readings(i, kCounts);
     states.insert(states.end(), one.begin(), one.end());
   }
   EXPECT_EQ(guess(states)->samples, 0U) << "nobody asked for readings";

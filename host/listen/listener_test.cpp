@@ -114,15 +114,10 @@ TEST(Listening, EndsWithBothHeadersWhereAnotherGloveIsPluggedIn) {
   socket.plug_in(after);
   ASSERT_EQ(listen_until(listener, Event::back, out), Event::back);
   out.clear();
-  std::string why;
-  try {
-    listen_for(listener, 2);
-  } catch (const io::JobError& error) {
-    why = error.what();
-  }
   EXPECT_EQ(
-      why, socket.port() +
-               ": another glove speaks: its columns are millis,ring,pinky, and they were millis,thumb,index");
+      io::message_of<io::JobError>([&] { listen_for(listener, 2); }),
+      socket.port() +
+          ": another glove speaks: its columns are millis,ring,pinky, and they were millis,thumb,index");
   EXPECT_TRUE(out.empty());
 }
 

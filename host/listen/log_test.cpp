@@ -73,24 +73,6 @@ TEST(Log, IsOnTheDiskEachSecondAndNeverWrittenOver) {
   EXPECT_THROW(Log(file, {"a"}), io::InputError);
 }
 
-TEST(Log, OfLinesWhoseHeaderRepeatsANameIsRead) {
-  const io::TemporaryFolder folder;
-  for (const char* header : {"millis,t_s,index", "millis,index,index", "millis,host_s,host_s"}) {
-    const fs::path file = folder.path() / header;
-    const auto decoder = make_decoder(Format::lines);
-    const std::string text = std::string(header) + "\n1000,1,2\n1020,3,4\n";
-    std::vector<Sample> samples;
-    decoder->push({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, 0, samples);
-    {
-      Log log(file, decoder->columns());
-      for (const Sample& sample : samples) log.add(sample);
-    }
-    const recording::Recording r = recording::read_csv(file, {});
-    EXPECT_EQ(r.column(decoder->columns().at(0)).value, (std::vector<double>{1, 3})) << header;
-    EXPECT_EQ(r.column(decoder->columns().at(1)).value, (std::vector<double>{2, 4})) << header;
-  }
-}
-
 TEST(Log, WithMissingReadingsIsReadWhereTheyAreNotAskedForAndIsPlayedAgain) {
   const io::TemporaryFolder folder;
   const fs::path file = folder.path() / "log.csv";

@@ -7,8 +7,6 @@
 #include <thread>
 
 #include "host/io/io.hpp"
-#include "host/listen/log.hpp"
-#include "host/recording/csv.hpp"
 
 namespace flexor::listen {
 namespace {
@@ -114,21 +112,6 @@ TEST_F(Replay, SeeksBothWays) {
   samples.clear();
   EXPECT_EQ(source.wait(0, samples), Event::quiet);
   EXPECT_TRUE(samples.empty());
-}
-
-TEST_F(Replay, ALogOfItIsTheRecording) {
-  ReplaySource source(path(), 20);
-  {
-    Log log(folder_.path() / "again.csv", source.columns());
-    for (const Sample& sample : all(source)) log.add(sample);
-    EXPECT_EQ(log.restarts(), 0U);
-  }
-  const recording::Recording r = recording::read_csv(folder_.path() / "again.csv", {});
-  ASSERT_EQ(r.t_s.size(), static_cast<std::size_t>(kRows));
-  for (int k = 0; k < kRows; ++k) {
-    EXPECT_NEAR(r.t_s[static_cast<std::size_t>(k)], time_s(k), 2e-6);
-    EXPECT_EQ(r.column("middle_deg").value[static_cast<std::size_t>(k)], 0.25 * k);
-  }
 }
 
 TEST_F(Replay, SaysWhatItCannotPlay) {

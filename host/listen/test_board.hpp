@@ -59,6 +59,16 @@ class Board {
   std::jthread thread_;
 };
 
+// A glove's frame of readings, which has no counter.
+inline std::vector<std::uint8_t> readings(std::uint16_t time_ms,
+                                          const std::array<std::uint16_t, link::kFingers>& counts) {
+  link::Packet packet;
+  std::array<std::uint8_t, link::kMaxWire> wire{};
+  const std::uint8_t bytes = link::put_readings(time_ms, counts.data(), link::kFingers, packet.body());
+  const std::uint8_t size = link::GloveEnd::say(link::Type::readings, packet, bytes, false, wire.data());
+  return {wire.begin(), wire.begin() + size};
+}
+
 // A glove's frames, as its firmware says them: angles in touch with its hand, else how it is; readings before, for a second,
 // where it gives them and is asked. Angles and readings move.
 class FramesGlove {
@@ -79,7 +89,7 @@ class FramesGlove {
     }
     ++slot_;
     std::string out;
-    if (readings_left_ > 0) out = readings();
+    if (readings_left_ > 0) out = a_reading();
     std::array<std::uint8_t, link::kMaxWire> wire{};
     link::Frame frame{};
     frame.time_ms = static_cast<std::uint16_t>(10 * slot_);
@@ -90,16 +100,12 @@ class FramesGlove {
   }
 
  private:
-  std::string readings() {
+  std::string a_reading() {
     --readings_left_;
     std::array<std::uint16_t, link::kFingers> counts{};
     counts.fill(static_cast<std::uint16_t>(300 + slot_ % 400));
-    link::Packet packet;
-    std::array<std::uint8_t, link::kMaxWire> wire{};
-    const std::uint8_t bytes = link::put_readings(static_cast<std::uint16_t>(10 * slot_), counts.data(),
-                                                  link::kFingers, packet.body());
-    const std::uint8_t size = link::GloveEnd::say(link::Type::readings, packet, bytes, false, wire.data());
-    return {wire.begin(), wire.begin() + size};
+    const std::vector<std::uint8_t> frame = readings(static_cast<std::uint16_t>(10 * slot_), counts);
+    return {frame.begin(), frame.end()};
   }
 
   static constexpr int kASecond = 100;  // slots

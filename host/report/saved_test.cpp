@@ -1,7 +1,6 @@
 #include "host/report/saved.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 
@@ -15,18 +14,14 @@ namespace fs = std::filesystem;
 
 class SavedTest : public testing::Test {
  protected:
-  SavedTest() : folder_(fs::path(testing::TempDir()) / ("flexor_saved_" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~SavedTest() override { fs::remove_all(folder_); }
-
   void write(const std::string& name, const std::string& text) const { io::write_file(folder_ / name, text); }
 
   std::string refusal() const {
     return io::refusal_of([&] { render(folder_); });
   }
 
-  fs::path folder_;
+  const io::TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(SavedTest, ReadsColumnsOfNumbers) {

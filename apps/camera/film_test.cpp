@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -45,7 +44,7 @@ double truth(const twin::PinchPose& p, const std::string& angle) {
   return all.at(angle);
 }
 
-camera::Joints joints(const std::string& name) {
+camera::Joints named(const std::string& name) {
   return camera::load_joints(FLEXOR_SOURCE_DIR "/models/joints/" + name + ".json");
 }
 
@@ -78,7 +77,7 @@ std::array<twin::Print, 4> prints() {
 struct Shot {
   twin::View view;
   twin::Look look;
-  std::string joints = "green_markers";
+  camera::Joints joints = named("green_markers");
   bool with_lens = false;
   std::uint64_t seed = 7;
   int frames = 100;
@@ -111,14 +110,14 @@ Observation film(const Shot& shot) {
   twin::Renderer renderer(shot.view, shot.look, shot.seed);
   std::optional<camera::Lens> lens;
   if (shot.with_lens) lens = lens_of(shot.view);
-  camera::Tracker tracker(joints(shot.joints), lens, shot.view.width, shot.view.height);
+  camera::Tracker tracker(shot.joints, lens, shot.view.width, shot.view.height);
   camera::Picture picture(shot.view.width, shot.view.height);
   Observation out;
   const auto tags = prints();
   for (int k = 0; k < shot.frames; ++k) {
     const twin::PinchPose pose = shot.pose(k / kRate_hz);
-    twin::Drawn drawn = shot.joints == "printed_finger" ? twin::draw_printed(pose, shot.stance, tags)
-                                                        : twin::draw_pinch(pose, shot.stance);
+    twin::Drawn drawn = shot.joints.name == "printed_finger" ? twin::draw_printed(pose, shot.stance, tags)
+                                                             : twin::draw_pinch(pose, shot.stance);
     shot.change(k, drawn, renderer);
     renderer.draw(drawn.scene, static_cast<std::uint64_t>(k), picture.bgr);
     for (auto& row : tracker.push(picture, k / kRate_hz)) out.rows.push_back(std::move(row));
@@ -214,7 +213,7 @@ Shot degraded(std::uint64_t take) {
 
 Shot turned(std::uint64_t take) {
   Shot s = clean(take);
-  s.joints = "printed_finger";
+  s.joints = named("printed_finger");
   s.with_lens = true;
   s.view.turn_deg = take % 2 == 0 ? 25 : 0;
   s.view.tilt_deg = take % 2 == 0 ? 0 : 25;
@@ -298,36 +297,29 @@ TEST(Rendered, AHandThatLeavesThePictureIsLostAndFoundAgain) {
 
 // Both hands are painted, each in its own colour.
 TEST(Rendered, GloveAndHandInOnePictureByTheirColours) {
-  camera::Joints both = joints("green_markers");
+  Shot s;
+  camera::Joints& both = s.joints;
   both.skeletons.push_back(both.skeletons[0]);
   both.skeletons[0].rgb = std::array<double, 3>{40, 150, 50};
   both.skeletons[1].rgb = std::array<double, 3>{30, 90, 190};
   both.skeletons[1].name = "bionic";
   for (camera::AngleRule& rule : both.skeletons[1].angles) rule.name = "bionic_" + rule.name;
-  twin::View wide = view();
-  wide.distance_mm = 900;
-  twin::Renderer renderer(wide, {}, 1);
-  camera::Tracker tracker(both, std::nullopt, wide.width, wide.height);
-  camera::Picture picture(wide.width, wide.height);
-  std::vector<camera::FilteredRow> rows;
-  const auto push = [&](const std::vector<camera::FilteredRow>& more) {
-    rows.insert(rows.end(), more.begin(), more.end());
-  };
-  for (int k = 0; k < 60; ++k) {
-    twin::Stance glove;
-    glove.at = {-20, 20};
+  s.view = view();
+  s.view.distance_mm = 900;
+  s.seed = 1;
+  s.frames = 60;
+  s.stance.at = {-20, 20};
+  s.change = [](int k, twin::Drawn& drawn, twin::Renderer&) {
     twin::Stance bionic;
     bionic.at = {220, 20};
     bionic.paint = twin::kBlue;
-    twin::Drawn drawn = twin::draw_pinch(pinch(k / kRate_hz), glove);
     const twin::Drawn other = twin::draw_pinch(pinch(k / kRate_hz - 0.2), bionic);
     drawn.scene.rods.insert(drawn.scene.rods.end(), other.scene.rods.begin(), other.scene.rods.end());
     drawn.scene.discs.insert(drawn.scene.discs.end(), other.scene.discs.begin(), other.scene.discs.end());
-    renderer.draw(drawn.scene, static_cast<std::uint64_t>(k), picture.bgr);
-    push(tracker.push(picture, k / kRate_hz));
-  }
-  push(tracker.flush());
-  for (const camera::FilteredRow& row : rows) {
+  };
+  const Observation seen = film(s);
+  EXPECT_EQ(seen.rows.size(), 60U);
+  for (const camera::FilteredRow& row : seen.rows) {
     EXPECT_NEAR(row.angles[1].deg, pinch(row.t_s).index_pip, 1);
     EXPECT_NEAR(row.angles[7].deg, pinch(row.t_s - 0.2).index_pip, 1);
   }
@@ -372,13 +364,11 @@ std::vector<std::filesystem::path> board_pictures(const twin::View& bent,
 
 // The camera is calibrated from pictures of a board; then its distortion is gone.
 TEST(Rendered, ALensIsCalibratedFromPicturesOfABoardAndTakesItsBendingOut) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("flexor_board_" + std::to_string(::getpid()));
-  io::make_folder(folder);
+  const io::TemporaryFolder folder;
   twin::View bent = view();
   bent.k1 = -0.25;
   bent.k2 = 0.06;
-  const std::vector<std::filesystem::path> pictures = board_pictures(bent, folder);
+  const std::vector<std::filesystem::path> pictures = board_pictures(bent, folder.path());
   const camera::LensFit result = camera::fit_lens(pictures, {});
   EXPECT_GE(result.used.size(), 7U);
   EXPECT_NEAR(result.lens.focal_px.x, 1400, 10);
@@ -393,7 +383,6 @@ TEST(Rendered, ALensIsCalibratedFromPicturesOfABoardAndTakesItsBendingOut) {
     EXPECT_NEAR(back.x, ideal.x, 3);
     EXPECT_NEAR(back.y, ideal.y, 3);
   }
-  std::filesystem::remove_all(folder);
 
   // A hand in the corner of such a picture, without and with the lens.
   Shot s = clean(1);

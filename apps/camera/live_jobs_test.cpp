@@ -4,15 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
-
 #include <cmath>
 #include <functional>
 #include <numbers>
 #include <random>
 
 #include "host/camera/jpeg.hpp"
-#include "host/camera/video.hpp"
 #include "host/io/base64.hpp"
 #include "host/io/io.hpp"
 #include "host/io/refusal_test.hpp"
@@ -128,39 +125,6 @@ TEST(LiveJobs, APictureWithoutAHandHasNoAngles) {
     EXPECT_EQ(seen.at("marks_found"), 0);
     for (const Json& row : seen.at("rows")) EXPECT_TRUE(row.at("deg").at("index_mcp").is_null());
   }
-}
-
-TEST(LiveJobs, AVideoIsWatchedAtItsOwnSpeed) {
-  const io::TemporaryFolder folder;
-  const std::string path = (folder.path() / "video.mp4").string();
-  constexpr int kFrames = 30;
-  {
-    HandFilm film(1);
-    camera::VideoWriter video(path, HandFilm::kWidth, HandFilm::kHeight, 30);
-    for (int k = 0; k < kFrames; ++k) {
-      twin::PerFinger mcp_deg{};
-      std::ranges::copy(pose(k / 30.0), mcp_deg.begin());
-      video.add(film.shoot(mcp_deg, static_cast<std::uint64_t>(k), twin::kGreen));
-    }
-    video.finish();
-  }
-  LiveJobs jobs;
-  jobs.open({{"joints", joints()}, {"drawn", true}});
-  const auto begin = std::chrono::steady_clock::now();
-  int taken = 0;
-  std::size_t rows = 0;
-  bool ended = false;
-  while (!ended) {
-    const Json some = jobs.camera({{"device", path}});
-    rows += some.at("rows").size();
-    ended = some.at("ended");
-    taken += ended ? 0 : 1;
-  }
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  EXPECT_EQ(taken, kFrames);
-  EXPECT_GE(took.count(), (kFrames - 1) / 30.0 - 0.05);
-  EXPECT_LT(took.count(), 10);
-  EXPECT_EQ(rows + jobs.close(Json::object()).at("rows").size(), static_cast<std::size_t>(kFrames));
 }
 
 // What a browser's canvas sends of a camera: at 640 pixels a mark's green runs into the skin that it lies on.

@@ -13,6 +13,16 @@ class Words : public Program {
   void SetUp() override { begin(); }
   using Program::begin;
   void begin() { begin({"--from", "twin"}); }
+  // The published model as one of the twin's glove.
+  static std::string published_for_the_twin() {
+    std::string text = io::read_file(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+    for (const auto& [from, to] :
+         {std::pair{"_alpha\"", "_count\""}, {"\"unit\": \"deg\"", "\"unit\": \"count\""}}) {
+      for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; ++at)
+        text.replace(at, std::string(from).size(), to);
+    }
+    return text;
+  }
 };
 
 TEST_F(Words, AGloveMovesAndIsRecorded) {
@@ -196,7 +206,9 @@ TEST_F(Words, AModelThatCannotBeTrackedSaysSoInsteadOfOn) {
   five_fingers();
   expect_refused({{"do", "tracking.set"}, {"on", true}}, "no_model");
   end();
-  begin({"--from", "twin", "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"});
+  const std::string model = (folder_.path() / "model.json").string();
+  io::write_file(model, published_for_the_twin());
+  begin({"--from", "twin", "--model", model});
   expect_refused({{"do", "tracking.set"}, {"on", true}}, "not_tracked");
   const Json state = state_when([](const Json& s) { return s.at("model").is_object(); });
   EXPECT_EQ(state["tracking"], false);
@@ -221,15 +233,9 @@ TEST_F(Words, AModelThatDoesNotFitTheGloveIsNotWornAndIsSaid) {
 }
 
 TEST_F(Words, AChosenModelIsWornAndAMisfitLeavesItOn) {
-  std::string text = io::read_file(FLEXOR_SOURCE_DIR "/models/published_hw.json");
-  for (const auto& [from, to] :
-       {std::pair{"_alpha\"", "_count\""}, {"\"unit\": \"deg\"", "\"unit\": \"count\""}}) {
-    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; ++at)
-      text.replace(at, std::string(from).size(), to);
-  }
   const std::filesystem::path folder = folder_.path() / "sessions" / "anna";
   std::filesystem::create_directories(folder);
-  io::write_file(folder / "model.json", text);
+  io::write_file(folder / "model.json", published_for_the_twin());
   std::filesystem::copy(FLEXOR_SOURCE_DIR "/models/published_hw.json", folder / "misfit.json");
   five_fingers();
   done({{"do", "model.choose"}, {"path", "anna/model.json"}});

@@ -50,20 +50,6 @@ RC_GTEST_PROP(Labels, AreRightHoweverTheHandLiesInThePicture, ()) {
   for (std::size_t i = 0; i < 8; ++i) RC_ASSERT(found->candidate[i] == order[i]);
 }
 
-TEST(Labels, FortyFalseMarksAreAWrongHandWithAWarning) {
-  const Skeleton skeleton = green_skeleton();
-  std::vector<Mark> candidates;
-  for (const Point& p : kHand) candidates.push_back(mark(p));
-  for (int i = 0; i < 40; ++i)
-    candidates.push_back(mark({40.0 + 31 * (i * 7 % 40), 20.0 + 17 * (i * 11 % 40)}));
-  const auto found = assign(skeleton, skeleton.lengths(), skeleton.length_tolerance, candidates);
-  ASSERT_TRUE(found);
-  bool right = true;
-  for (std::size_t i = 0; i < 8; ++i) right = right && found->candidate[i] == i;
-  EXPECT_FALSE(right);
-  EXPECT_LT(found->margin, kMinMargin);
-}
-
 TEST(Labels, AChainThatLooksTheSameFromBothEndsIsAmbiguous) {
   Skeleton chain;
   chain.name = "chain";

@@ -376,7 +376,7 @@ MatrixXd bootstrap(const Fit& fit, const Stack& stack, double period_s, const Ad
 void validate(const CrossValidation& validation, const System& system, Additive& out,
               const CrossValidation::Shape& shape = {}) {
   static_cast<Validated&>(out) = validation.error(system.penalty(out.priors), shape);
-  out.accuracy = accuracy_of(std::move(out.estimate));
+  out.accuracy = accuracy_of(std::exchange(out.estimate, {}));  // a candidate keeps what follows from them
 }
 
 // The search over candidates of one joint.

@@ -592,6 +592,8 @@ TEST_F(Hand, EachPairsSamplesAreSavedOnAClockOfTheirOwn) {
   const std::string text = io::read_file(folder_ / "report" / "samples-1.csv");
   EXPECT_TRUE(has(text, "\n0,1,") && has(text, "\n0,2,"));
   ASSERT_EQ(r.joints[0].samples.size(), 2U);
+  ASSERT_EQ(r.clocks.size(), 2U);
+  for (const auto& clock : r.clocks) EXPECT_NEAR(clock.offset_s, kOffset_s, 0.1);
   const auto length_s = [](const JointSamples& s) { return s.since_begin_s(s.own().size() - 1); };
   EXPECT_NEAR(length_s(r.joints[0].samples[0]) - length_s(r.joints[0].samples[1]), 10, 0.5);
 }

@@ -20,7 +20,7 @@ using Eigen::Index;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-// In each function below `j` is the Jacobian so far, which has the columns of the blocks before alone, or none where none is wanted; both
+// In each function below `j` holds the derivatives by the parameters of the blocks before; it has no columns where none are wanted. Both
 // it and the signal are changed in place.
 void dead_zone(const Layout& layout, const VectorXd& theta, VectorXd& signal, Jacobian& j) {
   const double lower = theta(layout.dead_zone);
@@ -144,6 +144,7 @@ void lti(const Structure& structure, const Layout& layout, const VectorXd& theta
   Jacobian s = j.topLeftCorner(1, columns).replicate(n, 1);
   VectorXd x = VectorXd::Constant(n, signal(0));
   const auto& a = hold.transition;
+  static_assert(compensator::kMaxOrder == 3);  // the states below
   for (Index k = 0; k < signal.size(); ++k) {
     auto by_signal = j.row(k).head(columns);
     const double w = signal(k);

@@ -94,7 +94,7 @@ struct Input {
   bool operator==(const Input&) const = default;
 };
 
-// What an angle is known to: the root mean square of its error on samples that its fit did not see, by the angle;
+// What an angle is known to: the error to expect on another part of the motion (host/identify/additive.hpp), by the angle;
 // straight lines between, constant beyond.
 struct Accuracy {
   std::vector<double> angle_deg;           // increasing

@@ -78,7 +78,8 @@ class Completer {
   // Readings in degrees, NaN where there is none.
   Estimate complete(const Eigen::VectorXd& readings_deg);
 
-  // Before complete() of the same row, as long as the person is shown, at rest first: NaN where a joint is not.
+  // Before complete() of the same row, as long as the person is shown, at rest first: NaN where a joint is not,
+  // the same joints in each row.
   void show(const Hand& hand_deg, double seconds);
 
   const Shape& shape() const { return shape_; }

@@ -445,6 +445,14 @@ class Finder : public TableState {
     return k > 1;
   }
 
+  // Whether the column is called a time; and the unit that it states.
+  bool is_time(std::size_t place, std::optional<double>& unit_s) const {
+    const bool out =
+        has_header_ ? is_time_name(header_[place], unit_s) : place == 0 && options_.from != From::port;
+    if (!unit_s) unit_s = seconds_in(header_units_[place]);
+    return out;
+  }
+
   bool counts_by_one(std::size_t place) {
     std::vector<std::string> cells;
     std::optional<double> last;
@@ -461,9 +469,7 @@ class Finder : public TableState {
   // How likely a column is the time, the higher the likelier; none: it is not.
   std::optional<Clock> clock_in(std::size_t place, const std::vector<std::string>& first) {
     std::optional<double> unit_s;
-    const bool is_named =
-        has_header_ ? is_time_name(header_[place], unit_s) : place == 0 && options_.from != From::port;
-    if (!unit_s) unit_s = seconds_in(header_units_[place]);
+    const bool is_named = is_time(place, unit_s);
     const bool is_number = place < first.size() && !is_packed_date(first[place]);
     const auto number = is_number ? read_number(first[place], separator_) : std::nullopt;
     const bool is_written = !number && place < first.size() && to_time(first[place]);
@@ -506,8 +512,8 @@ class Finder : public TableState {
     choose_time(best, other);
     if (other) other_time_ = header_[other->place];
     for (std::size_t i = 0; best && other_time_.empty() && i < header_.size(); ++i) {
-      const bool is_time = seconds_in(header_units_[i]) || seconds_in(cut_name(header_[i]).unit);
-      if (i == best->place || !is_time || !course(i)) continue;
+      const bool has_unit = seconds_in(header_units_[i]) || seconds_in(cut_name(header_[i]).unit);
+      if (i == best->place || !has_unit || !course(i)) continue;
       other_time_ = header_[i];
       if (header_[i] != kHostClock && disagree(best->place, i))
         note(fmt::format("\"{}\" is taken for the time and disagrees with \"{}\": --time-column takes that",
@@ -527,8 +533,7 @@ class Finder : public TableState {
     Course out;
     std::optional<double> last;
     std::optional<double> unit_s;
-    (void)is_time_name(header_[place], unit_s);
-    if (!unit_s) unit_s = seconds_in(header_units_[place]);
+    (void)is_time(place, unit_s);
     std::size_t rows = 0;
     while (rows < kStandingRows && at(rows) != nullptr) ++rows;
     for (std::size_t k = rows > 20 ? rows / 2 : 0; k < rows; ++k) {

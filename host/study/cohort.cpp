@@ -17,6 +17,7 @@
 #include "host/io/run_in_order.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/line_format.hpp"
+#include "host/recording/unit.hpp"
 #include "host/study/journal.hpp"
 #include "host/study/shards.hpp"
 
@@ -86,6 +87,8 @@ std::vector<std::size_t> columns_of(const Cells& header, const std::string& sour
     for (const std::string& name : score_columns(prefix)) taken.insert(name);
   for (std::size_t i = 0; i < header.size(); ++i) {
     if (header[i].empty()) fail(fmt::format("column {} has no name", i + 1));
+    if (out[kMap] == header.size() && header[i].size() < 5 && recording::lower(header[i]).starts_with("map"))
+      fail(fmt::format("is \"{}\" the column \"map\"?", header[i]));
     if (!taken.insert(header[i]).second)
       fail(fmt::format("\"{}\" is there twice, or a column of the table that is written", header[i]));
     if (std::ranges::find(out, i) == out.end()) out.push_back(i);
@@ -477,7 +480,7 @@ CohortResult run_cohort(const CohortRequest& request,
     is_whole = is_whole && part.has_value();
   }
   if (is_sealed(request.folder)) {
-    if (is_whole) require_sealed(request.folder, digest_of(request.folder, run.settings(), shard));
+    require_sealed(request.folder, is_whole ? digest_of(request.folder, run.settings(), shard) : "");
     if (!todo.empty()) io::write_file(request.folder / "run.json", io::dump(run.settings()));
   }
   const int threads = io::threads_of(request.threads);

@@ -161,6 +161,7 @@ TEST_F(Cohort, AHeaderThatIsWrongIsRefused) {
   for (const auto& [header, what] : std::map<std::string, std::string>{
            {"subject,session,glove", "column \"reference\" is missing"},
            {"Subject,session,glove,reference,map", "column \"subject\" is missing"},
+           {"subject,session,glove,reference,Maps", "is \"Maps\" the column \"map\"?"},
            {"subject,session,glove,reference,map,map", "\"map\" is there twice"},
            {"subject,session,glove,reference,map,rmse_deg", "\"rmse_deg\" is there twice"},
            {"subject,session,glove,reference,map,", "column 6 has no name"},

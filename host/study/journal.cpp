@@ -140,7 +140,12 @@ void seal(const fs::path& folder, const std::string& settings, const std::string
 bool is_sealed(const fs::path& folder) { return !seal_of(folder).empty(); }
 
 void require_sealed(const fs::path& folder, const std::string& digest) {
-  if (seal_of(folder) == digest) return;
+  const std::string there = seal_of(folder);
+  if (there == digest) return;
+  if (there.empty())
+    throw io::InputError(
+        fmt::format("{}: its run has not ended: give that shard's command once more, it goes on from there",
+                    folder.string()));
   throw io::InputError(
       fmt::format("{}: its rows are not those that its run ended with: give that shard's command into a new "
                   "folder",

@@ -46,14 +46,18 @@ ShardFolders find_shards(const std::vector<fs::path>& folders, const std::string
       out.settings = settings;
       out.folders.resize(shard.at("of").get<std::size_t>());
     }
-    for (const auto& [key, value] : out.settings.items())
-      if (settings.value(key, Json()) != value)
-        throw InputError(fmt::format("{}: belongs to another run than {}: \"{}\" differs in their run.json",
-                                     folder.string(), folders.front().string(), key));
-    fs::path& mine = out.folders.at(shard.at("index").get<std::size_t>() - 1);
+    for (const Json* one : {&out.settings, &settings})
+      for (const auto& [key, value] : one->items())
+        if (settings.value(key, Json()) != out.settings.value(key, Json()))
+          throw InputError(fmt::format("{}: belongs to another run than {}: \"{}\" differs in their run.json",
+                                       folder.string(), folders.front().string(), key));
+    const auto index = shard.at("index").get<std::size_t>();
+    if (index < 1 || index > out.folders.size())
+      throw InputError(fmt::format("{}: says shard {} of {}: give that shard's command into a new folder",
+                                   file, index, out.folders.size()));
+    fs::path& mine = out.folders[index - 1];
     if (!mine.empty())
-      throw InputError(fmt::format("{} and {} are both shard {}", mine.string(), folder.string(),
-                                   shard.at("index").dump()));
+      throw InputError(fmt::format("{} and {} are both shard {}", mine.string(), folder.string(), index));
     mine = folder;
   }
   if (folders.empty()) throw InputError("no folders to merge");

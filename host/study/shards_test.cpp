@@ -65,6 +65,17 @@ TEST_F(ShardsTest, AnUnfinishedOneIsNamedAndNothingIsWritten) {
   EXPECT_FALSE(fs::exists(folder_ / "merged"));
 }
 
+TEST_F(ShardsTest, OneThatWasKilledBehindItsLastRowIsEndedByItsCommand) {
+  auto settings = nlohmann::ordered_json::parse(io::read_file(folders_[1] / "run.json"));
+  settings.erase("rows_digest");
+  io::write_file(folders_[1] / "run.json", io::dump(settings));
+  EXPECT_EQ(refusal(),
+            folders_[1].string() +
+                ": its run has not ended: give that shard's command once more, it goes on from there");
+  (void)run(plan({2, 3}, folders_[1]), {});
+  EXPECT_EQ(refusal(), "accepted");
+}
+
 TEST_F(ShardsTest, AChangedDigitIsRefusedAlsoByItsOwnCommand) {
   const fs::path file = folders_[1] / "trials.csv";
   std::string rows = io::read_file(file);

@@ -440,8 +440,7 @@ void check(const Plan& plan) {
 
 Result run(const Plan& plan, const TrialProgress& progress) {
   check(plan);
-  if (plan.shard.of > 1 && plan.folder.empty())
-    throw InputError("a shard needs a folder of its own, for what it plays");
+  if (plan.shard.of > 1 && plan.folder.empty()) throw InputError("a shard needs a folder of its own: --out");
   return Runner(plan, progress).run({});
 }
 

@@ -19,7 +19,9 @@ _ARGUMENTS = {"rate": "rate_hz", "lead": "lead_s", "clock-offset": "clock_offset
 def _in_python(error: Exception) -> str:
     """Rooms name the command's options, which are arguments here. A message that shows a command keeps them."""
     text = str(error.args[0]) if error.args else ""
-    return text if "flexor " in text else re.sub("--([a-z]+(?:-[a-z]+)*)", lambda m: _ARGUMENTS.get(m[1], m[1].replace("-", "_")), text)
+    if re.search(r"flexor [a-z]+ ", text):
+        return text
+    return re.sub(r"(?<![^\s\"'(;:,])--([a-z]+(?:-[a-z]+)*)", lambda m: _ARGUMENTS.get(m[1], m[1].replace("-", "_")), text)
 
 
 InputError.__str__ = JobError.__str__ = _in_python
@@ -55,7 +57,7 @@ def run(job: Callable[..., Any], *given: Any, progress: Show) -> Any:
         except TypeError as error:  # nanobind's, whose text is C++
             if "incompatible function arguments" not in str(error):
                 raise
-            raise InputError(f"{job.__name__}: takes none of " + ", ".join(f"{one!r:.40}" for one in given)) from None
+            raise InputError(f"{job.__name__}: does not take these: " + ", ".join(f"{one!r:.40}" for one in given)) from None
 
 
 @contextlib.contextmanager

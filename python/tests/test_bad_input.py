@@ -69,7 +69,7 @@ ANGLES = {"index_deg": [1.0, 2.0, 3.0]}
     (lambda: flexor.judge([1, 2, 3], {"line": [1, 2]}, 0.05), "errors of line"),
     (lambda: flexor.judge([1, 2, 3], {"line": [1, 2, 3]}, 0), "period_s=0"),
     (lambda: flexor.judge([1, 2, 3], [1, 2, 3], 0.05), "a mapping"),
-    (lambda: flexor.twin(rate_hz="fast"), "takes none of"),
+    (lambda: flexor.twin(rate_hz="fast"), "does not take these"),
 ])
 def test_a_recording_that_is_none(work, text):
     assert text in refusal(work)

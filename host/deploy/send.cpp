@@ -21,8 +21,8 @@ using io::JobError;
 using link::Received;
 
 constexpr double kTurn_s = 0.15;  // until the glove leaves a turn; where it does not, the line is not a radio
-constexpr double kAnswer_s = 0.35;   // a piece, its writing and the answer at 9600 baud
-constexpr double kLost_s = 0.15;     // without it the glove's next turn is for the piece once more
+constexpr double kLost_s = 0.08;     // the writing of a piece and the answer at 9600 baud; then it is said once more
+constexpr double kFrame_s = 0.06;    // a frame that has begun is heard out
 constexpr double kDoubt_s = 3;       // without a receipt since an offer
 constexpr double kPatience_s = 10;   // without any answer
 constexpr double kNoFurther_s = 60;  // of answers, without a further piece
@@ -102,6 +102,12 @@ class Sender {
     }
   }
 
+  // The next whole frame until a time, or behind it what has begun to come by then; where there is none, the line is quiet.
+  bool hears(double until_s) {
+    turn_ = true;
+    return next(until_s) || (reader_.amid() && next(until_s + kFrame_s));
+  }
+
   // Until the glove listens. A radio carries one direction at a time.
   void await_turn() {
     if (std::exchange(turn_, false)) return;
@@ -135,8 +141,8 @@ class Sender {
     bool foreign = false;
     while (line_.now_s() < until_s) {
       request();
-      const double answer_s = line_.now_s() + kAnswer_s;
-      while (next(answer_s)) {
+      const double lost_s = line_.now_s() + kLost_s;
+      while (hears(lost_s)) {
         heard = true;
         if (is_offer()) return accept(link::get_offer(reader_.body()));
         foreign = foreign || is(link::Answer::offer, link::Offer::kBytes);
@@ -159,6 +165,7 @@ class Sender {
     said_ = 0;
     received_ = 0;
     offered_s_ = line_.now_s();
+    turn_ = reader_.listens();
     return offer;
   }
 
@@ -166,6 +173,7 @@ class Sender {
     double heard_s = line_.now_s();
     double further_s = heard_s;
     std::size_t most = 0;
+    std::size_t offset = 0;
     while (true) {
       if (line_.now_s() - heard_s > kPatience_s) {
         throw JobError("the glove no longer answers, " + left_behind());
@@ -174,12 +182,13 @@ class Sender {
         throw JobError("somebody else speaks to the glove again and again, " + left_behind());
       }
       // The offer may have been the tape of an old one, whose session the glove has left.
-      if (offered_s_ && line_.now_s() - *offered_s_ > kDoubt_s) {
+      const bool doubts = offered_s_ && line_.now_s() - *offered_s_ > kDoubt_s;
+      if (doubts) {
         request();
       } else {
-        say(bytes, received_);
+        offset = say(bytes, received_);
       }
-      const auto receipt = answer();
+      const auto receipt = answer(offset, doubts);
       if (!receipt) continue;
       heard_s = line_.now_s();
       offered_s_.reset();
@@ -197,7 +206,8 @@ class Sender {
   }
 
   // The piece that is wanted next; where all have come, the last one once more: the glove answers when it runs.
-  void say(const Bytes& bytes, std::size_t received) {
+  // Returns where the piece begins.
+  std::size_t say(const Bytes& bytes, std::size_t received) {
     const std::size_t last = (bytes.size() - 1) / link::Piece::kMost * link::Piece::kMost;
     const std::size_t offset = std::min(received, last);
     const auto count = std::min<std::size_t>(link::Piece::kMost, bytes.size() - offset);
@@ -209,21 +219,26 @@ class Sender {
                         packet.body());
     write(link::Type::coefficients, packet, size, glove_.key ? &session_.key() : nullptr);
     ++pieces_;
+    return offset;
   }
 
-  std::optional<link::Receipt> answer() {
-    const double said_s = line_.now_s();
-    while (next(said_s + kAnswer_s)) {
+  // To a piece that begins at `offset`. One that came twice is answered twice: what does not go beyond it is of the piece before.
+  std::optional<link::Receipt> answer(std::size_t offset, bool doubts) {
+    const double lost_s = line_.now_s() + kLost_s;
+    while (hears(lost_s)) {
       // Somebody has asked again, or the air has doubled the question: what counts now is this offer.
       if (is_offer()) {
+        const std::optional<double> since_s = doubts ? std::nullopt : offered_s_;
         (void)accept(link::get_offer(reader_.body()));
+        if (since_s) offered_s_ = since_s;
         return {};
       }
-      const bool receipt = is(link::Answer::receipt, link::Receipt::kBytes) &&
-                           (!glove_.key || reader_.fits(session_.key(), reader_.sequence()));
-      turn_ = reader_.listens() && (receipt || line_.now_s() - said_s > kLost_s);
-      if (receipt) return link::get_receipt(reader_.body());
-      if (turn_) return {};
+      if (!is(link::Answer::receipt, link::Receipt::kBytes) ||
+          (glove_.key && !reader_.fits(session_.key(), reader_.sequence())))
+        continue;
+      const link::Receipt receipt = link::get_receipt(reader_.body());
+      turn_ = reader_.listens();
+      if (receipt.stage != 0 || receipt.received > offset) return receipt;
     }
     return {};
   }

@@ -168,7 +168,7 @@ export function Model() {
 const kMotion = 'Open and close every finger for ten seconds. Nothing changes before you accept.';
 const kPutOn = `Glove put on again? ${kMotion}`;
 const kSlipped = `The glove has slipped: it reads otherwise than when it was calibrated. ${kMotion}`;
-const kAnewColumns = ['Finger', 'Before', 'After', 'Verdict'];
+const kAnewColumns = ['Finger', 'Off by', 'Verdict'];
 
 export function Anew() {
   const line = useLine('anew-error');
@@ -203,12 +203,11 @@ export function Anew() {
       {isDone && (
         <Table test="anew-table" caption="How far off, degrees, by the new calibration" columns={kAnewColumns}>
           {fingers.map(({ name, before_deg, after_deg, verdict }) => {
-            const uncertain = after_deg === null ? '' : `± ${degrees(after_deg, 1)}`;
+            const error = after_deg === null ? '' : `± ${degrees(after_deg, 1)}`;
             return (
               <tr key={name} data-testid={`anew-${name}`}>
                 <th scope="row">{title(name)}</th>
-                <td>{before_deg === null ? 'not known' : `${degrees(before_deg, 1)} ${uncertain}`}</td>
-                <td>{uncertain}</td>
+                <td>{before_deg === null ? 'not known' : `${degrees(before_deg, 1)} ${error}`}</td>
                 <td class="wrap">{verdict}</td>
               </tr>
             );

@@ -21,7 +21,8 @@ using io::JobError;
 using link::Received;
 
 constexpr double kTurn_s = 0.15;  // until the glove leaves a turn; where it does not, the line is not a radio
-constexpr double kLost_s = 0.08;     // the writing of a piece and the answer at 9600 baud; then it is said once more
+constexpr double kLost_s =
+    0.08;  // the writing of a piece and the answer at 9600 baud; then it is said once more
 constexpr double kFrame_s = 0.06;    // a frame that has begun is heard out
 constexpr double kDoubt_s = 3;       // without a receipt since an offer
 constexpr double kPatience_s = 10;   // without any answer

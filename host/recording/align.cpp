@@ -223,10 +223,11 @@ Sums sums_over_lags(CrossCorrelator& correlator, const Sampled& sensor, const Bi
   return out;
 }
 
-Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference, const Scales& scales) {
+// Of every lag with an overlap of `least` samples.
+Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference, double least) {
   const auto n = std::ssize(sensor.value);
   const auto m = std::ssize(reference.value);
-  const auto needed = static_cast<std::ptrdiff_t>(scales.min_overlap_s * scales.coarse_rate_hz);
+  const auto needed = static_cast<std::ptrdiff_t>(least);
   const double mean = std::accumulate(reference.value.begin(), reference.value.end(), 0.0) /
                       static_cast<double>(std::max<std::ptrdiff_t>(m, 1));
   std::vector<double> y(reference.value.size());  // about its mean, zero in gaps
@@ -456,7 +457,8 @@ Repetition find_repetition(const Series& sensor, const Series& reference, const 
   const Sampled coarse_sensor = sample(sensor, scales.coarse_rate_hz);
   const Sampled coarse_reference = sample(reference, scales.coarse_rate_hz);
   const Binning bins(coarse_sensor, scales.bins);
-  const Scan scanned = scan(coarse_sensor, bins, coarse_reference, scales);
+  const Scan scanned =
+      scan(coarse_sensor, bins, coarse_reference, scales.min_overlap_s * scales.coarse_rate_hz);
   if (scanned.score.empty()) {
     throw io::JobError(
         fmt::format("overlap too short: the recordings last {:.1f} s and {:.1f} s, alignment needs "
@@ -550,35 +552,12 @@ double explained(const Series& sensor, const Series& reference, double clock_off
   check_span(sensor);
   check_span(reference);
   const Sampled a = sample(sensor, kExplainedRate_hz);
-  const Sampled b = sample(reference, kExplainedRate_hz);
   const auto lag = static_cast<std::ptrdiff_t>(
       std::lround((clock_offset_s + sensor.t_s.front() - reference.t_s.front()) * kExplainedRate_hz));
-  const Binning bins(a, kMaxBins);
-  std::array<double, kMaxBins> sum{};
-  std::array<double, kMaxBins> count{};
-  double total = 0;
-  double squares = 0;
-  double n = 0;
-  for (std::ptrdiff_t k = 0; k < std::ssize(a.value); ++k) {
-    const std::ptrdiff_t at = k + lag;
-    if (at < 0 || at >= std::ssize(b.value) || !a.good[static_cast<std::size_t>(k)] ||
-        !b.good[static_cast<std::size_t>(at)])
-      continue;
-    const double y = b.value[static_cast<std::size_t>(at)];
-    const auto bin = static_cast<std::size_t>(bins[static_cast<std::size_t>(k)]);
-    sum[bin] += y;
-    ++count[bin];
-    total += y;
-    squares += y * y;
-    ++n;
-  }
-  if (n < kMinOverlap_s * kExplainedRate_hz) return 0;
-  const double variance = squares - total * total / n;
-  double between = -total * total / n;
-  for (std::size_t i = 0; i < sum.size(); ++i) {
-    if (count[i] > 0) between += sum[i] * sum[i] / count[i];
-  }
-  return variance > 0 ? std::clamp(between / variance, 0.0, 1.0) : 0;
+  const Scan all =
+      scan(a, Binning(a, kMaxBins), sample(reference, kExplainedRate_hz), kMinOverlap_s * kExplainedRate_hz);
+  const auto at = std::ranges::find(all.lag, lag);
+  return at == all.lag.end() ? 0 : all.eta_squared[static_cast<std::size_t>(at - all.lag.begin())];
 }
 
 std::optional<std::string> disagreement(double user_offset_s, const Alignment& found) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -75,6 +76,12 @@ bool is_row(const std::vector<std::string>& cells, char separator, std::size_t f
 
 void cut_blanks(std::vector<std::string>& cells, std::size_t least) {
   while (cells.size() > least && cells.back().empty()) cells.pop_back();
+}
+
+// A number in some unit, or a time as it is written.
+std::optional<Time> time_in(const std::string& cell, char separator) {
+  const auto number = is_packed_date(cell) ? std::nullopt : read_number(cell, separator);
+  return number ? Time{TimeFormat::number, number->value} : to_time(cell);
 }
 
 // Vicon's, below which rows a second stand.
@@ -293,8 +300,7 @@ class Finder : public TableState {
       std::vector<std::string>& cells = titles_.emplace_back();
       split(text.empty() ? text : ahead_[first_].text, separator_, cells);
       cut_blanks(cells, 0);
-      if (titles_.size() > 1) read_title_unit(titles_[titles_.size() - 2], cells);
-      if (titles_.size() > 1) read_frame_rate(titles_[titles_.size() - 2], cells);
+      if (titles_.size() > 1) read_title(titles_[titles_.size() - 2], cells);
     }
     note(count == 1
              ? fmt::format("row {} (\"{}\") does not fit what follows and is left out", ahead_[begin].number,
@@ -302,16 +308,14 @@ class Finder : public TableState {
              : fmt::format("rows {} to {} are titles", ahead_[begin].number, ahead_[first_ - 1].number));
   }
 
-  // OpenSim's .trc: the unit of all positions stands below "Units".
-  void read_title_unit(const std::vector<std::string>& above, const std::vector<std::string>& cells) {
+  // By the row above it: OpenSim's .trc has the unit of all positions below "Units", Vicon the rows a second below a section.
+  void read_title(const std::vector<std::string>& above, const std::vector<std::string>& cells) {
     const auto place = static_cast<std::size_t>(std::ranges::find(above, "Units") - above.begin());
     if (place < std::min(above.size(), cells.size())) title_unit_ = cells[place];
-  }
-
-  void read_frame_rate(const std::vector<std::string>& above, const std::vector<std::string>& cells) {
     const auto rate = is_section_title(above) && cells.size() == 1 ? to_number(cells[0]) : std::nullopt;
-    is_section_ = is_section_ || (rate && *rate > 0);
-    if (rate && *rate > 0 && options_.time.log_rate_hz == 0) frame_rate_hz_ = *rate;
+    if (!rate || !(*rate > 0)) return;
+    is_section_ = true;
+    if (options_.time.log_rate_hz == 0) frame_rate_hz_ = *rate;
   }
 
   void read_header() {
@@ -433,16 +437,14 @@ class Finder : public TableState {
     if (at(0) == nullptr) refuse(Kind::empty, kNoData);
   }
 
-  // The same for so long that it is no clock, but when a session began.
-  bool stands(std::size_t place, const std::string& first) {
-    std::vector<std::string> cells;
-    std::size_t k = 1;
-    for (; at(k) != nullptr && k < kStandingRows; ++k) {
-      split(at(k)->text, separator_, cells);
-      if (place < cells.size() && cells[place] != first) return false;
+  // A column's cells in the rows ahead, of which some may be too short.
+  std::vector<std::string> cells_ahead(std::size_t place) {
+    std::vector<std::string> out;
+    for (std::size_t k = 0; k < kStandingRows && at(k) != nullptr; ++k) {
+      split_line(at(k)->text);
+      if (place < cells_.size()) out.push_back(cells_[place]);
     }
-    wants_more_ = wants_more_ || (options_.from == From::pipe && k > 1 && k < kStandingRows);
-    return k > 1;
+    return out;
   }
 
   // Whether the column is called a time; and the unit that it states.
@@ -453,31 +455,30 @@ class Finder : public TableState {
     return out;
   }
 
-  bool counts_by_one(std::size_t place) {
-    std::vector<std::string> cells;
-    std::optional<double> last;
-    std::size_t k = 0;
-    for (; at(k) != nullptr && k < kStandingRows; ++k) {
-      split(at(k)->text, separator_, cells);
-      const auto number = place < cells.size() ? read_number(cells[place], separator_) : std::nullopt;
-      if (!number || (last && number->value != *last + 1)) return false;
-      last = number->value;
-    }
-    return k > 1;
-  }
-
   // How likely a column is the time, the higher the likelier; none: it is not.
   std::optional<Clock> clock_in(std::size_t place, const std::vector<std::string>& first) {
-    std::optional<double> unit_s;
-    const bool is_named = is_time(place, unit_s);
-    const bool is_number = place < first.size() && !is_packed_date(first[place]);
-    const auto number = is_number ? read_number(first[place], separator_) : std::nullopt;
-    const bool is_written = !number && place < first.size() && to_time(first[place]);
-    if (!is_named && !is_written) return std::nullopt;
-    const bool has_unit = unit_s || !options_.time.unit.empty();
-    const bool counts = number && unit_s.value_or(1) == 1 && counts_by_one(place);
-    const bool useless = (!number && !is_written) || stands(place, first[place]);
-    return Clock{place, counts ? (has_unit ? 3 : 2) : useless ? 1 : is_named ? 5 : 4, unit_s};
+    Clock out{place, 1, {}};
+    const bool is_named = is_time(place, out.unit_s);
+    const auto time = time_in(place < first.size() ? first[place] : "", separator_);
+    const bool is_number = time && time->format == TimeFormat::number;
+    if (!is_named && (!time || is_number)) return std::nullopt;
+    if (!time) return out;
+    const std::vector<std::string> cells = cells_ahead(place);
+    const auto counts = [&](const auto& a, const auto& b) {
+      const auto above = read_number(a, separator_);
+      const auto below = read_number(b, separator_);
+      return above && below && below->value == above->value + 1;
+    };
+    // The same for so long is no clock, but when a session began.
+    const bool stands = cells.size() > 1 && std::ranges::count(cells, cells[0]) == std::ssize(cells);
+    wants_more_ = wants_more_ || (options_.from == From::pipe && stands && at(kStandingRows - 1) == nullptr);
+    if (is_number && out.unit_s.value_or(1) == 1 && cells.size() > 1 &&
+        std::ranges::adjacent_find(cells, std::not_fn(counts)) == cells.end()) {
+      out.rank = out.unit_s || !options_.time.unit.empty() ? 3 : 2;
+    } else if (!stands) {
+      out.rank = is_named ? 5 : 4;
+    }
+    return out;
   }
 
   // The column that is called a time and holds one in the first row, or that has times of day or dates.
@@ -534,16 +535,12 @@ class Finder : public TableState {
     std::optional<double> last;
     std::optional<double> unit_s;
     (void)is_time(place, unit_s);
-    std::size_t rows = 0;
-    while (rows < kStandingRows && at(rows) != nullptr) ++rows;
-    for (std::size_t k = rows > 20 ? rows / 2 : 0; k < rows; ++k) {
-      split_line(at(k)->text);
-      const std::string cell = place < cells_.size() ? cells_[place] : "";
-      if (is_missing(cell)) continue;
-      const auto number = is_packed_date(cell) ? std::nullopt : read_number(cell, separator_);
-      const auto time = number ? Time{TimeFormat::number, number->value} : to_time(cell);
+    const std::vector<std::string> cells = cells_ahead(place);
+    for (std::size_t k = cells.size() > 20 ? cells.size() / 2 : 0; k < cells.size(); ++k) {
+      if (is_missing(cells[k])) continue;
+      const auto time = time_in(cells[k], separator_);
       if (!time || time->value < last.value_or(time->value)) return std::nullopt;
-      if (!number) unit_s = 1;
+      if (time->format != TimeFormat::number) unit_s = 1;
       out.longest = std::max(out.longest, time->value - last.value_or(time->value));
       out.span += time->value - std::exchange(last, time->value).value_or(time->value);
     }
@@ -572,16 +569,11 @@ class Finder : public TableState {
     if (!best && frame_rate_hz_ > 0) {
       options_.time.log_rate_hz = frame_rate_hz_;  // of Vicon's rows, of which a frame may have several
       const bool has_frames = header_.size() > 1 && header_[0] == "Frame" && header_[1] == "Sub Frame";
-      double first_part = HUGE_VAL;
-      double last_part = -HUGE_VAL;
-      for (std::size_t k = 0; has_frames && k < kStandingRows && at(k) != nullptr; ++k) {
-        split_line(at(k)->text);
-        const auto part = cells_.size() > 1 ? to_number(cells_[1]) : std::nullopt;
-        if (!part) continue;
-        first_part = std::min(first_part, *part);
-        last_part = std::max(last_part, *part);
+      std::vector<double> parts;
+      for (const std::string& cell : has_frames ? cells_ahead(1) : cells_) {
+        if (const auto part = has_frames ? to_number(cell) : std::nullopt) parts.push_back(*part);
       }
-      frame_rows_ = std::max(0.0, last_part - first_part + 1);
+      if (!parts.empty()) frame_rows_ = std::ranges::max(parts) - std::ranges::min(parts) + 1;
     }
     if (best) time_place_ = best->place;
     if (other) {
@@ -689,29 +681,27 @@ class Finder : public TableState {
 
   // A column is of numbers when more cells of the first rows that are not missing are numbers than words.
   std::vector<std::size_t> columns_of_numbers() {
-    enum class Of { missing, numbers, text };
-    std::vector<Of> of(header_.size(), Of::missing);
-    std::vector<int> more(header_.size());  // numbers than words
-    if (time_place_) of[*time_place_] = Of::text;
+    std::vector<std::optional<int>> more(header_.size());  // numbers than words; none: all are missing
+    if (time_place_) more[*time_place_] = 0;
     const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
     const std::size_t fewest = options_.from == From::file ? kLiveRows : 1;
     std::size_t k = 0;
-    for (; k < most && (k < fewest || std::ranges::count(of, Of::missing) > 0) && at(k) != nullptr; ++k) {
+    for (; k < most && (k < fewest || std::ranges::count(more, std::optional<int>()) > 0) && at(k) != nullptr;
+         ++k) {
       split_line(at(k)->text);
       for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
-        if (is_missing(cells_[i]) || time_place_ == i || (k >= fewest && of[i] != Of::missing)) continue;
-        more[i] += read_number(cells_[i], separator_) ? 1 : -1;
-        of[i] = more[i] > 0 ? Of::numbers : Of::text;
+        if (is_missing(cells_[i]) || time_place_ == i || (k >= fewest && more[i])) continue;
+        more[i] = more[i].value_or(0) + (read_number(cells_[i], separator_) ? 1 : -1);
       }
     }
-    const bool is_known = std::ranges::count(of, Of::missing) == 0 || options_.from == From::port;
+    const bool is_known = std::ranges::count(more, std::optional<int>()) == 0 || options_.from == From::port;
     wants_more_ = wants_more_ || (!is_known && k < most);
     std::vector<std::size_t> out;
     std::vector<std::string> left;
     for (std::size_t i = 0; i < header_.size(); ++i) {
-      if (of[i] == Of::numbers || (of[i] == Of::missing && options_.holes == Holes::all)) {
+      if (more[i] ? *more[i] > 0 : options_.holes == Holes::all) {
         out.push_back(i);
-      } else if (time_place_ != i && (of[i] == Of::missing || !header_units_[i].empty())) {
+      } else if (time_place_ != i && (!more[i] || !header_units_[i].empty())) {
         left.push_back(header_[i]);
       }
     }

@@ -398,25 +398,19 @@ void find_quarters(const Sampled& a, const Sampled& b, const Overlap& overlap, d
   check_drift(result);
 }
 
-// What tells whether an offset is right.
-struct Evidence {
-  double velocity_correlation;
-  double overlap_share;  // of the shorter recording
-  double error_s;        // of the offset
-  double gain;           // log of what the other offset leaves unexplained over what this one leaves
-
-  double probability() const {
-    const double r = velocity_correlation;
-    const double log_odds = -12.7 + 5.5 * r * r + 9.1 * overlap_share + 1.6 * std::sqrt(gain);
-    const double alone =
-        std::erf(kRight_s / (std::numbers::sqrt2 * 1.6 * error_s)) / (1 + std::exp(-log_odds));
-    return gain < kNoGain ? std::min(alone, kOneOfTwo) : alone;
-  }
-};
+// That the offset is right. Of the overlap its share of the shorter recording; gain: log of what the other offset leaves
+// unexplained over what this one leaves.
+double probability(const Alignment& found, double overlap_share, double gain) {
+  const double r = found.velocity_correlation;
+  const double log_odds = -12.7 + 5.5 * r * r + 9.1 * overlap_share + 1.6 * std::sqrt(gain);
+  const double error_s = found.clock_offset_se_s.value_or(kVelocityError_s);
+  const double alone = std::erf(kRight_s / (std::numbers::sqrt2 * 1.6 * error_s)) / (1 + std::exp(-log_odds));
+  return gain < kNoGain ? std::min(alone, kOneOfTwo) : alone;
+}
 
 // Says what of it is weakest, or that the motion repeats itself.
-std::string low_confidence(const Evidence& evidence, const Alignment& found) {
-  if (evidence.velocity_correlation < kRelated) {
+std::string low_confidence(const Alignment& found) {
+  if (found.velocity_correlation < kRelated) {
     return fmt::format(
         "the two recordings hardly move together (their velocities correlate by {:.2f}): are they of the "
         "same take and finger?",
@@ -537,14 +531,11 @@ Alignment align(const Series& sensor, const Series& reference) {
   if (refined) tell_lag(sensor, reference, result);
 
   const double gain =
-      std::log((1 - coarse.rival_eta_squared) / std::max(1 - result.eta_squared, kLeastError));
-  const Evidence evidence{
-      result.velocity_correlation,
-      std::min(1.0, result.overlap_s / std::min(duration_s(sensor), duration_s(reference))),
-      result.clock_offset_se_s.value_or(kVelocityError_s), std::max(gain, result.tapped ? kTappedGain : 0.0)};
-  result.confidence = evidence.probability();
-  if (result.confidence < kUnsure || evidence.gain < kNoGain)
-    result.warnings.push_back(low_confidence(evidence, result));
+      std::max(std::log((1 - coarse.rival_eta_squared) / std::max(1 - result.eta_squared, kLeastError)),
+               result.tapped ? kTappedGain : 0.0);
+  const double shorter_s = std::min(duration_s(sensor), duration_s(reference));
+  result.confidence = probability(result, std::min(1.0, result.overlap_s / shorter_s), gain);
+  if (result.confidence < kUnsure || gain < kNoGain) result.warnings.push_back(low_confidence(result));
   return result;
 }
 

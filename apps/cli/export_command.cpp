@@ -27,7 +27,7 @@ struct Options {
 std::optional<double> start_s(const std::string& text) {
   if (text.empty()) return std::nullopt;
   const auto time = recording::to_time(text);
-  const bool is_date = time && recording::is_date(time->format) && !recording::is_ambiguous_date(text);
+  const bool is_date = time && recording::is_date(time->format) && !time->is_ambiguous;
   if (!is_date || time->value < 0)
     throw io::InputError(fmt::format("--start {}: a time such as 2026-05-01T12:03:11Z is needed", text));
   return time->value;

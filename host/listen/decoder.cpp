@@ -327,9 +327,8 @@ class LineDecoder : public Decoder {
     recording::Row row;
     for (Take take = table_.take(row); take != Take::none; take = table_.take(row)) {
       const recording::Line& line = table_.line();
-      const bool is_torn = take == Take::malformed || take == Take::unmeasured;
-      tally_.torn += is_torn ? 1 : 0;
-      tally_.understood += is_torn ? 0 : line.bytes;
+      if (take == Take::malformed) ++tally_.torn;
+      if (take != Take::malformed) tally_.understood += line.bytes;
       if (take == Take::row) {
         if (tally_.samples == 0) name_columns();
         const auto board_s = table_.has_time() ? std::optional(row.t_s) : std::nullopt;

@@ -18,17 +18,12 @@ ReplaySource::ReplaySource(const std::filesystem::path& file, double speed,
   if (!(speed >= kSlowest && speed <= kFastest))
     throw io::InputError(fmt::format("--speed {}: must lie between {} and {}", speed, kSlowest, kFastest));
   recording::CsvReader reader(file, {{}, time, recording::Holes::all});
-  recording::Recording recording = recording::read(reader, recording::Resets::follow);
-  for (recording::Column& column : recording.columns) {
-    if (column.name == "host_s") continue;
-    columns_.push_back(std::move(column.name));
-    value_.push_back(std::move(column.value));
-  }
+  recording_ = recording::read(reader, recording::Resets::follow);
+  std::erase_if(recording_.columns, [](const auto& column) { return column.name == recording::kHostClock; });
+  for (const recording::Column& column : recording_.columns) columns_.push_back(column.name);
   if (columns_.empty()) throw io::InputError(name_ + ": has no column beside its times");
-  t_s_ = std::move(recording.t_s);
-  const double first_s = t_s_.empty() ? 0 : t_s_.front();
-  for (double& t : t_s_) t -= first_s;
-  warnings_ = std::move(recording.warnings);
+  const double first_s = recording_.t_s.front();
+  for (double& t : recording_.t_s) t -= first_s;
   start_ = std::chrono::steady_clock::now();  // what reading the file took is no part of it
 }
 
@@ -37,7 +32,7 @@ double ReplaySource::now_s() const {
 }
 
 std::string ReplaySource::says() const {
-  return fmt::format("{}: {} rows in {:.1f} s", name_, t_s_.size(), duration_s());
+  return fmt::format("{}: {} rows in {:.1f} s", name_, recording_.t_s.size(), duration_s());
 }
 
 double ReplaySource::position_s() const {
@@ -52,7 +47,8 @@ void ReplaySource::go_on_from(double t_s) {
 
 void ReplaySource::seek(double t_s) {
   go_on_from(std::clamp(t_s, 0.0, duration_s()));
-  next_ = static_cast<std::size_t>(std::ranges::lower_bound(t_s_, from_s_) - t_s_.begin());
+  next_ =
+      static_cast<std::size_t>(std::ranges::lower_bound(recording_.t_s, from_s_) - recording_.t_s.begin());
 }
 
 void ReplaySource::pause(bool on) {
@@ -65,11 +61,12 @@ void ReplaySource::pause(bool on) {
 bool ReplaySource::take(std::vector<Sample>& out) {
   const double here_s = position_s();
   const std::size_t before = next_;
-  for (; next_ < t_s_.size() && t_s_[next_] <= here_s; ++next_) {
+  const std::vector<double>& t_s = recording_.t_s;
+  for (; next_ < t_s.size() && t_s[next_] <= here_s; ++next_) {
     Sample& sample = out.emplace_back();
-    sample.host_s = from_now_s_ + (t_s_[next_] - from_s_) / speed_;
-    sample.board_s = t_s_[next_];
-    for (const std::vector<double>& column : value_) sample.value.push_back(column[next_]);
+    sample.host_s = from_now_s_ + (t_s[next_] - from_s_) / speed_;
+    sample.board_s = t_s[next_];
+    for (const recording::Column& column : recording_.columns) sample.value.push_back(column.value[next_]);
   }
   tally_.samples += next_ - before;
   return next_ > before;
@@ -78,8 +75,8 @@ bool ReplaySource::take(std::vector<Sample>& out) {
 Event ReplaySource::wait(double timeout_s, std::vector<Sample>& out) {
   if (!paused_) {
     if (take(out)) return Event::samples;
-    if (next_ == t_s_.size()) return Event::ended;
-    timeout_s = std::min(timeout_s, (t_s_[next_] - position_s()) / speed_);
+    if (next_ == recording_.t_s.size()) return Event::ended;
+    timeout_s = std::min(timeout_s, (recording_.t_s[next_] - position_s()) / speed_);
   }
   std::this_thread::sleep_for(std::chrono::duration<double>(std::max(0.0, timeout_s)));
   return !paused_ && take(out) ? Event::samples : Event::quiet;

@@ -29,13 +29,13 @@ class ReplaySource : public Source {
 
   // Where it is, from 0 at the first row to duration_s() at the last.
   double position_s() const;
-  double duration_s() const { return t_s_.empty() ? 0 : t_s_.back(); }
-  bool is_playing() const { return !paused_ && next_ < t_s_.size(); }
+  double duration_s() const { return recording_.t_s.back(); }
+  bool is_playing() const { return !paused_ && next_ < recording_.t_s.size(); }
   // Rows from there on are given, those before it are not; out of bounds: the nearest end.
   void seek(double t_s);
   void pause(bool on);
 
-  const std::vector<std::string>& warnings() const { return warnings_; }  // of reading the file
+  const std::vector<std::string>& warnings() const { return recording_.warnings; }  // of reading the file
 
  private:
   void go_on_from(double t_s);
@@ -44,9 +44,7 @@ class ReplaySource : public Source {
   std::string name_;
   double speed_;
   std::vector<std::string> columns_;
-  std::vector<double> t_s_;                 // since the first row
-  std::vector<std::vector<double>> value_;  // by column
-  std::vector<std::string> warnings_;
+  recording::Recording recording_;  // since its first row
   std::size_t next_ = 0;
   bool paused_ = false;
   std::chrono::steady_clock::time_point start_;

@@ -12,14 +12,13 @@ constexpr double kAstray_s = 1;  // of the board's clock from the host's, betwee
 }  // namespace
 
 double SampleClock::time_s(const Sample& sample) {
-  if (!begun_) {
-    begun_ = true;
+  if (!first_host_s_) {
     first_host_s_ = last_host_s_ = sample.host_s;
     last_board_s_ = sample.board_s.value_or(0);
     return last_s_ = 0;
   }
   const double host_step_s = sample.host_s - last_host_s_;
-  double t_s = sample.host_s - first_host_s_;
+  double t_s = sample.host_s - *first_host_s_;
   if (sample.board_s) {
     const double step_s = *sample.board_s - last_board_s_;
     const bool anew = step_s < 0 || std::abs(step_s - host_step_s) > kAstray_s;

@@ -13,9 +13,8 @@ class SampleClock {
   double last_s() const { return last_s_; }
 
  private:
-  bool begun_ = false;
   std::uint64_t restarts_ = 0;
-  double first_host_s_ = 0;
+  std::optional<double> first_host_s_;
   double last_host_s_ = 0;
   double last_s_ = 0;
   double last_board_s_ = 0;

@@ -223,10 +223,11 @@ Sums sums_over_lags(CrossCorrelator& correlator, const Sampled& sensor, const Bi
   return out;
 }
 
-Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference, const Scales& scales) {
+// Of every lag with an overlap of `least` samples.
+Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference, double least) {
   const auto n = std::ssize(sensor.value);
   const auto m = std::ssize(reference.value);
-  const auto needed = static_cast<std::ptrdiff_t>(scales.min_overlap_s * scales.coarse_rate_hz);
+  const auto needed = static_cast<std::ptrdiff_t>(least);
   const double mean = std::accumulate(reference.value.begin(), reference.value.end(), 0.0) /
                       static_cast<double>(std::max<std::ptrdiff_t>(m, 1));
   std::vector<double> y(reference.value.size());  // about its mean, zero in gaps
@@ -397,25 +398,19 @@ void find_quarters(const Sampled& a, const Sampled& b, const Overlap& overlap, d
   check_drift(result);
 }
 
-// What tells whether an offset is right.
-struct Evidence {
-  double velocity_correlation;
-  double overlap_share;  // of the shorter recording
-  double error_s;        // of the offset
-  double gain;           // log of what the other offset leaves unexplained over what this one leaves
-
-  double probability() const {
-    const double r = velocity_correlation;
-    const double log_odds = -12.7 + 5.5 * r * r + 9.1 * overlap_share + 1.6 * std::sqrt(gain);
-    const double alone =
-        std::erf(kRight_s / (std::numbers::sqrt2 * 1.6 * error_s)) / (1 + std::exp(-log_odds));
-    return gain < kNoGain ? std::min(alone, kOneOfTwo) : alone;
-  }
-};
+// That the offset is right. Of the overlap its share of the shorter recording; gain: log of what the other offset leaves
+// unexplained over what this one leaves.
+double probability(const Alignment& found, double overlap_share, double gain) {
+  const double r = found.velocity_correlation;
+  const double log_odds = -12.7 + 5.5 * r * r + 9.1 * overlap_share + 1.6 * std::sqrt(gain);
+  const double error_s = found.clock_offset_se_s.value_or(kVelocityError_s);
+  const double alone = std::erf(kRight_s / (std::numbers::sqrt2 * 1.6 * error_s)) / (1 + std::exp(-log_odds));
+  return gain < kNoGain ? std::min(alone, kOneOfTwo) : alone;
+}
 
 // Says what of it is weakest, or that the motion repeats itself.
-std::string low_confidence(const Evidence& evidence, const Alignment& found) {
-  if (evidence.velocity_correlation < kRelated) {
+std::string low_confidence(const Alignment& found) {
+  if (found.velocity_correlation < kRelated) {
     return fmt::format(
         "the two recordings hardly move together (their velocities correlate by {:.2f}): are they of the "
         "same take and finger?",
@@ -456,7 +451,8 @@ Repetition find_repetition(const Series& sensor, const Series& reference, const 
   const Sampled coarse_sensor = sample(sensor, scales.coarse_rate_hz);
   const Sampled coarse_reference = sample(reference, scales.coarse_rate_hz);
   const Binning bins(coarse_sensor, scales.bins);
-  const Scan scanned = scan(coarse_sensor, bins, coarse_reference, scales);
+  const Scan scanned =
+      scan(coarse_sensor, bins, coarse_reference, scales.min_overlap_s * scales.coarse_rate_hz);
   if (scanned.score.empty()) {
     throw io::JobError(
         fmt::format("overlap too short: the recordings last {:.1f} s and {:.1f} s, alignment needs "
@@ -535,14 +531,11 @@ Alignment align(const Series& sensor, const Series& reference) {
   if (refined) tell_lag(sensor, reference, result);
 
   const double gain =
-      std::log((1 - coarse.rival_eta_squared) / std::max(1 - result.eta_squared, kLeastError));
-  const Evidence evidence{
-      result.velocity_correlation,
-      std::min(1.0, result.overlap_s / std::min(duration_s(sensor), duration_s(reference))),
-      result.clock_offset_se_s.value_or(kVelocityError_s), std::max(gain, result.tapped ? kTappedGain : 0.0)};
-  result.confidence = evidence.probability();
-  if (result.confidence < kUnsure || evidence.gain < kNoGain)
-    result.warnings.push_back(low_confidence(evidence, result));
+      std::max(std::log((1 - coarse.rival_eta_squared) / std::max(1 - result.eta_squared, kLeastError)),
+               result.tapped ? kTappedGain : 0.0);
+  const double shorter_s = std::min(duration_s(sensor), duration_s(reference));
+  result.confidence = probability(result, std::min(1.0, result.overlap_s / shorter_s), gain);
+  if (result.confidence < kUnsure || gain < kNoGain) result.warnings.push_back(low_confidence(result));
   return result;
 }
 
@@ -550,35 +543,12 @@ double explained(const Series& sensor, const Series& reference, double clock_off
   check_span(sensor);
   check_span(reference);
   const Sampled a = sample(sensor, kExplainedRate_hz);
-  const Sampled b = sample(reference, kExplainedRate_hz);
   const auto lag = static_cast<std::ptrdiff_t>(
       std::lround((clock_offset_s + sensor.t_s.front() - reference.t_s.front()) * kExplainedRate_hz));
-  const Binning bins(a, kMaxBins);
-  std::array<double, kMaxBins> sum{};
-  std::array<double, kMaxBins> count{};
-  double total = 0;
-  double squares = 0;
-  double n = 0;
-  for (std::ptrdiff_t k = 0; k < std::ssize(a.value); ++k) {
-    const std::ptrdiff_t at = k + lag;
-    if (at < 0 || at >= std::ssize(b.value) || !a.good[static_cast<std::size_t>(k)] ||
-        !b.good[static_cast<std::size_t>(at)])
-      continue;
-    const double y = b.value[static_cast<std::size_t>(at)];
-    const auto bin = static_cast<std::size_t>(bins[static_cast<std::size_t>(k)]);
-    sum[bin] += y;
-    ++count[bin];
-    total += y;
-    squares += y * y;
-    ++n;
-  }
-  if (n < kMinOverlap_s * kExplainedRate_hz) return 0;
-  const double variance = squares - total * total / n;
-  double between = -total * total / n;
-  for (std::size_t i = 0; i < sum.size(); ++i) {
-    if (count[i] > 0) between += sum[i] * sum[i] / count[i];
-  }
-  return variance > 0 ? std::clamp(between / variance, 0.0, 1.0) : 0;
+  const Scan all =
+      scan(a, Binning(a, kMaxBins), sample(reference, kExplainedRate_hz), kMinOverlap_s * kExplainedRate_hz);
+  const auto at = std::ranges::find(all.lag, lag);
+  return at == all.lag.end() ? 0 : all.eta_squared[static_cast<std::size_t>(at - all.lag.begin())];
 }
 
 std::optional<std::string> disagreement(double user_offset_s, const Alignment& found) {

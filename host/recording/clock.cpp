@@ -122,12 +122,13 @@ Clock given_clock(double offset_s, const std::vector<Opinion>& opinions, std::ve
   return out;
 }
 
-}  // namespace
-
+// Times of a clock that runs so fast, as the other clock would have counted from the first one on.
 void take_out_drift(double drift_ppm, Recording& recording) {
   const double first_s = recording.t_s.front();
   for (double& t : recording.t_s) t = first_s + (t - first_s) / (1 + 1e-6 * drift_ppm);
 }
+
+}  // namespace
 
 Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> given,
                  std::vector<std::string>& warnings) {

@@ -35,7 +35,4 @@ struct Clock {
 Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> given,
                  std::vector<std::string>& warnings);
 
-// Times of a clock that runs `drift_ppm` fast, as the other clock would have counted from the first one on.
-void take_out_drift(double drift_ppm, Recording& recording);
-
 }  // namespace flexor::recording

@@ -37,12 +37,8 @@ class CsvReader : public LogReader {
   const std::vector<std::string>& units() const override { return table_.units(); }
   // A last line that was cut off while it was being written (short, without an end) counts as the end.
   bool next(Row& row) override;
-  double wrap_s() const override { return table_.wrap_s(); }
-  double time_unit_s() const override { return table_.time_unit_s(); }
-  bool guesses_time() const override { return table_.guesses_time(); }
-  std::string other_time() const override { return table_.other_time(); }
+  Times times() const override { return table_.times(); }
   bool is_live() const override { return table_.is_live(); }
-  bool is_unit_known() const override { return table_.is_unit_known(); }
   bool splits_by_clock() const override { return table_.splits_by_clock(); }
   // Once a row was read: its times are dates, in seconds since 1970.
   bool is_dated() const { return table_.is_dated(); }

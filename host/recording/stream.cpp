@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -20,6 +21,7 @@ constexpr double kOddShare = 0.01;   // one in a hundred
 constexpr const char* kNoTimes =
     "if the log has no times, --log-rate 50 gives the rows a second where the command has it";
 constexpr const char* kSort = "sort the log by time";
+constexpr std::size_t kFirstSteps = 9;  // that tell the unit
 constexpr double kLongestStep_s = 5;
 constexpr double kShortestStep_s = 1e-4;
 constexpr double kLongestUnsaid_s =
@@ -62,7 +64,7 @@ bool Stream::read() {
     // Nothing follows that would confirm it.
     if (pending_) leave_out(*pending_, pending_->t_s > last_s_ ? ahead_ : back_);
     pending_.reset();
-    if (steps_ >= 2 && steps_ < first_steps_s_.size()) check_unit();
+    if (first_steps_s_.size() >= 2 && first_steps_s_.size() < kFirstSteps) check_unit();
     return false;
   }
   if (std::exchange(source_segment_, row.segment) != row.segment && started_) {
@@ -86,45 +88,36 @@ bool Stream::read() {
     } else if (ahead) {
       accept(std::move(odd));
     } else if (wraps(odd)) {
-      go_on_after_wrap(std::move(odd));
+      wraps_.add(odd);
+      shift_s_ += source_.times().wrap_s;
+      odd.t_s += source_.times().wrap_s;
+      accept(std::move(odd));
     } else {
       start_again(std::move(odd));
     }
     row.t_s += shift_s_ - before;
   }
-  judge(std::move(row));
+  if (const double step = row.t_s - last_s_; started_ && (step < 0 || step > kJump_s)) {
+    pending_ = std::move(row);
+  } else {
+    accept(std::move(row));
+  }
   return true;
 }
 
 // A counter stands neither below 0 nor above its own range.
 bool Stream::wraps(const Row& row) const {
-  const double range_s = source_.wrap_s();
+  const double range_s = source_.times().wrap_s;
   const bool counts = row.t_s >= shift_s_ && last_s_ - shift_s_ <= range_s;
   return range_s > 0 && counts && last_s_ - row.t_s > kWrapShare * range_s;
-}
-
-void Stream::go_on_after_wrap(Row row) {
-  wraps_.add(row);
-  shift_s_ += source_.wrap_s();
-  row.t_s += source_.wrap_s();
-  accept(std::move(row));
 }
 
 void Stream::note_step(double t_s) {
   const double step = t_s - written_s_;
   written_s_ = t_s;
-  if (rows_++ == 0 || !(step > 0) || steps_ == first_steps_s_.size()) return;
-  first_steps_s_[steps_++] = step;
-  if (steps_ == first_steps_s_.size()) check_unit();
-}
-
-void Stream::judge(Row row) {
-  const double step = row.t_s - last_s_;
-  if (started_ && (step < 0 || step > kJump_s)) {
-    pending_ = std::move(row);
-  } else {
-    accept(std::move(row));
-  }
+  if (rows_++ == 0 || !(step > 0) || first_steps_s_.size() == kFirstSteps) return;
+  first_steps_s_.push_back(step);
+  if (first_steps_s_.size() == kFirstSteps) check_unit();
 }
 
 void Stream::accept(Row row) {
@@ -176,7 +169,7 @@ void Stream::start_again(Row row) {
 void Stream::leave_out(const Row& row, Count& count) {
   count.add(row);
   if (source_.is_live() || is_forgiven(ahead_.rows + back_.rows)) return;
-  if (steps_ >= 2) check_unit();
+  if (first_steps_s_.size() >= 2) check_unit();
   throw InputError(
       fmt::format("{}: {}: time does not increase (at least {} rows do not follow the one before); {}",
                   source_.name(), row_name(count.first_line), ahead_.rows + back_.rows, mend(kSort)));
@@ -187,8 +180,8 @@ bool Stream::is_forgiven(std::size_t odd) const {
 }
 
 std::string Stream::mend(const std::string& by_hand) const {
-  if (source_.guesses_time()) return kNoTimes;
-  const std::string other = source_.other_time();
+  if (source_.times().are_guessed) return kNoTimes;
+  const std::string other = source_.times().other;
   return by_hand +
          (other.empty()
               ? ""
@@ -198,9 +191,9 @@ std::string Stream::mend(const std::string& by_hand) const {
 
 // A time column in another unit than it says makes steps of which no glove log is made; the mend is one with which it would.
 void Stream::check_unit() const {
-  const double middle =
-      io::median({first_steps_s_.begin(), first_steps_s_.begin() + static_cast<std::ptrdiff_t>(steps_)});
-  const double longest_s = source_.is_unit_known() ? kLongestStep_s : kLongestUnsaid_s;
+  const double middle = io::median(first_steps_s_);
+  const Times times = source_.times();
+  const double longest_s = times.is_unit_known ? kLongestStep_s : kLongestUnsaid_s;
   if (middle >= kShortestStep_s && middle <= longest_s) return;
   if (middle >= kShortestStep_s && middle <= kLongestStep_s)
     throw InputError(fmt::format(
@@ -211,19 +204,19 @@ void Stream::check_unit() const {
   static constexpr std::array<std::pair<const char*, const char*>, 4> kUnits = {
       {{"s", "seconds"}, {"ms", "milliseconds"}, {"us", "microseconds"}, {"ns", "nanoseconds"}}};
   for (const auto& [unit, name] : kUnits) {
-    const double step_s = middle / source_.time_unit_s() * *seconds_in(unit);
+    const double step_s = middle / times.unit_s * *seconds_in(unit);
     if (step_s < kShortestStep_s || step_s > 0.2 * kLongestStep_s) continue;
     mend = fmt::format(
         "if the time column is in {0}, name it time_{1} or add --time-unit {1} where the command has it",
         name, unit);
     break;
   }
-  if (const double days = written_s_ / source_.time_unit_s();
+  if (const double days = written_s_ / times.unit_s;
       days > kFirstDay && days < kLastDay && middle < kShortestStep_s)
     mend =
         "are these days, as a spreadsheet counts them? show them there as hh:mm:ss.000, or as seconds, and "
         "save anew";
-  if (source_.guesses_time()) mend += std::string("; ") + kNoTimes;
+  if (times.are_guessed) mend += std::string("; ") + kNoTimes;
   throw InputError(
       fmt::format("{}: time steps of {:.4g} s, which no glove log has: {}", source_.name(), middle, mend));
 }

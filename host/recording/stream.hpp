@@ -12,7 +12,6 @@
 // Of a log that comes as it is made no row that goes back is refused: it is left out. Each is told with its row. What is kept does not grow with the log.
 #pragma once
 
-#include <array>
 #include <deque>
 #include <optional>
 #include <string>
@@ -27,6 +26,15 @@ struct Row {
   std::size_t segment = 0;    // of several trials in one log
 };
 
+// What is known of a log's times.
+struct Times {
+  double wrap_s = 0;          // after so many seconds the clock starts from 0 again; 0: never
+  double unit_s = 1;          // in which they are written
+  bool is_unit_known = true;  // it is stated, or they are no numbers
+  bool are_guessed = false;   // nothing says that their column is one
+  std::string other = {};     // another column that could be it
+};
+
 // Where rows come from.
 class Source {
  public:
@@ -34,13 +42,8 @@ class Source {
   virtual const std::string& name() const = 0;  // for messages
   virtual const std::vector<std::string>& columns() const = 0;
   virtual bool next(Row& row) = 0;
-  // After how many seconds the clock starts from 0 again; 0: never.
-  virtual double wrap_s() const { return 0; }
-  virtual double time_unit_s() const { return 1; }       // in which its times are written
-  virtual bool is_unit_known() const { return true; }    // of the times
-  virtual bool guesses_time() const { return false; }    // nothing says that the column of times is one
-  virtual std::string other_time() const { return ""; }  // another column that could be
-  virtual bool is_live() const { return false; }         // its rows come as they are made
+  virtual Times times() const { return {}; }
+  virtual bool is_live() const { return false; }  // its rows come as they are made
   // What was assumed or left out, a line each.
   virtual std::vector<std::string> notes() const { return {}; }
 };
@@ -71,10 +74,8 @@ class Stream {
 
   bool read();  // one row of the source into ready_ or pending_; false at the end
   void note_step(double t_s);
-  void judge(Row row);
   void accept(Row row);
   bool wraps(const Row& row) const;
-  void go_on_after_wrap(Row row);
   void start_again(Row row);
   void begin_segment(Row row);
   void leave_out(const Row& row, Count& count);
@@ -103,8 +104,7 @@ class Stream {
   Count wraps_;
   Count pauses_;
   double longest_pause_s_ = 0;
-  std::array<double, 9> first_steps_s_{};
-  std::size_t steps_ = 0;
+  std::vector<double> first_steps_s_;
 };
 
 }  // namespace flexor::recording

@@ -18,7 +18,7 @@ class Rows : public Source {
   explicit Rows(std::vector<double> t_s, double wrap_s = 0) : t_s_(std::move(t_s)), wrap_s_(wrap_s) {}
   const std::string& name() const override { return name_; }
   const std::vector<std::string>& columns() const override { return columns_; }
-  double wrap_s() const override { return wrap_s_; }
+  Times times() const override { return {.wrap_s = wrap_s_}; }
   bool next(Row& row) override {
     if (at_ == t_s_.size()) return false;
     row = {t_s_[at_], {static_cast<double>(at_)}, at_ + 1};

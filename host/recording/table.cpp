@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -75,6 +76,20 @@ bool is_row(const std::vector<std::string>& cells, char separator, std::size_t f
 
 void cut_blanks(std::vector<std::string>& cells, std::size_t least) {
   while (cells.size() > least && cells.back().empty()) cells.pop_back();
+}
+
+// Without the empty ones at the end that are more than so many.
+std::vector<std::string> cells_of(const std::string& text, char separator, std::size_t least = SIZE_MAX) {
+  std::vector<std::string> out;
+  split(text, separator, out);
+  cut_blanks(out, least);
+  return out;
+}
+
+// A number in some unit, or a time as it is written.
+std::optional<Time> time_in(const std::string& cell, char separator) {
+  const auto number = is_packed_date(cell) ? std::nullopt : read_number(cell, separator);
+  return number ? Time{TimeFormat::number, number->value} : to_time(cell);
 }
 
 // Vicon's, below which rows a second stand.
@@ -202,16 +217,13 @@ class Finder : public TableState {
   // The first of two rows of numbers that have as many cells as each other, and the separator; else the first of two lines that
   // have, whatever they hold. None: there are no such lines.
   std::optional<FirstRow> find_first_row() const {
-    std::vector<std::string> a;
-    std::vector<std::string> b;
     std::optional<FirstRow> of_words;
     for (std::size_t i = 0; i < kTitles && at(i + 1) != nullptr; ++i) {
       const Line& second = *at(i + 1);
       const bool takes_one = !second.time.empty() || options_.from == From::port;
       for (const char c : separators()) {
-        split(at(i)->text, c, a);
-        split(second.text, c, b);
-        cut_blanks(a, b.size());
+        std::vector<std::string> b = cells_of(second.text, c);
+        const std::vector<std::string> a = cells_of(at(i)->text, c, b.size());
         cut_blanks(b, a.size());
         if (a.size() != b.size() || (a.size() < 2 && (!takes_one || c != ','))) continue;
         const std::size_t fewest = takes_one ? 1 : 2;
@@ -228,10 +240,8 @@ class Finder : public TableState {
   bool is_under_header(const std::vector<std::string>& cells, char separator, std::size_t row) const {
     const auto is_word = [&](const auto& c) { return !is_missing(c) && !is_number_or_time(c, separator); };
     if (std::ranges::any_of(cells, is_word) || std::ranges::all_of(cells, is_missing)) return false;
-    std::vector<std::string> names;
     for (std::size_t i = row; i-- > row - std::min<std::size_t>(row, 3);) {
-      split(at(i)->text, separator, names);
-      cut_blanks(names, cells.size());
+      const std::vector<std::string> names = cells_of(at(i)->text, separator, cells.size());
       if (names.size() == cells.size() && is_header(names, separator)) return true;
     }
     return false;
@@ -239,18 +249,15 @@ class Finder : public TableState {
 
   // The newest line, if it has a number for each of the names above it, which only greetings precede, or in the comment.
   std::optional<FirstRow> row_under_names() const {
-    std::vector<std::string> names;
-    std::vector<std::string> row;
     const std::size_t last = ahead_.size() - first_ - 1;
     for (const char c : separators()) {
-      split(at(last)->text, c, row);
+      const std::vector<std::string> row = cells_of(at(last)->text, c);
       if (!is_row(row, c, 1)) continue;
-      split(at(last)->comment, c, names);
-      if (last == 0 && row.size() > 1 && names.size() == row.size() && is_row(row, c, 2))
+      if (last == 0 && row.size() > 1 && cells_of(at(0)->comment, c).size() == row.size() &&
+          is_row(row, c, 2))
         return FirstRow{0, c};
       for (std::size_t i = 0; i < last; ++i) {
-        split(at(i)->text, c, names);
-        cut_blanks(names, row.size());
+        const std::vector<std::string> names = cells_of(at(i)->text, c, row.size());
         if (names.size() == 1) continue;
         if (names.size() == row.size() && is_header(names, c)) return FirstRow{last, c};
         break;
@@ -261,15 +268,13 @@ class Finder : public TableState {
 
   // The nearest line above the rows that has as many cells, or the one right above, unless it is a greeting.
   std::size_t header_above(std::size_t row) const {
-    std::vector<std::string> cells;
-    split(at(row)->text, separator_, cells);
+    const std::size_t width = cells_of(at(row)->text, separator_).size();
     for (std::size_t i = row; i-- > 0;) {
-      std::vector<std::string> names;
-      split(at(i)->text, separator_, names);
+      const std::vector<std::string> names = cells_of(at(i)->text, separator_);
       const bool is_above = i + 1 == row;
       const bool is_greeting = names.size() == 1 && (!is_above || options_.from == From::port ||
                                                      names[0].find(' ') != std::string::npos);
-      const bool fits = names.size() <= cells.size() && 2 * names.size() > cells.size();
+      const bool fits = names.size() <= width && 2 * names.size() > width;
       const auto is_number = [&](const auto& cell) { return is_number_or_time(cell, separator_); };
       if (!is_greeting && (fits || is_above) && !(is_units_row(names) && i > 0) &&
           std::ranges::none_of(names, is_number) && !std::ranges::all_of(names, is_missing))
@@ -290,11 +295,9 @@ class Finder : public TableState {
       if (text == "indegrees=yes") title_unit_ = "deg";
       if (text == "indegrees=no" || (text == "endheader" && is_storage && title_unit_.empty()))
         title_unit_ = "rad";  // as OpenSim reads what says nothing
-      std::vector<std::string>& cells = titles_.emplace_back();
-      split(text.empty() ? text : ahead_[first_].text, separator_, cells);
-      cut_blanks(cells, 0);
-      if (titles_.size() > 1) read_title_unit(titles_[titles_.size() - 2], cells);
-      if (titles_.size() > 1) read_frame_rate(titles_[titles_.size() - 2], cells);
+      const std::vector<std::string>& cells =
+          titles_.emplace_back(cells_of(text.empty() ? text : ahead_[first_].text, separator_, 0));
+      if (titles_.size() > 1) read_title(titles_[titles_.size() - 2], cells);
     }
     note(count == 1
              ? fmt::format("row {} (\"{}\") does not fit what follows and is left out", ahead_[begin].number,
@@ -302,16 +305,14 @@ class Finder : public TableState {
              : fmt::format("rows {} to {} are titles", ahead_[begin].number, ahead_[first_ - 1].number));
   }
 
-  // OpenSim's .trc: the unit of all positions stands below "Units".
-  void read_title_unit(const std::vector<std::string>& above, const std::vector<std::string>& cells) {
+  // By the row above it: OpenSim's .trc has the unit of all positions below "Units", Vicon the rows a second below a section.
+  void read_title(const std::vector<std::string>& above, const std::vector<std::string>& cells) {
     const auto place = static_cast<std::size_t>(std::ranges::find(above, "Units") - above.begin());
     if (place < std::min(above.size(), cells.size())) title_unit_ = cells[place];
-  }
-
-  void read_frame_rate(const std::vector<std::string>& above, const std::vector<std::string>& cells) {
     const auto rate = is_section_title(above) && cells.size() == 1 ? to_number(cells[0]) : std::nullopt;
-    is_section_ = is_section_ || (rate && *rate > 0);
-    if (rate && *rate > 0 && options_.time.log_rate_hz == 0) frame_rate_hz_ = *rate;
+    if (!rate || !(*rate > 0)) return;
+    is_section_ = true;
+    if (options_.time.log_rate_hz == 0) frame_rate_hz_ = *rate;
   }
 
   void read_header() {
@@ -323,11 +324,9 @@ class Finder : public TableState {
                     at(0)->number);
     }
     std::size_t width = 1;  // of the rows: the last cell of the first may be missing
-    std::vector<std::string> row;
     for (std::size_t k = 0; k < kStandingRows && at(k) != nullptr; ++k) {
-      split(at(k)->text, separator_, row);
-      cut_blanks(row, 1);
-      if (row.size() <= cells_.size()) width = std::max(width, row.size());
+      const std::size_t cells = cells_of(at(k)->text, separator_, 1).size();
+      if (cells <= cells_.size()) width = std::max(width, cells);
     }
     cut_blanks(cells_, width);
     header_ = cells_;
@@ -400,8 +399,7 @@ class Finder : public TableState {
 
   // As NumPy writes it: # t_s,index,middle
   bool comment_is_header(const std::string& comment) {
-    std::vector<std::string> names;
-    split(comment, separator_, names);
+    const std::vector<std::string> names = cells_of(comment, separator_);
     if (comment.empty() || names.size() != header_.size() || to_time(names.front())) return false;
     header_ = names;
     return true;
@@ -433,16 +431,14 @@ class Finder : public TableState {
     if (at(0) == nullptr) refuse(Kind::empty, kNoData);
   }
 
-  // The same for so long that it is no clock, but when a session began.
-  bool stands(std::size_t place, const std::string& first) {
-    std::vector<std::string> cells;
-    std::size_t k = 1;
-    for (; at(k) != nullptr && k < kStandingRows; ++k) {
-      split(at(k)->text, separator_, cells);
-      if (place < cells.size() && cells[place] != first) return false;
+  // A column's cells in the rows ahead, of which some may be too short.
+  std::vector<std::string> cells_ahead(std::size_t place) {
+    std::vector<std::string> out;
+    for (std::size_t k = 0; k < kStandingRows && at(k) != nullptr; ++k) {
+      split_line(at(k)->text);
+      if (place < cells_.size()) out.push_back(cells_[place]);
     }
-    wants_more_ = wants_more_ || (options_.from == From::pipe && k > 1 && k < kStandingRows);
-    return k > 1;
+    return out;
   }
 
   // Whether the column is called a time; and the unit that it states.
@@ -453,31 +449,30 @@ class Finder : public TableState {
     return out;
   }
 
-  bool counts_by_one(std::size_t place) {
-    std::vector<std::string> cells;
-    std::optional<double> last;
-    std::size_t k = 0;
-    for (; at(k) != nullptr && k < kStandingRows; ++k) {
-      split(at(k)->text, separator_, cells);
-      const auto number = place < cells.size() ? read_number(cells[place], separator_) : std::nullopt;
-      if (!number || (last && number->value != *last + 1)) return false;
-      last = number->value;
-    }
-    return k > 1;
-  }
-
   // How likely a column is the time, the higher the likelier; none: it is not.
   std::optional<Clock> clock_in(std::size_t place, const std::vector<std::string>& first) {
-    std::optional<double> unit_s;
-    const bool is_named = is_time(place, unit_s);
-    const bool is_number = place < first.size() && !is_packed_date(first[place]);
-    const auto number = is_number ? read_number(first[place], separator_) : std::nullopt;
-    const bool is_written = !number && place < first.size() && to_time(first[place]);
-    if (!is_named && !is_written) return std::nullopt;
-    const bool has_unit = unit_s || !options_.time.unit.empty();
-    const bool counts = number && unit_s.value_or(1) == 1 && counts_by_one(place);
-    const bool useless = (!number && !is_written) || stands(place, first[place]);
-    return Clock{place, counts ? (has_unit ? 3 : 2) : useless ? 1 : is_named ? 5 : 4, unit_s};
+    Clock out{place, 1, {}};
+    const bool is_named = is_time(place, out.unit_s);
+    const auto time = time_in(place < first.size() ? first[place] : "", separator_);
+    const bool is_number = time && time->format == TimeFormat::number;
+    if (!is_named && (!time || is_number)) return std::nullopt;
+    if (!time) return out;
+    const std::vector<std::string> cells = cells_ahead(place);
+    const auto counts = [&](const auto& a, const auto& b) {
+      const auto above = read_number(a, separator_);
+      const auto below = read_number(b, separator_);
+      return above && below && below->value == above->value + 1;
+    };
+    // The same for so long is no clock, but when a session began.
+    const bool stands = cells.size() > 1 && std::ranges::count(cells, cells[0]) == std::ssize(cells);
+    wants_more_ = wants_more_ || (options_.from == From::pipe && stands && at(kStandingRows - 1) == nullptr);
+    if (is_number && out.unit_s.value_or(1) == 1 && cells.size() > 1 &&
+        std::ranges::adjacent_find(cells, std::not_fn(counts)) == cells.end()) {
+      out.rank = out.unit_s || !options_.time.unit.empty() ? 3 : 2;
+    } else if (!stands) {
+      out.rank = is_named ? 5 : 4;
+    }
+    return out;
   }
 
   // The column that is called a time and holds one in the first row, or that has times of day or dates.
@@ -496,10 +491,9 @@ class Finder : public TableState {
       if (clock && clock->rank > (best->rank > 3 ? 3 : 2)) other = clock;
     }
     const std::vector<std::string>& asked = options_.time.columns;
-    const auto named = std::ranges::find_if(asked, [this](const auto& name) { return has(name); });
     if (!asked.empty()) {
-      const auto place = place_of(named != asked.end() ? *named : asked.front());
-      if (!place && named == asked.end())
+      const auto place = place_of(one_of(asked));
+      if (!place && !has(one_of(asked)))
         problem_->detail +=
             "; each file takes the first that it has: --time-column " + asked.front() + " t_s";
       if (!place) return;
@@ -510,11 +504,11 @@ class Finder : public TableState {
       other.reset();
     }
     choose_time(best, other);
-    if (other) other_time_ = header_[other->place];
-    for (std::size_t i = 0; best && other_time_.empty() && i < header_.size(); ++i) {
+    if (other) times_.other = header_[other->place];
+    for (std::size_t i = 0; best && times_.other.empty() && i < header_.size(); ++i) {
       const bool has_unit = seconds_in(header_units_[i]) || seconds_in(cut_name(header_[i]).unit);
       if (i == best->place || !has_unit || !course(i)) continue;
-      other_time_ = header_[i];
+      times_.other = header_[i];
       if (header_[i] != kHostClock && disagree(best->place, i))
         note(fmt::format("\"{}\" is taken for the time and disagrees with \"{}\": --time-column takes that",
                          header_[best->place], header_[i]));
@@ -534,16 +528,12 @@ class Finder : public TableState {
     std::optional<double> last;
     std::optional<double> unit_s;
     (void)is_time(place, unit_s);
-    std::size_t rows = 0;
-    while (rows < kStandingRows && at(rows) != nullptr) ++rows;
-    for (std::size_t k = rows > 20 ? rows / 2 : 0; k < rows; ++k) {
-      split_line(at(k)->text);
-      const std::string cell = place < cells_.size() ? cells_[place] : "";
-      if (is_missing(cell)) continue;
-      const auto number = is_packed_date(cell) ? std::nullopt : read_number(cell, separator_);
-      const auto time = number ? Time{TimeFormat::number, number->value} : to_time(cell);
+    const std::vector<std::string> cells = cells_ahead(place);
+    for (std::size_t k = cells.size() > 20 ? cells.size() / 2 : 0; k < cells.size(); ++k) {
+      if (is_missing(cells[k])) continue;
+      const auto time = time_in(cells[k], separator_);
       if (!time || time->value < last.value_or(time->value)) return std::nullopt;
-      if (!number) unit_s = 1;
+      if (time->format != TimeFormat::number) unit_s = 1;
       out.longest = std::max(out.longest, time->value - last.value_or(time->value));
       out.span += time->value - std::exchange(last, time->value).value_or(time->value);
     }
@@ -561,29 +551,30 @@ class Finder : public TableState {
     return std::abs(one->span / other->span - 1) > 0.01 + one->longest + other->longest;
   }
 
+  // The first of these that the header has, or the first.
+  const std::string& one_of(const std::vector<std::string>& asked) const {
+    const auto named = std::ranges::find_if(asked, [this](const auto& name) { return has(name); });
+    return named == asked.end() ? asked.front() : *named;
+  }
+
   // By the clock only where no column is asked for that the file has: its counterpart may have one.
   void find_segments(const std::vector<std::string>& asked) {
-    const auto named = std::ranges::find_if(asked, [this](const auto& name) { return has(name); });
-    splits_by_clock_ = named == asked.end() && std::ranges::count(asked, kClock) > 0;
-    if (!splits_by_clock_) segment_place_ = place_of(named == asked.end() ? asked.front() : *named);
+    splits_by_clock_ = !has(one_of(asked)) && std::ranges::count(asked, kClock) > 0;
+    if (!splits_by_clock_) segment_place_ = place_of(one_of(asked));
   }
 
   void choose_time(std::optional<Clock> best, const std::optional<Clock>& other) {
     if (!best && frame_rate_hz_ > 0) {
       options_.time.log_rate_hz = frame_rate_hz_;  // of Vicon's rows, of which a frame may have several
       const bool has_frames = header_.size() > 1 && header_[0] == "Frame" && header_[1] == "Sub Frame";
-      double first_part = HUGE_VAL;
-      double last_part = -HUGE_VAL;
-      for (std::size_t k = 0; has_frames && k < kStandingRows && at(k) != nullptr; ++k) {
-        split_line(at(k)->text);
-        const auto part = cells_.size() > 1 ? to_number(cells_[1]) : std::nullopt;
-        if (!part) continue;
-        first_part = std::min(first_part, *part);
-        last_part = std::max(last_part, *part);
+      std::vector<double> parts;
+      for (const std::string& cell : has_frames ? cells_ahead(1) : cells_) {
+        if (const auto part = has_frames ? to_number(cell) : std::nullopt) parts.push_back(*part);
       }
-      frame_rows_ = std::max(0.0, last_part - first_part + 1);
+      if (!parts.empty()) frame_rows_ = std::ranges::max(parts) - std::ranges::min(parts) + 1;
     }
     if (best) time_place_ = best->place;
+    times_.are_guessed = best && !has_header_;
     if (other) {
       const std::string both = fmt::format("columns \"{}\" and \"{}\" could both be the time",
                                            header_[best->place], header_[other->place]);
@@ -599,8 +590,8 @@ class Finder : public TableState {
                        header_[*time_place_]));
     }
     const auto since_1970 = best && !best->unit_s && !asked ? epoch_unit_s(best->place) : std::nullopt;
-    time_unit_s_ = (best ? best->unit_s : since_1970).value_or(asked.value_or(since_1970.value_or(1)));
-    is_unit_known_ = !best || best->unit_s || asked || since_1970;
+    times_.unit_s = (best ? best->unit_s : since_1970).value_or(asked.value_or(since_1970.value_or(1)));
+    times_.is_unit_known = !best || best->unit_s || asked || since_1970;
   }
 
   // Of a count in a unit so small that its seconds were not of our time.
@@ -689,29 +680,27 @@ class Finder : public TableState {
 
   // A column is of numbers when more cells of the first rows that are not missing are numbers than words.
   std::vector<std::size_t> columns_of_numbers() {
-    enum class Of { missing, numbers, text };
-    std::vector<Of> of(header_.size(), Of::missing);
-    std::vector<int> more(header_.size());  // numbers than words
-    if (time_place_) of[*time_place_] = Of::text;
+    std::vector<std::optional<int>> more(header_.size());  // numbers than words; none: all are missing
+    if (time_place_) more[*time_place_] = 0;
     const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
     const std::size_t fewest = options_.from == From::file ? kLiveRows : 1;
     std::size_t k = 0;
-    for (; k < most && (k < fewest || std::ranges::count(of, Of::missing) > 0) && at(k) != nullptr; ++k) {
+    for (; k < most && (k < fewest || std::ranges::count(more, std::optional<int>()) > 0) && at(k) != nullptr;
+         ++k) {
       split_line(at(k)->text);
       for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
-        if (is_missing(cells_[i]) || time_place_ == i || (k >= fewest && of[i] != Of::missing)) continue;
-        more[i] += read_number(cells_[i], separator_) ? 1 : -1;
-        of[i] = more[i] > 0 ? Of::numbers : Of::text;
+        if (is_missing(cells_[i]) || time_place_ == i || (k >= fewest && more[i])) continue;
+        more[i] = more[i].value_or(0) + (read_number(cells_[i], separator_) ? 1 : -1);
       }
     }
-    const bool is_known = std::ranges::count(of, Of::missing) == 0 || options_.from == From::port;
+    const bool is_known = std::ranges::count(more, std::optional<int>()) == 0 || options_.from == From::port;
     wants_more_ = wants_more_ || (!is_known && k < most);
     std::vector<std::size_t> out;
     std::vector<std::string> left;
     for (std::size_t i = 0; i < header_.size(); ++i) {
-      if (of[i] == Of::numbers || (of[i] == Of::missing && options_.holes == Holes::all)) {
+      if (more[i] ? *more[i] > 0 : options_.holes == Holes::all) {
         out.push_back(i);
-      } else if (time_place_ != i && (of[i] == Of::missing || !header_units_[i].empty())) {
+      } else if (time_place_ != i && (!more[i] || !header_units_[i].empty())) {
         left.push_back(header_[i]);
       }
     }
@@ -938,8 +927,8 @@ bool TableReader::read_time(double& t_s, Problem& why) {
         fmt::format("may be hours and minutes, or minutes and seconds; write it as 0:{}", excerpt(text)));
   }
   // Fractions, and seconds since 1970, are what they look like.
-  is_unit_known_ =
-      is_unit_known_ ||
+  times_.is_unit_known =
+      times_.is_unit_known ||
       (number && (number->decimal != 0 || (number->value >= kFirstEpoch_s && number->value < kLastEpoch_s)));
   if (packed_ticks_ > 0) {
     const auto clock_s = number ? to_packed_clock(number->value / packed_ticks_) : std::nullopt;
@@ -955,14 +944,15 @@ bool TableReader::read_time(double& t_s, Problem& why) {
   if (const char* fault = number ? fault_of(text, *number, last_time_) : nullptr) return refuse_it(fault);
   if (!time_format_ || options_.from == From::port) {
     time_format_ = found->format;
-    if (found->format == TimeFormat::clock) wrap_s_ = kDay_s;
-    if (found->format == TimeFormat::minutes) wrap_s_ = kHour_s;
-    if (found->format == TimeFormat::number && time_unit_s_ < 1) wrap_s_ = kCounter * time_unit_s_;
+    times_.is_unit_known = times_.is_unit_known || found->format != TimeFormat::number;
+    if (found->format == TimeFormat::clock) times_.wrap_s = kDay_s;
+    if (found->format == TimeFormat::minutes) times_.wrap_s = kHour_s;
+    if (found->format == TimeFormat::number && times_.unit_s < 1) times_.wrap_s = kCounter * times_.unit_s;
   }
   if (found->format != *time_format_) return refuse_it("is written otherwise than the times before");
-  if (found->format == TimeFormat::slashed && is_ambiguous_date(text) && options_.from != From::port)
+  if (found->is_ambiguous && options_.from != From::port)
     return refuse_it("can be read as two dates; write it as 2026-05-01");
-  t_s = found->format == TimeFormat::number ? (found->value - time_zero_) * time_unit_s_ : found->value;
+  t_s = found->format == TimeFormat::number ? (found->value - time_zero_) * times_.unit_s : found->value;
   return is_measurement(t_s) || refuse_it("is no time");
 }
 
@@ -1010,15 +1000,14 @@ TableReader::Take TableReader::take(Row& row) {
     return Take::row;
   }
   if (line_.is_cut_off) return Take::aside;
-  if (is_good) return Take::unmeasured;
+  if (is_good) return Take::malformed;
   if (is_header_again()) {
     headers_ += refusal_.empty() ? 1 : 0;
     return Take::aside;
   }
   if (found_ == header_.size()) found_ = 0;
   const bool is_header = has_header_ && line_.text.find(header_.front() + separator_) != std::string::npos;
-  const bool is_sure = options_.from != From::file;
-  if (!why.detail.empty() && !is_header && !is_sure) {
+  if (!why.detail.empty() && !is_header && options_.from == From::file) {
     problem_ = why;
   } else {
     leave_out();
@@ -1034,8 +1023,8 @@ bool HoleCounter::keeps(const std::vector<double>& value, std::size_t line) {
     ++missing_[i];
     ++missing;
   }
-  const std::size_t most = holes_ == Holes::none ? 0 : value.size() - 1;
-  const bool is_kept = holes_ == Holes::all || missing <= most;
+  const bool is_kept =
+      holes_ == Holes::all || missing == 0 || (holes_ == Holes::some && missing < value.size());
   if (!is_kept && without_ == 0) first_without_ = line;
   ++(is_kept ? kept_ : without_);
   return is_kept;
@@ -1057,19 +1046,19 @@ std::vector<std::string> HoleCounter::notes(const std::vector<std::string>& colu
 
 std::vector<std::string> TableReader::notes() const {
   std::vector<std::string> out = notes_;
-  const auto say = [&](const std::string& what) { out.push_back(what); };
   if (separator_ != ',' && layout_ == Layout::table)
-    say(fmt::format("{} separate the columns", spelt(separator_)));
-  if (!has_header_ && time_place_) say(fmt::format("{} is the time", header_[*time_place_]));
-  if (!has_time()) say(fmt::format("{} rows are a second", options_.time.log_rate_hz));
-  if (!title_unit_.empty()) say(fmt::format("what states no unit is in {} by the titles", title_unit_));
+    out.push_back(fmt::format("{} separate the columns", spelt(separator_)));
+  if (!has_header_ && time_place_) out.push_back(fmt::format("{} is the time", header_[*time_place_]));
+  if (!has_time()) out.push_back(fmt::format("{} rows are a second", options_.time.log_rate_hz));
+  if (!title_unit_.empty())
+    out.push_back(fmt::format("what states no unit is in {} by the titles", title_unit_));
   if (!left_out_.empty())
-    say(fmt::format("without numbers, and left out: {}; a sensor among them is dead", left_out_));
-  if (decimal_ == ',') say("commas in numbers are decimal commas");
-  if (headers_ > 0) say(fmt::format("{} row(s) repeat the header", headers_));
+    out.push_back(fmt::format("without numbers, and left out: {}; a sensor among them is dead", left_out_));
+  if (decimal_ == ',') out.push_back("commas in numbers are decimal commas");
+  if (headers_ > 0) out.push_back(fmt::format("{} row(s) repeat the header", headers_));
   if (malformed_ > 0)
-    say(fmt::format("{} row(s) are malformed and were left out, the first is row {}", malformed_,
-                    first_malformed_));
+    out.push_back(fmt::format("{} row(s) are malformed and were left out, the first is row {}", malformed_,
+                              first_malformed_));
   std::ranges::move(rows_.notes(columns_), std::back_inserter(out));
   return out;
 }

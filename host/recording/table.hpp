@@ -123,20 +123,18 @@ class TableState {
   std::vector<std::string> units_;
   std::vector<std::size_t> places_;
   std::optional<std::size_t> time_place_;
-  std::string other_time_;  // a column that could be it, too
   std::optional<std::size_t> segment_place_;
   bool splits_by_clock_ = false;  // into trials
-  double time_unit_s_ = 1;
-  double time_zero_ = 0;       // in that unit, which 0 s is
-  bool is_unit_known_ = true;  // of the time
-  double packed_ticks_ = 0;    // a second, where the time is a clock as one number; 0: it is none
+  Times times_;
+  double time_zero_ = 0;     // in their unit, which 0 s is
+  double packed_ticks_ = 0;  // a second, where the time is a clock as one number; 0: it is none
   std::vector<std::string> notes_;
   std::string left_out_;  // columns
 };
 
 class TableReader : TableState {
  public:
-  enum class Take { none, row, aside, malformed, unmeasured };
+  enum class Take { none, row, aside, malformed };  // malformed: or without a reading
 
   explicit TableReader(const TableOptions& options);
 
@@ -163,16 +161,9 @@ class TableReader : TableState {
   const std::vector<std::string>& units() const { return units_; }  // from the name, or from the row of units
   std::size_t width() const { return header_.size(); }
   using TableState::has_time;
-  bool guesses_time() const { return time_place_ && !has_header_; }
-  const std::string& other_time() const { return other_time_; }
+  const Times& times() const { return times_; }
   bool is_live() const { return options_.from != From::file; }
   bool splits_by_clock() const { return splits_by_clock_; }
-  double time_unit_s() const { return time_unit_s_; }
-  // The time is no number, or its unit is stated.
-  bool is_unit_known() const {
-    return is_unit_known_ || (time_format_ && *time_format_ != TimeFormat::number);
-  }
-  double wrap_s() const { return wrap_s_; }
   bool is_dated() const { return time_format_ && is_date(*time_format_); }
   std::vector<std::string> notes() const;
 
@@ -195,7 +186,6 @@ class TableReader : TableState {
   bool is_fresh_ = false;           // plugged in, and no row came yet
   std::string refusal_;
   std::optional<TimeFormat> time_format_;
-  double wrap_s_ = 0;
   std::vector<double> last_;  // of each column, the last whole number
   double last_time_ = 0;
   char decimal_ = 0;  // what separates the fractions, once one was seen

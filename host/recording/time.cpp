@@ -88,14 +88,8 @@ std::optional<double> to_iso(std::string_view text) {
   return *date + clock_s - sign * (zone[0] * 3600 + zone[1] * 60);
 }
 
-struct Date {
-  double first;
-  double second;
-  double value;  // day first; where that is no date, month first
-};
-
-// dd.mm.yyyy or dd/mm/yyyy, then a clock.
-std::optional<Date> to_date(std::string_view text, char separator) {
+// dd.mm.yyyy or dd/mm/yyyy, then a clock. Day first; where that is no date, month first.
+std::optional<Time> to_date(std::string_view text, char separator) {
   std::array<double, 4> of{};
   double clock_s = 0;
   if (!take(text, separator == '.' ? "d.d.y" : "d/d/y", of.data())) return std::nullopt;
@@ -105,7 +99,8 @@ std::optional<Date> to_date(std::string_view text, char separator) {
   auto date = since_1970(of[2], of[1], of[0]);
   if (!date && separator == '/') date = since_1970(of[2], of[0], of[1]);
   if (!date) return std::nullopt;
-  return Date{of[0], of[1], *date + clock_s};
+  return Time{separator == '.' ? TimeFormat::dotted : TimeFormat::slashed, *date + clock_s,
+              separator == '/' && of[0] <= 12 && of[1] <= 12 && of[0] != of[1]};
 }
 
 }  // namespace
@@ -127,11 +122,6 @@ bool is_missing(std::string_view cell) {
   static constexpr std::array kMissing = {"nan", "na", "n/a", "none", "null", "-", "--", "#n/a"};
   if (cell.empty() || cell.size() > 4 || (cell.front() >= '0' && cell.front() <= '9')) return cell.empty();
   return std::ranges::find(kMissing, lower(cell)) != kMissing.end();
-}
-
-bool is_ambiguous_date(std::string_view text) {
-  const auto date = to_date(trimmed(text), '/');
-  return date && date->first <= 12 && date->second <= 12 && date->first != date->second;
 }
 
 std::optional<double> to_packed_clock(double number) {
@@ -156,8 +146,8 @@ std::optional<Time> to_time(std::string_view text) {
     return Time{TimeFormat::number, *number};
   }
   if (const auto iso = to_iso(text)) return Time{TimeFormat::iso, *iso};
-  if (const auto date = to_date(text, '.')) return Time{TimeFormat::dotted, date->value};
-  if (const auto date = to_date(text, '/')) return Time{TimeFormat::slashed, date->value};
+  if (const auto date = to_date(text, '.')) return date;
+  if (const auto date = to_date(text, '/')) return date;
   double clock_s = 0;
   std::string_view rest = text;
   if (take_clock(rest, clock_s) && rest.empty()) return Time{TimeFormat::clock, clock_s};

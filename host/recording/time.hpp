@@ -36,7 +36,8 @@ enum class TimeFormat {
 
 struct Time {
   TimeFormat format;
-  double value;  // seconds since 1970 or since midnight; a number as it is
+  double value;               // seconds since 1970 or since midnight; a number as it is
+  bool is_ambiguous = false;  // 05/06/2026 is the fifth of June or the sixth of May
 };
 
 inline bool is_date(TimeFormat f) {
@@ -49,9 +50,6 @@ std::optional<Time> to_time(std::string_view text);
 // A clock as one number, 120311.123 for 12:03:11.123: seconds since midnight.
 std::optional<double> to_packed_clock(double number);
 bool is_packed_date(std::string_view text);
-
-// 05/06/2026 is the fifth of June or the sixth of May: true for a date that could be read both ways.
-bool is_ambiguous_date(std::string_view text);
 
 // A plain decimal number, all of the text.
 std::optional<double> to_number(std::string_view text);

@@ -2,27 +2,34 @@
 
 #include <algorithm>
 #include <cctype>
-#include <utility>
 #include <vector>
 
 namespace flexor::recording {
 namespace {
 
-struct Spelling {
-  const char* unit;
+struct Unit {
+  const char* name;
+  double seconds;                    // in one; 0: it is none of time
   std::vector<const char*> written;  // lower case
 };
 
 // alpha: what the article's divider makes of counts, in degrees.
-const std::vector<Spelling>& spellings() {
-  static const std::vector<Spelling> all = {{"count", {"count", "counts", "adc", "lsb"}},
-                                            {"V", {"v", "volt", "volts"}},
-                                            {"mV", {"mv", "millivolt", "millivolts"}},
-                                            {"ohm", {"ohm", "ohms", "Ω"}},
-                                            {"kohm", {"kohm", "kohms", "kω", "kΩ"}},
-                                            {"deg", {"deg", "degs", "degree", "degrees", "°", "alpha"}},
-                                            {"rad", {"rad", "rads", "radian", "radians"}},
-                                            {"mm", {"mm", "millimeter", "millimeters", "millimetres"}}};
+const std::vector<Unit>& units() {
+  static const std::vector<Unit> all = {
+      {"count", 0, {"count", "counts", "adc", "lsb"}},
+      {"V", 0, {"v", "volt", "volts"}},
+      {"mV", 0, {"mv", "millivolt", "millivolts"}},
+      {"ohm", 0, {"ohm", "ohms", "Ω"}},
+      {"kohm", 0, {"kohm", "kohms", "kω", "kΩ"}},
+      {"deg", 0, {"deg", "degs", "degree", "degrees", "°", "alpha"}},
+      {"rad", 0, {"rad", "rads", "radian", "radians"}},
+      {"mm", 0, {"mm", "millimeter", "millimeters", "millimetres"}},
+      {"s", 1, {"s", "sec", "secs", "second", "seconds"}},
+      {"ms", 1e-3, {"ms", "msec", "msecs", "millis", "millis()", "millisecond", "milliseconds"}},
+      {"us", 1e-6, {"us", "usec", "µs", "micros", "micros()", "microseconds"}},
+      {"ns", 1e-9, {"ns", "nsec", "nanoseconds"}},
+      {"min", 60, {"min"}},
+      {"h", 3600, {"h", "hours"}}};
   return all;
 }
 
@@ -31,6 +38,15 @@ std::string bare(std::string_view text) {
   const std::string out = lower(trimmed(text));
   const bool has_brackets = out.size() > 2 && (out.front() == '(' || out.front() == '[');
   return has_brackets ? out.substr(1, out.size() - 2) : out;
+}
+
+// Null: it is none that Flexor knows.
+const Unit* find_unit(std::string_view text) {
+  const std::string wanted = bare(text);
+  for (const Unit& unit : units()) {
+    if (std::ranges::any_of(unit.written, [&](const char* w) { return wanted == w; })) return &unit;
+  }
+  return nullptr;
 }
 
 }  // namespace
@@ -70,11 +86,8 @@ NameAndUnit cut_name(std::string_view column) {
 }
 
 std::optional<std::string> known_unit(std::string_view text) {
-  const std::string wanted = bare(text);
-  for (const Spelling& s : spellings()) {
-    if (std::ranges::any_of(s.written, [&](const char* w) { return wanted == w; })) return s.unit;
-  }
-  return std::nullopt;
+  const Unit* unit = find_unit(text);
+  return unit != nullptr && unit->seconds == 0 ? std::optional<std::string>(unit->name) : std::nullopt;
 }
 
 std::string unit_of(std::string_view column) {
@@ -100,19 +113,9 @@ std::string unknown_angle_unit(std::string_view column) {
   return "";
 }
 
-std::optional<double> seconds_in(std::string_view unit) {
-  static const std::vector<std::pair<double, std::vector<const char*>>> kUnits = {
-      {1, {"s", "sec", "secs", "second", "seconds"}},
-      {1e-3, {"ms", "msec", "msecs", "millis", "millis()", "millisecond", "milliseconds"}},
-      {1e-6, {"us", "usec", "µs", "micros", "micros()", "microseconds"}},
-      {1e-9, {"ns", "nsec", "nanoseconds"}},
-      {60, {"min"}},
-      {3600, {"h", "hours"}}};
-  const std::string wanted = bare(unit);
-  for (const auto& [seconds, written] : kUnits) {
-    if (std::ranges::any_of(written, [&](const char* w) { return wanted == w; })) return seconds;
-  }
-  return std::nullopt;
+std::optional<double> seconds_in(std::string_view text) {
+  const Unit* unit = find_unit(text);
+  return unit != nullptr && unit->seconds > 0 ? std::optional(unit->seconds) : std::nullopt;
 }
 
 }  // namespace flexor::recording

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "host/io/io.hpp"
 
@@ -28,9 +29,7 @@ bool WholeSeconds::next(Row& row, const Read& read, const std::string& source) {
     }
     if (!take(row, read)) return false;
     if (is_settled_) return true;
-    const bool again = has_last_ && row.t_s == last_s_;
-    has_last_ = true;
-    last_s_ = row.t_s;
+    const bool again = std::exchange(last_s_, row.t_s) == row.t_s;
     is_settled_ = !is_whole(row.t_s);
     if (is_settled_ || !again) return true;
     look_ahead(std::move(row), read, source);

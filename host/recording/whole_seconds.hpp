@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,8 +38,7 @@ class WholeSeconds {
   std::deque<Row> ahead_;  // read, but not yet looked at
   std::deque<Row> ready_;
   bool is_settled_ = false;  // whether anything is spread
-  bool has_last_ = false;
-  double last_s_ = 0;
+  std::optional<double> last_s_;
   std::size_t per_second_ = 0;
 };
 

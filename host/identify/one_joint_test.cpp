@@ -39,25 +39,26 @@ INSTANTIATE_TEST_SUITE_P(Logs, AppliedIsScored,
                                          Take{120, 7, 9, 2, true, true}));
 
 TEST_F(Hand, TwoLogsOfOneMachineHaveOneClock) {
-  const auto [glove, camera] = write("one", {30, 7});
-  const auto set_clock = [&](double start_s) {  // of the machine, where the glove's log begins
-    for (const auto& [file, ahead_s] : {std::pair{glove, 10.0}, {camera, 10 + kOffset_s}})
-      change(file, [&](recording::Recording& log) {
-        log.columns.resize(2);
-        log.columns.push_back({"host_s", log.t_s});
-        for (double& t_s : log.columns.back().value) t_s += start_s - ahead_s;
-      });
+  const PairFiles logs = write("one", {30, 7});
+  const auto set_clock = [](const recording::Log& file, double ahead_s) {  // of the log's own
+    change(file, [&](recording::Recording& log) {
+      log.columns.resize(2);
+      log.columns.push_back({"host_s", log.t_s});
+      for (double& t_s : log.columns.back().value) t_s += ahead_s;
+    });
   };
-  set_clock(1000);
-  const SourceFiles files{glove, camera, "a_adc", "index_deg"};
+  set_clock(logs.sensor, 990);
+  set_clock(logs.reference, 990 - kOffset_s);
+  const SourceFiles files{logs.sensor, logs.reference, "a_adc", "index_deg"};
   const recording::Aligned one_clock = recording::align_pair(load_pair(files), 20, {});
   EXPECT_EQ(one_clock.clock_offset_s, 0);
   EXPECT_GE(one_clock.t_s.front(), 1000);
   EXPECT_EQ(recording::align_pair(load_pair(files, true), 20, kOffset_s).t_s.front(), 10);
-  HandRequest request = Hand::request({{glove, camera}});
+  HandRequest request = Hand::request({logs});
   request.structure = "line";
   EXPECT_EQ(identify_hand(request, {}).clocks.front().offset_s, 0);
-  set_clock(0);  // counted from a start: that may be each log's own, and is no common clock
+  set_clock(logs.sensor, -10);  // counted from a start: that may be each log's own, and is no common clock
+  set_clock(logs.reference, -10 - kOffset_s);
   EXPECT_NEAR(identify_hand(request, {}).clocks.front().offset_s, kOffset_s, 0.1);
 }
 

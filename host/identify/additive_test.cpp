@@ -1,12 +1,11 @@
 #include "host/identify/additive.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <random>
 #include <utility>
 
-#include "host/io/numbers.hpp"
+#include "host/identify/hand_test.hpp"
+#include "host/model/compensator.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -17,20 +16,13 @@ constexpr double kGrid_s = 0.05;
 Session drawn(unsigned seed, double memory, double offset_deg = 0) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise;
-  Session out;
-  const Eigen::Index n = 2400;
-  out.input.resize(n, 1);
-  out.angle_deg.resize(n);
-  out.use.assign(static_cast<std::size_t>(n), 1);
   double run = 0;
-  for (Eigen::Index k = 0; k < n; ++k) {
+  return sampled(2400, [&](Eigen::Index k) {
     const auto t = static_cast<double>(k) * kGrid_s;
     const double share = 0.5 + 0.25 * std::sin(0.9 * t) + 0.24 * std::sin(0.37 * t + 1);
     run = memory * run + std::sqrt(1 - memory * memory) * noise(random);
-    out.input(k, 0) = 300 + 400 * share;
-    out.angle_deg(k) = 90 * share * share + offset_deg + 0.5 * run;
-  }
-  return out;
+    return std::pair{300 + 400 * share, 90 * share * share + offset_deg + 0.5 * run};
+  });
 }
 
 Additive fit_of(const std::vector<Session>& sessions, const std::string& structure) {
@@ -52,10 +44,9 @@ TEST(Additive, StandardErrorsAreTheSpreadOfRepeatedRecordings) {
     }
     for (const Eigen::Index k : {0, 1, 2}) {
       const double spread = (value.col(k) - value.col(k).mean()).square().sum() / (kSeeds - 1);
-      EXPECT_GT(std::sqrt(variance.col(k).mean() / spread), 0.7)
-          << "memory " << memory << ", knot " << 3 + 3 * k;
-      EXPECT_LT(std::sqrt(variance.col(k).mean() / spread), 1.5)
-          << "memory " << memory << ", knot " << 3 + 3 * k;
+      const double ratio = std::sqrt(variance.col(k).mean() / spread);
+      EXPECT_GT(ratio, 0.7) << "memory " << memory << ", knot " << 3 + 3 * k;
+      EXPECT_LT(ratio, 1.5) << "memory " << memory << ", knot " << 3 + 3 * k;
     }
   }
 }
@@ -73,20 +64,14 @@ TEST(Additive, WhatDiffersBetweenRecordingsStaysOutOfTheCurves) {
 
 // How far the angle goes back while the reading goes up slowly, after it went down, or the other way round.
 double turned_deg(const Additive& fit) {
-  const auto curve = [&](Eigen::Index b, double u) {
-    return io::interpolate(fit.knots[0], {fit.value.col(b).data(), fit.knots[0].size()}, u);
-  };
-  double most = 0;
-  std::vector<double> play(fit.branches.radii.size(), 500);
-  double farthest = 0;
+  model::Model model;
+  model.sample_period_s = kGrid_s;
+  model.inputs = {{"u", "u", "count", "", 1, 1022}};
+  add_to(model, fit, {"u"}, "index");
+  model::Compensator<model::DoubleArithmetic> compensator(model);
+  double most = 0, farthest = 0;
   for (int k = 0; k < 3 * 720; ++k) {
-    const double u = 320 + std::abs(k % 720 - 360);
-    double angle = curve(0, u);
-    for (std::size_t b = 0; b < play.size(); ++b) {
-      const double radius = fit.radii[0][b];
-      play[b] = std::clamp(play[b], u - radius, u + radius);
-      angle += curve(static_cast<Eigen::Index>(1 + b), play[b]);
-    }
+    const double angle = compensator.step(320.0 + std::abs(k % 720 - 360)).angle_deg;
     const double forward = k % 720 > 360 ? angle : -angle;
     if (k % 360 == 1) farthest = forward;
     farthest = std::max(farthest, forward);

@@ -1,12 +1,9 @@
 #include "host/identify/from_poses.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <random>
 
-#include "host/io/io.hpp"
-#include "host/io/refusal_test.hpp"
+#include "host/identify/hand_test.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/fixed_error.hpp"
@@ -96,8 +93,7 @@ TEST(FromPoses, MoreDeadSensorsThanLiveOnesAreRefusedByName) {
     for (double& value : log.columns.back().value) value = open_pin(random);
   }
   const std::string reason = io::refusal_of([&] { model_from_poses(log, {}); });
-  EXPECT_NE(reason.find("3 of 5 sensors do not tell two poses apart (middle_V, ring_V, pinky_V)"),
-            std::string::npos)
+  EXPECT_TRUE(has(reason, "3 of 5 sensors do not tell two poses apart (middle_V, ring_V, pinky_V)"))
       << reason;
 }
 

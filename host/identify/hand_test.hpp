@@ -9,9 +9,10 @@
 #include <functional>
 #include <random>
 #include <string>
+#include <tuple>
 
 #include "host/identify/hand.hpp"
-#include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::identify {
@@ -22,6 +23,17 @@ inline bool has(const std::string& text, const std::string& what) {
 
 inline bool warned(const HandIdentification& r, const std::string& what) {
   return std::ranges::any_of(r.warnings, [&](const std::string& w) { return has(w, what); });
+}
+
+// Of one sensor: its reading and the angle at each sample, in their order.
+template <class At>
+Session sampled(Eigen::Index samples, At at) {
+  Session out;
+  out.input.resize(samples, 1);
+  out.angle_deg.resize(samples);
+  out.use.assign(static_cast<std::size_t>(samples), 1);
+  for (Eigen::Index k = 0; k < samples; ++k) std::tie(out.input(k, 0), out.angle_deg(k)) = at(k);
+  return out;
 }
 
 inline constexpr char kIndex[] = "index=a_adc:index_deg";
@@ -127,13 +139,15 @@ class Hand : public testing::Test {
     return log;
   }
 
+  // The first column's readings, each as `how` makes it.
+  static void change_readings(const std::filesystem::path& file, const std::function<double(double)>& how) {
+    change(file, [&](recording::Recording& log) {
+      std::ranges::transform(log.columns[0].value, log.columns[0].value.begin(), how);
+    });
+  }
+
   static std::string refusal(const HandRequest& r) {
-    try {
-      identify_hand(r, {});
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "accepted";
+    return io::refusal_of([&] { identify_hand(r, {}); });
   }
 
   const io::TemporaryFolder temporary_;

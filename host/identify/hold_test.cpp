@@ -1,11 +1,9 @@
 #include "host/identify/hold.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <random>
 
-#include "host/identify/joint_fit.hpp"
+#include "host/identify/hand_test.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -45,37 +43,33 @@ TEST(HoldDrift, OfWhatHasNoMemoryIsNone) {
   EXPECT_EQ(hold_drift_deg(still, {step()}, {"u"}), 0);
 }
 
+JointFit fit_of_one(const Session& session) {
+  model::Model inputs;
+  inputs.sample_period_s = kStep_s;
+  inputs.inputs = {{"u", "u", "count", "", 1, 1022}};
+  return fit_joint({session}, inputs, {"index", {"u"}, "angle"}, "auto", {}, {});
+}
+
 // Three minutes of poses, each held for up to six seconds; a part of what the reading gains comes with 1.5 seconds.
 Session poses(double creep) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform;
   std::normal_distribution<double> noise;
-  Session out;
-  constexpr Eigen::Index kRows = 3600;
-  out.input.resize(kRows, 1);
-  out.angle_deg.resize(kRows);
-  out.use.assign(kRows, 1);
-  double goal = 0;
-  double slow = 0;
-  for (Eigen::Index k = 0, until = 0; k < kRows; ++k) {
+  double goal = 0, angle_deg = 0, slow = 0;
+  return sampled(3600, [&, until = Eigen::Index{0}](Eigen::Index k) mutable {
     if (k == until) {
       goal = 90 * uniform(random);
       until += 20 + static_cast<Eigen::Index>(100 * uniform(random));
     }
-    const double before = k == 0 ? 0 : out.angle_deg(k - 1);
-    out.angle_deg(k) = before + std::clamp(goal - before, -6.0, 6.0);
-    slow += (1 - std::exp(-kStep_s / 1.5)) * (out.angle_deg(k) - slow);
-    out.input(k, 0) = 300 + 4 * ((1 - creep) * out.angle_deg(k) + creep * slow) + noise(random);
-  }
-  return out;
+    angle_deg += std::clamp(goal - angle_deg, -6.0, 6.0);
+    slow += (1 - std::exp(-kStep_s / 1.5)) * (angle_deg - slow);
+    return std::pair{300 + 4 * ((1 - creep) * angle_deg + creep * slow) + noise(random), angle_deg};
+  });
 }
 
 TEST(Creep, IsUndoneWhereTheFingersOwnHoldsShowItAndNotElsewhere) {
-  model::Model inputs;
-  inputs.sample_period_s = kStep_s;
-  inputs.inputs = {{"u", "u", "count", "", 1, 1022}};
-  const JointFit creeps = fit_joint({poses(0.2)}, inputs, {"index", {"u"}, "angle"}, "auto", {}, {});
-  const JointFit still = fit_joint({poses(0)}, inputs, {"index", {"u"}, "angle"}, "auto", {}, {});
+  const JointFit creeps = fit_of_one(poses(0.2));
+  const JointFit still = fit_of_one(poses(0));
   EXPECT_GT(creeps.hold_drift_deg, 1) << "as its reading does";
   EXPECT_LT(creeps.cross_validated_deg, 2 * still.cross_validated_deg) << creeps.structure;
   EXPECT_LT(wander_deg(creeps.model, {poses(0.2)}, {"u"}), 0.5);
@@ -85,21 +79,12 @@ TEST(Creep, IsUndoneWhereTheFingersOwnHoldsShowItAndNotElsewhere) {
 // An angle that follows its reading with two seconds, and never comes to rest.
 JointFit restless(Eigen::Index rows) {
   std::mt19937 random(3);
-  Session out;
-  out.input.resize(rows, 1);
-  out.angle_deg.resize(rows);
-  out.use.assign(static_cast<std::size_t>(rows), 1);
-  double angle_deg = 50;
-  for (Eigen::Index k = 0; k < rows; ++k) {
-    out.input(k, 0) = k == 0        ? 500
-                      : k % 20 == 0 ? 100 + static_cast<double>(random() % 800)
-                                    : out.input(k - 1, 0);
-    out.angle_deg(k) = angle_deg += (1 - std::exp(-kStep_s / 2)) * (out.input(k, 0) / 10 - angle_deg);
-  }
-  model::Model inputs;
-  inputs.sample_period_s = kStep_s;
-  inputs.inputs = {{"u", "u", "count", "", 1, 1022}};
-  return fit_joint({out}, inputs, {"index", {"u"}, "angle"}, "auto", {}, {});
+  double reading = 500, angle_deg = 50;
+  return fit_of_one(sampled(rows, [&](Eigen::Index k) {
+    if (k > 0 && k % 20 == 0) reading = 100 + static_cast<double>(random() % 800);
+    angle_deg += (1 - std::exp(-kStep_s / 2)) * (reading / 10 - angle_deg);
+    return std::pair{reading, angle_deg};
+  }));
 }
 
 TEST(Creep, IsBelievedWithoutAHoldWhereThePartIsTenTimesAsLong) {

@@ -1,5 +1,6 @@
 // Real sessions of one glove over 4.5 months, without angles: what its readings say of the start and the peak of gestures, from
 // stretches of a session that was left out; the others' means are what it should read. Only where the recordings are.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <random>
 #include <sstream>
@@ -115,8 +117,10 @@ Motion across_gestures(const RealSession& s, double seconds, Random& random) {
   return motion_of(out);
 }
 
-// As long a stretch of each of so many parts of the file.
-Motion stretches(const RealSession& s, double seconds, std::size_t parts, Random& random) {
+// As long a stretch of each of so many parts of the file: of parts of so many seconds together, one at least.
+template <int kPart_s>
+Motion stretches(const RealSession& s, double seconds, Random& random) {
+  const auto parts = static_cast<std::size_t>(std::max(seconds / kPart_s, 1.0));
   const std::size_t part = s.row.size() / parts;
   const std::size_t size = static_cast<std::size_t>(kRealRate_Hz * seconds) / parts;
   std::vector<Reading> out;
@@ -128,15 +132,9 @@ Motion stretches(const RealSession& s, double seconds, std::size_t parts, Random
   return motion_of(out);
 }
 
-Motion pieces(const RealSession& s, double seconds, Random& random) {
-  return stretches(s, seconds, static_cast<std::size_t>(seconds / 2), random);
-}
-
-Motion window_in_file_order(const RealSession& s, double seconds, Random& random) {
-  return stretches(s, seconds, 1, random);
-}
-
 using Draw = Motion (*)(const RealSession&, double, Random&);
+constexpr Draw kPieces = stretches<2>;
+constexpr Draw kWindow = stretches<60>;  // one alone, in the file's order
 
 // The first is recalibrated, the others are what the model was made from.
 using Fold = std::vector<RealSession>;
@@ -234,10 +232,7 @@ model::Correction by_mean_quantile(const model::Spread& made, std::vector<double
 
 // Root mean squares of start and peak readings against what they should be, percent of the range, means of three fingers.
 struct Scored {
-  double raw = 0;
-  double after = 0;
-  double mean_shift = 0;
-  double knows_shift = 0;
+  double raw = 0, after = 0, mean_shift = 0, knows_shift = 0;
   double worse = 0;    // percent of the stretches that put them 2 % of the range or more farther off
   double applied = 0;  // percent of the stretches
 };
@@ -278,6 +273,20 @@ Scored scored(const std::vector<Fold>& folds, Draw draw, double seconds, int dra
   return out;
 }
 
+constexpr double kAny = std::numeric_limits<double>::infinity();
+
+// Of the error that is left: `of` times an error of another way, and `over` percent of the range more.
+struct Asked {
+  std::array<double, 2> after = {kAny, kAny};  // of twenty seconds, and of sixty
+  double of_raw = kAny;
+  double over_raw = 0;
+  double of_mean_shift = kAny;
+  double over_mean_shift = 0;
+  double worse = 100;
+  double applied = 0;       // at least
+  bool above_best = false;  // what lies below the best shift is too good to be true
+};
+
 class RealSessions : public testing::Test {
  protected:
   void SetUp() override {
@@ -285,63 +294,49 @@ class RealSessions : public testing::Test {
       GTEST_SKIP() << "needs ../shared/data/donning, which is not part of the repository";
   }
 
-  static Scored shown(const char* what, const std::vector<Fold>& folds, Draw draw, double seconds,
-                      int draws) {
-    const Scored s = scored(folds, draw, seconds, draws);
-    std::printf(
-        "%-28s %2.0f s: %4.1f -> %4.1f, mean quantile %4.1f, the best shift %4.1f; applied %3.0f "
-        "%%, worse %4.1f %%\n",
-        what, seconds, s.raw, s.after, s.mean_shift, s.knows_shift, s.applied, s.worse);
-    return s;
+  static void expect(const std::string& what, const std::vector<Fold>& folds, Draw draw, int draws,
+                     const Asked& asked) {
+    for (const std::size_t minute : {0U, 1U}) {
+      const double seconds = minute == 0 ? 20 : 60;
+      const Scored s = scored(folds, draw, seconds, draws);
+      const std::string shown = fmt::format(
+          "{:28} {:2} s: {:4.1f} -> {:4.1f}, mean quantile {:4.1f}, the best shift {:4.1f}; applied {:3.0f} "
+          "%, worse {:4.1f} %",
+          what, seconds, s.raw, s.after, s.mean_shift, s.knows_shift, s.applied, s.worse);
+      std::puts(shown.c_str());
+      EXPECT_LT(s.after, asked.after[minute]) << shown;
+      EXPECT_LT(s.after, asked.of_raw * s.raw + asked.over_raw) << shown;
+      EXPECT_LT(s.after, asked.of_mean_shift * s.mean_shift + asked.over_mean_shift) << shown;
+      EXPECT_LE(s.worse, asked.worse) << shown;
+      EXPECT_GE(s.applied, asked.applied) << shown;
+      EXPECT_TRUE(!asked.above_best || s.after > s.knows_shift) << shown;
+    }
   }
 };
 
 TEST_F(RealSessions, StartAndPeakOfGesturesFromSecondsAcrossThem) {
   const auto folds = each_against_the_others("P6_", false);
-  for (const auto& [seconds, across, in_pieces] : {std::array{20.0, 9.5, 10.9}, {60, 8.6, 9.7}}) {
-    const Scored s = shown("across gestures", folds, across_gestures, seconds, 40);
-    EXPECT_TRUE(seconds > 20 || std::abs(s.raw - 18.4) <= 1) << "the measure itself: " << s.raw;
-    EXPECT_LT(s.after, across);
-    EXPECT_GT(s.after, s.knows_shift) << "too good to be true";
-    EXPECT_LT(shown("pieces of two seconds", folds, pieces, seconds, 40).after, in_pieces);
-  }
+  EXPECT_NEAR(scored(folds, kPieces, 20, 1).raw, 18.4, 1) << "the measure itself";
+  expect("across gestures", folds, across_gestures, 40, {.after = {9.5, 8.6}, .above_best = true});
+  expect("pieces of two seconds", folds, kPieces, 40, {.after = {10.9, 9.7}});
 }
 
 // Many of these windows show one gesture, or one state of a glove that has another half an hour later.
 TEST_F(RealSessions, WindowsInTheFilesOrderSeldomMakeASessionWorse) {
   const auto folds = each_against_the_others("P6_", false);
-  for (const double seconds : {20.0, 60.0}) {
-    const Scored s = shown("windows in file order", folds, window_in_file_order, seconds, 100);
-    EXPECT_LE(s.worse, 5);
-    EXPECT_GE(s.applied, 60);
-    EXPECT_LT(s.after, 0.85 * s.raw);
-  }
+  expect("windows in file order", folds, kWindow, 100, {.of_raw = 0.85, .worse = 5, .applied = 60});
 }
 
 // Five of the nine hold transitions alone, and fewer points that others have as well.
 TEST_F(RealSessions, AllSessionsOfEachWearer) {
   const auto folds = each_against_the_others("P6_", true);
-  for (const double seconds : {20.0, 60.0}) {
-    const Scored across = shown("P6, across gestures", folds, across_gestures, seconds, 40);
-    EXPECT_LT(across.after, 0.77 * across.raw);
-    EXPECT_LT(across.after, across.mean_shift + 0.1);
-    EXPECT_GT(across.after, across.knows_shift);
-    EXPECT_LE(across.worse, 5);
-    const Scored window = shown("P6, windows in file order", folds, window_in_file_order, seconds, 100);
-    EXPECT_LT(window.after, 0.92 * window.raw);
-    EXPECT_LT(window.after, window.mean_shift);
-    EXPECT_LE(window.worse, 9);
-  }
+  expect("P6, across gestures", folds, across_gestures, 40,
+         {.of_raw = 0.77, .of_mean_shift = 1, .over_mean_shift = 0.1, .worse = 5, .above_best = true});
+  expect("P6, windows in file order", folds, kWindow, 100, {.of_raw = 0.92, .of_mean_shift = 1, .worse = 9});
   // Of the second wearer's three sessions no shift takes much: there is little to gain, and nothing is gained.
   const auto few = each_against_the_others("P2_", true);
-  for (const double seconds : {20.0, 60.0}) {
-    for (const Draw draw : {&across_gestures, &window_in_file_order}) {
-      const Scored s = shown("P2", few, draw, seconds, 40);
-      EXPECT_LT(s.after, 1.05 * s.raw);
-      EXPECT_LT(s.after, s.mean_shift);
-      EXPECT_LE(s.worse, 12);
-    }
-  }
+  for (const Draw draw : {Draw{across_gestures}, kWindow})
+    expect("P2", few, draw, 40, {.of_raw = 1.05, .of_mean_shift = 1, .worse = 12});
 }
 
 // By half of the range, as for a wearer whom the model never saw.
@@ -356,39 +351,25 @@ TEST_F(RealSessions, AGloveThatLiesFarOff) {
       for (auto& points : fold[0].point)
         for (auto& [name, x] : points) x += by * kRange;
     }
-    for (const double seconds : {20.0, 60.0}) {
-      const Scored s = shown("far off", folds, across_gestures, seconds, 40);
-      EXPECT_LT(s.after, 1.25 * s.mean_shift);
-      EXPECT_LT(s.after, s.raw / 3);
-    }
+    expect("far off", folds, across_gestures, 40, {.of_raw = 1.0 / 3, .of_mean_shift = 1.25});
   }
 }
 
 TEST_F(RealSessions, ASessionAgainstOneOther) {
-  for (const char* person : {"P6_", "P2_"}) {
+  for (const std::string person : {"P6_", "P2_"}) {
     const auto folds = each_against_each(person);
-    for (const double seconds : {20.0, 60.0}) {
-      const Scored s = shown(person, folds, across_gestures, seconds, 10);
-      EXPECT_LE(s.worse, 5) << person;
-      EXPECT_LT(s.after, (person[1] == '6' ? 0.75 : 1.05) * s.raw);
-      EXPECT_GT(s.after, s.knows_shift);
-      EXPECT_LE(shown(person, folds, window_in_file_order, seconds, 10).worse, 5) << person;
-    }
+    const double of_raw = person == "P6_" ? 0.75 : 1.05;
+    expect(person, folds, across_gestures, 10, {.of_raw = of_raw, .worse = 5, .above_best = true});
+    expect(person, folds, kWindow, 10, {.worse = 5});
   }
 }
 
 // There is nothing to gain. A window of one gesture cannot be told from a glove that sits otherwise.
 TEST_F(RealSessions, WhatAGloveLosesThatWasNotPutOnAnew) {
-  for (const char* person : {"P1_", "P2_", "P4_", "P6_"}) {
+  for (const std::string person : {"P1_", "P2_", "P4_", "P6_"}) {
     const auto folds = trials_against_trials(person);
-    for (const double seconds : {20.0, 60.0}) {
-      const Scored s = shown(person, folds, across_gestures, seconds, 20);
-      EXPECT_LE(s.worse, 10) << person;
-      EXPECT_LT(s.after, s.raw + 1);
-      const Scored window = shown(person, folds, window_in_file_order, seconds, 20);
-      EXPECT_LE(window.worse, 22) << person;
-      EXPECT_LT(window.after, window.raw + 1.5);
-    }
+    expect(person, folds, across_gestures, 20, {.of_raw = 1, .over_raw = 1, .worse = 10});
+    expect(person, folds, kWindow, 20, {.of_raw = 1, .over_raw = 1.5, .worse = 22});
   }
 }
 

@@ -8,20 +8,21 @@
 namespace flexor::identify {
 namespace {
 
+const std::vector<model::Spread> kMade = {{{0.05, 0.95}, {300, 600}}};
+
 TEST(Holds, AreTheLongestRestsInTheirOrder) {
   std::vector<double> reading(10, 450.0);                         // too short a rest
   for (int k = 0; k < 20; ++k) reading.push_back(450 - 7.5 * k);  // opens
   reading.insert(reading.end(), 50, 300.0);
   for (int k = 0; k < 20; ++k) reading.push_back(300 + 15 * k);
   reading.insert(reading.end(), 40, 600.0);
-  const std::vector<model::Spread> made = {{{0.05, 0.95}, {300, 600}}};
-  const auto holds = holds_in({reading}, 0.05, made, {false, true});
+  const auto holds = holds_in({reading}, 0.05, kMade, {false, true});
   ASSERT_EQ(holds.size(), 2U);
   EXPECT_NEAR(holds[0].reading[0], 300, 12);
   EXPECT_FALSE(holds[0].fist);
   EXPECT_NEAR(holds[1].reading[0], 600, 12);
   EXPECT_TRUE(holds[1].fist);
-  EXPECT_TRUE(holds_in({std::vector<double>(100, 300.0)}, 0.05, made, {false, true}).empty());
+  EXPECT_TRUE(holds_in({std::vector<double>(100, 300.0)}, 0.05, kMade, {false, true}).empty());
 }
 
 TEST(Holds, AreNotEndedByALooseContactNorByATremor) {
@@ -31,8 +32,7 @@ TEST(Holds, AreNotEndedByALooseContactNorByATremor) {
     const double spike = k % 25 == 12 || k % 25 == 13 ? 200 : 0;
     reading.push_back((k < 50 ? 300 : 600) + tremor + spike);
   }
-  const std::vector<model::Spread> made = {{{0.05, 0.95}, {300, 600}}};
-  const auto holds = holds_in({reading}, 0.05, made, {false, true});
+  const auto holds = holds_in({reading}, 0.05, kMade, {false, true});
   ASSERT_EQ(holds.size(), 2U);
   EXPECT_NEAR(holds[0].reading[0], 292, 5);
   EXPECT_NEAR(holds[1].reading[0], 592, 5);

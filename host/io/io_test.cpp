@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "host/io/beneath.hpp"
+#include "host/io/numbers.hpp"
 #include "host/io/refusal_test.hpp"
 
 namespace flexor::io {
@@ -89,6 +90,15 @@ TEST(ShellWord, IsQuotedOnlyWhereItMustBe) {
   EXPECT_EQ(shell_word("~x"), "'~x'");
   EXPECT_EQ(shell_word("a b; $(c)"), "'a b; $(c)'");
   EXPECT_EQ(shell_word("it's"), R"('it'\''s')");
+}
+
+TEST(Interpolate, HoldsItsEnds) {
+  const std::vector<double> t = {1, 2, 4};
+  const std::vector<double> x = {10, 20, 0};
+  EXPECT_EQ(interpolate(t, x, 0), 10);
+  EXPECT_EQ(interpolate(t, x, 1.5), 15);
+  EXPECT_EQ(interpolate(t, x, 3), 10);
+  EXPECT_EQ(interpolate(t, x, 9), 0);
 }
 
 TEST(Digest, IsTheKnownFnv1a) { EXPECT_EQ(digest("a"), "fnv1a64:af63dc4c8601ec8c"); }

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "host/io/io.hpp"
-#include "host/io/numbers.hpp"
 #include "host/score/least_squares.hpp"
 
 namespace flexor::score {
@@ -166,15 +165,6 @@ TEST(Score, WhatWasNotSeenIsNotScored) {
   ASSERT_TRUE(in_words_left_out(s));
   EXPECT_NE(in_words_left_out(s)->find("25 %"), std::string::npos);
   EXPECT_GT(score(t, measured, estimated).rmse_deg, 100);
-}
-
-TEST(Interpolate, HoldsItsEnds) {
-  const std::vector<double> t = {1, 2, 4};
-  const std::vector<double> x = {10, 20, 0};
-  EXPECT_EQ(io::interpolate(t, x, 0), 10);
-  EXPECT_EQ(io::interpolate(t, x, 1.5), 15);
-  EXPECT_EQ(io::interpolate(t, x, 3), 10);
-  EXPECT_EQ(io::interpolate(t, x, 9), 0);
 }
 
 TEST(LeastSquares, LineAndCurveGoThroughWhatLiesOnThem) {

@@ -952,7 +952,7 @@ Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, Ha
   const bool known = share_a_clock(files.sensor, files.reference.front());
   if (!given && known) given = 0;
   std::vector<std::string> said;
-  Clock clock = recording::find_clock(witnesses, given, said);
+  Clock clock = recording::find_clock(witnesses, given, known, said);
   if (known) clock.confidence = 1;
   for (const std::string& warning : said)
     warnings.push_back(fmt::format("{}: {}", files.sensor.source, warning));

@@ -101,6 +101,9 @@ TEST_F(OneJointOf, ADriftOfTheClocksCostsNothing) {
     const HandIdentification r = identify_hand(request, {});
     EXPECT_NEAR(r.clocks[0].drift_ppm, ppm, 3 * r.clocks[0].drift_se_ppm);
     EXPECT_LT(r.joints[0].holdout.rmse_deg, 1.1 * without_deg) << ppm;
+    HandRequest given = request;
+    given.clock_offset_s = r.clocks[0].offset_s;
+    EXPECT_LT(identify_hand(given, {}).joints[0].holdout.rmse_deg, 1.1 * without_deg) << ppm;
   }
 }
 

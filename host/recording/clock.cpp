@@ -102,16 +102,9 @@ Clock agreed(const std::vector<Opinion>& opinions) {
   return out;
 }
 
-void keep_agreeing(std::vector<Opinion>& opinions) {
-  const double surest_s = std::ranges::max_element(opinions, {}, confidence_of)->alignment.clock_offset_s;
-  std::erase_if(opinions, [&](const Opinion& o) {
-    return std::abs(o.alignment.clock_offset_s - surest_s) > kSameClock_s;
-  });
-}
-
-Clock given_clock(double offset_s, const std::vector<Opinion>& opinions, std::vector<std::string>& warnings) {
-  Clock out;
-  out.offset_s = offset_s;
+Clock given_clock(double offset_s, const std::vector<Opinion>& opinions, const Clock& told,
+                  std::vector<std::string>& warnings) {
+  Clock out{offset_s, 0, 0, told.drift_ppm, told.drift_se_ppm};
   std::optional<std::string> disagrees;
   for (const Opinion& o : opinions) {
     if (!disagrees) disagrees = disagreement(offset_s, o.alignment);
@@ -130,19 +123,23 @@ void take_out_drift(double drift_ppm, Recording& recording) {
 
 }  // namespace
 
-Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> given,
+Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> given, bool is_common,
                  std::vector<std::string>& warnings) {
   std::set<Recording*> references;
   for (const Witness& w : witnesses) references.insert(w.reference);
   double taken_out_ppm = 0;
   for (int round = 1;; ++round) {
-    std::vector<Opinion> opinions = opinions_of(witnesses, given.has_value());
-    if (given) return given_clock(*given, opinions, warnings);
-    keep_agreeing(opinions);
-    Clock clock = agreed(one_of_each_sensor(opinions));
-    if (round == kMostRounds || !is_clear(clock.drift_ppm, clock.drift_se_ppm)) {
+    const std::vector<Opinion> opinions = opinions_of(witnesses, given.has_value());
+    const auto surest_at = std::ranges::max_element(opinions, {}, confidence_of);
+    const double near_s = given ? *given : surest_at->alignment.clock_offset_s;
+    std::vector<Opinion> same = opinions;
+    std::erase_if(
+        same, [&](const Opinion& o) { return std::abs(o.alignment.clock_offset_s - near_s) > kSameClock_s; });
+    Clock clock = same.empty() ? Clock{} : agreed(one_of_each_sensor(same));
+    if (round == kMostRounds || is_common || !is_clear(clock.drift_ppm, clock.drift_se_ppm)) {
       clock.drift_ppm = taken_out_ppm;
-      const Opinion& surest = *std::ranges::max_element(opinions, {}, confidence_of);
+      if (given) return given_clock(*given, opinions, clock, warnings);
+      const Opinion& surest = *surest_at;
       warnings.insert(warnings.end(), surest.alignment.warnings.begin(), surest.alignment.warnings.end());
       if (clock.confidence < kUnsure) {
         warnings.push_back(

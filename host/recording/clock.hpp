@@ -30,9 +30,10 @@ struct Clock {
   double drift_se_ppm = 0;
 };
 
-// A drift that is clear (three standard errors) is taken out of the references' times. `given`: the user's offset, or that of a
-// common clock; it is compared with the signals, and no drift is taken out. Throws io::JobError where no signal tells.
-Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> given,
+// A drift that is clear (three standard errors) is taken out of the references' times, unless the clock `is_common` to both files.
+// `given`: the user's offset, or that of a common clock; it is compared with the signals, and those that agree with it tell the drift.
+// Throws io::JobError where no signal tells.
+Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> given, bool is_common,
                  std::vector<std::string>& warnings);
 
 }  // namespace flexor::recording

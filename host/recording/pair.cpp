@@ -131,7 +131,7 @@ std::optional<Alignment> find_alignment(Pair& pair, bool given, std::vector<std:
     if (given) return aligned();
     std::vector<std::string> said;  // align() says it, too
     const Clock clock =
-        find_clock({{0, pair.sensor.series(pair.input), &pair.reference, pair.output, ""}}, {}, said);
+        find_clock({{0, pair.sensor.series(pair.input), &pair.reference, pair.output, ""}}, {}, false, said);
     Alignment out = aligned();
     if (out.drift_ppm) *out.drift_ppm += clock.drift_ppm;
     return out;

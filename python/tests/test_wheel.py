@@ -4,7 +4,6 @@ import json
 import pathlib
 import subprocess
 import sys
-import time
 import urllib.request
 
 import pytest
@@ -26,19 +25,15 @@ def wheel():
 @pytest.mark.long
 def test_a_new_environment_has_a_fit_and_the_demonstration_answers(wheel, tmp_path):
     assert wheel.stat().st_size <= 12e6
-    begin = time.monotonic()
     subprocess.run([sys.executable, "-m", "venv", tmp_path / "venv"], check=True)
     subprocess.run([tmp_path / "venv/bin/pip", "install", "-q", "--disable-pip-version-check", f"{wheel}[pandas]"], check=True)
     done = subprocess.run([tmp_path / "venv/bin/python", "-c", FIRST_FIT], cwd=tmp_path, capture_output=True, text=True)
     assert "deg held out" in done.stdout, done.stderr
-    print(f"first fit {time.monotonic() - begin:.0f} s after an empty environment")
-    begin = time.monotonic()
     live = subprocess.Popen([tmp_path / "venv/bin/flexor", "live", "--demo", "--json", "--sessions", tmp_path / "sessions"],
                             stdout=subprocess.PIPE, text=True)
     try:
         address = json.loads(live.stdout.readline())["url"]
         assert b"<html" in urllib.request.urlopen(address, timeout=3).read()
-        print(f"the demonstration answers after {time.monotonic() - begin:.1f} s")
     finally:
         live.terminate()
         live.wait()

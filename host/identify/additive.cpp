@@ -548,7 +548,8 @@ Candidates candidates(const std::string& name, std::size_t sensors) {
              {{}, slow},
              {plays, {}},
              {plays, slow},
-             {plays, quick}}};
+             {plays, quick},
+             {{}, {0.05, 0.2, 0.8, 3}}}};
   }
   // The curve first: a search that is stopped has that at least.
   return {{{{}, {}},

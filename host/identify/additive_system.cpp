@@ -23,6 +23,8 @@ constexpr double kGoesOn =
     0.05;  // of the readings' range: at a limit the sensor goes on, in a held pose it does not
 constexpr double kRests = 0.05;     // of the time: an end that it is less at is a pose like others
 constexpr double kDonning = 0.03;   // standard deviation of a reading from donning to donning, in ranges
+constexpr double kShort_s = 20;     // of a recording as short as this a donning counts half
+constexpr double kMotion = 30;      // how much smoother a motion's curve is than a reading's
 constexpr double kCommon = 1e5;     // prior weight of what all donnings share: that is the curves'
 constexpr double kTail = 0.002;     // share of the readings outside the knots' range
 constexpr double kGrid = 1.0 / 32;  // knots lie on the steps of Q5 where the readings are that coarse
@@ -158,7 +160,7 @@ System::System(const Stack& stack, const Branches& branches, double period_s, co
     const double range = range_of(stack, s);
     for (const double share : branches.radii) radii_.back().push_back(share * range);
   }
-  const Donnings donnings(ends, stack.begin.size() - 1, knots_.size());
+  const Donnings donnings(ends, stack, period_s);
   make_rows(stack, donnings);
   fill(stack, branches, donnings, period_s);
   fill_donnings(stack);
@@ -166,11 +168,14 @@ System::System(const Stack& stack, const Branches& branches, double period_s, co
 }
 
 // From the donnings that were recorded to the next one.
-Donnings::Donnings(model::Saturation of, std::size_t recordings, std::size_t count)
+Donnings::Donnings(model::Saturation of, const Stack& stack, double period_s)
     : ends(of),
-      sensors(static_cast<double>(count)),
+      sensors(static_cast<double>(stack.input.cols())),
       spread(std::max(3.0, sensors)),
-      step(std::sqrt(spread) * kDonning * std::sqrt(1 + 1 / static_cast<double>(recordings))) {}
+      step(std::sqrt(spread) * kDonning * std::sqrt(1 + 1 / (static_cast<double>(stack.begin.size()) - 1))) {
+  const double length_s = period_s * static_cast<double>(stack.angle.size());
+  share = length_s / (length_s + kShort_s);
+}
 
 bool Donnings::tells(double angle_deg) const {
   return angle_deg < ends.lower_deg + kEnd_deg || angle_deg > ends.upper_deg - kEnd_deg;
@@ -357,7 +362,7 @@ void System::make_penalties(const Branches& branches) {
     const Index per_sensor = b < still ? static_cast<Index>(branches.still()) : std::ssize(branches.lags_s);
     const Index own = b < still ? b : b - still;
     const MatrixXd bend = second_differences(knots_[static_cast<std::size_t>(own / per_sensor)]);
-    smooth_.block(b * n, b * n, n, n) = bend.transpose() * bend;
+    smooth_.block(b * n, b * n, n, n) = (b < still ? 1 : kMotion) * bend.transpose() * bend;
     // Into where nothing was read, each curve goes on straight.
     for (const Index end : {Index{0}, bend.rows() - 1}) {
       if (bend.rows() > 0) straight_.block(b * n, b * n, n, n) += bend.row(end).transpose() * bend.row(end);

@@ -41,12 +41,13 @@ double range_of(const Stack& stack, Eigen::Index sensor);  // of the used readin
 // What a joint may read once the glove is put on anew: the sample as it was, then each sensor shifted down and up (sigma points; they
 // have the mean and the variance of donnings). For where the finger rests at an end alone: there all that is known is that it does.
 struct Donnings {
-  Donnings(model::Saturation ends, std::size_t recordings, std::size_t sensors);
+  Donnings(model::Saturation ends, const Stack& stack, double period_s);
   bool tells(double angle_deg) const;
-  double as_it_was() const { return 1 - sensors / spread; }  // weight of that row
-  double shifted() const { return 1 / (2 * spread); }        // and of each of the others
+  double as_it_was() const { return 1 - share * sensors / spread; }  // weight of that row
+  double shifted() const { return share / (2 * spread); }            // and of each of the others
 
   model::Saturation ends;
+  double share;  // less for a short recording: it does not say how much of its time a finger rests
   double sensors;
   double spread;
   double step;  // of readings, as a share of their range

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "host/identify/additive_system.hpp"
 #include "host/identify/folds.hpp"
@@ -74,21 +76,33 @@ class ChainFitter {
       chain.lag = chain.lag_s.has_value();
     }
     const Data data = behind(chain);
+    std::optional<JointFit> creeping;  // poles as slow as the data say
     JointFit out;
     Options options;
     options.initial = initial;
-    Summary summary;
+    Options fold;  // has one minimum to find, that of the whole
+    fold.only_start = std::numeric_limits<std::size_t>::max();
+    const auto finish = [&] {
+      if (out.fitted_rmse_deg < least_deg) validate(chain, data, fold, out);
+    };
     for (const double slowest_s : kSlowest_s) {
-      options.slowest_s = slowest_s;
-      summary = fit(chain.blocks, data, options);
-      fill(chain, summary, out);
+      fold.slowest_s = options.slowest_s = slowest_s;
+      const Summary summary = fit(chain.blocks, data, options);
+      fold.initial = summary.channel;
+      fold.knots = summary.knots;
+      out = filled(chain, summary);
       if (chain.blocks.order == 0 || out.hold_drift_deg <= kMostDrift_deg) break;
+      if (!creeping) {
+        finish();
+        creeping = std::move(out);
+      }
       progress();
     }
-    if (!(out.fitted_rmse_deg < least_deg)) return out;
-    options.only_start = static_cast<std::size_t>(summary.start - 1);
-    options.knots = summary.knots;
-    validate(chain, data, options, out);
+    finish();
+    const bool pays = creeping && !creeping->fold_loss.empty() &&
+                      (out.fold_loss.empty() || creep_refusal(*creeping, out, sessions_).empty());
+    if (pays) out = std::move(*creeping);
+    out.creeps = pays;
     return out;
   }
 
@@ -106,7 +120,7 @@ class ChainFitter {
 
   // The recording twice more, as it may read put on anew.
   void add_donnings(Data& data) const {
-    const Donnings donnings(limits_of(stack_, kEnds), sessions_.size(), 1);
+    const Donnings donnings(limits_of(stack_, kEnds), stack_, data.period_s);
     const double shift = donnings.step * range_of(stack_, 0);
     const Index n = data.input.size();
     VectorXd input(3 * n);
@@ -148,7 +162,9 @@ class ChainFitter {
     return best;
   }
 
-  void fill(const Chain& chain, const Summary& summary, JointFit& out) const {
+  JointFit filled(const Chain& chain, const Summary& summary) const {
+    JointFit out;
+    out.sensors = joint_.sensors;
     out.structure = text_of(chain);
     out.text = text_of(chain);
     static_cast<Fitted&>(out) = summary;
@@ -161,6 +177,7 @@ class ChainFitter {
     out.model = own_inputs(inputs_, joint_);
     add_blocks(chain, summary.channel, out.model);
     out.hold_drift_deg = identify::hold_drift_deg(out.model, sessions_, joint_.sensors);
+    return out;
   }
 
   // Between dynamics and curve the scale is free: one that the states of a board hold.

@@ -3,7 +3,8 @@
 // Several recordings are fitted one behind the other; the first two seconds of each but the first do not count. A lag before
 // the chain is a first-order low-pass of the reading; its time constant is searched for the least fitted error, and
 // it is left out where that is no less without it. Poles that would let a held angle drift by more than kMostDrift_deg are made
-// quicker until it does not. Cross-validation as in folds.hpp, from the start that was best.
+// quicker until it does not, unless the sensor creeps and that pays (creep_refusal). Cross-validation as in folds.hpp, each fold
+// from the parameters of the whole.
 // A stop before the first fit is io::Cancelled; after it the chain is there and is finished.
 #pragma once
 

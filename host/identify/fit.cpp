@@ -37,8 +37,8 @@ constexpr double kSlowestPerRecording = 10;
 constexpr double kMaxLogRateError = 1;
 constexpr double kMaxTapError = 2;
 constexpr double kMaxWeightError = 1;
-// Likewise of a curve's value, as a share of the span of the measured angles.
-constexpr double kMaxCurveError = 1;
+// Standard deviation of a curve's value about the line between its neighbours, as a share of the span of the angles.
+constexpr double kTurn = 0.05;
 
 bool both_curves(const Structure& structure) {
   return structure.input_knots > 0 && structure.output_knots > 0;
@@ -75,12 +75,29 @@ class Problem {
     root_ = data.weight(rows_).cwiseSqrt();
     own_ = std::ranges::lower_bound(rows_, data.size()) - rows_.begin();
     set_bounds(data, options);
+    turns_.resize(0, predictor.layout().size);
+  }
+
+  // From here on a curve's values are thought to lie beside the line between their neighbours by `weight` to one against an error.
+  void expect_straight(double weight) {
+    const auto add = [&](const std::vector<double>& x, int at) {
+      for (std::size_t i = 1; i + 1 < x.size(); ++i) {
+        const double share = (x[i] - x[i - 1]) / (x[i + 1] - x[i - 1]);
+        turns_.conservativeResizeLike(MatrixXd::Zero(turns_.rows() + 1, turns_.cols()));
+        turns_.bottomRows(1).middleCols(at + static_cast<int>(i) - 1, 3) =
+            weight * Eigen::RowVector3d(1 - share, -1, share);
+      }
+    };
+    add(predictor_.knots().input, predictor_.layout().input_curve);
+    add(predictor_.knots().output, predictor_.layout().output_curve);
   }
 
   const Predictor& predictor() const { return predictor_; }
   const std::vector<Index>& rows() const { return rows_; }
   const VectorXd& lower() const { return lower_; }
   const VectorXd& upper() const { return upper_; }
+  // Residuals of that prior, by the parameters.
+  const MatrixXd& turns() const { return turns_; }
   double span_deg() const { return span_deg_; }
   // What a curve may say: the measured angles and their span on either side.
   const model::Saturation& plausible() const { return plausible_; }
@@ -143,6 +160,7 @@ class Problem {
   VectorXd lower_;
   VectorXd upper_;
   double span_deg_ = 0;
+  MatrixXd turns_;
   model::Saturation plausible_;
   mutable Jacobian all_;  // kept between calls: fresh pages for it cost more than the arithmetic
 };
@@ -163,6 +181,13 @@ Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& f
       const Bent bent = bend(out(k), delta);
       out(k) = bent.value;
       if (jacobian) jacobian->row(k) *= bent.slope;
+    }
+    const MatrixXd& turns = problem.turns();
+    out.conservativeResize(out.size() + turns.rows());
+    out.tail(turns.rows()) = turns * theta;
+    if (jacobian) {
+      jacobian->conservativeResize(out.size(), Eigen::NoChange);
+      jacobian->bottomRows(turns.rows()) = turns(Eigen::all, free);
     }
     return out;
   };
@@ -388,7 +413,9 @@ class Fitter {
                                      text_of(predictor_.structure())));
     }
     const VectorXd r = problem_.own_residual(best_.theta);
-    delta_ = std::max(kRobustScale * robust_deviation(r), 1e-3 * root_mean_square(r));
+    const double deviation_deg = robust_deviation(r);
+    delta_ = std::max(kRobustScale * deviation_deg, 1e-3 * root_mean_square(r));
+    problem_.expect_straight(deviation_deg / (kTurn * problem_.span_deg()));
     if (!(delta_ > 0) || predictor_.structure() == Structure{})
       delta_ = kInfinity;  // a line: as anybody draws it
   }
@@ -406,16 +433,13 @@ class Fitter {
       if (hold_at_bounds()) continue;
       MatrixXd jacobian;
       const VectorXd residual = problem_.residual(best_.theta, free_, &jacobian);
-      uncertainty_ = uncertainty(residual, jacobian, delta_);
+      uncertainty_ = uncertainty(residual, jacobian, delta_, problem_.turns()(Eigen::all, free_));
       std::optional<int> worst = loosest();
       if (!uncertainty_.undetermined.empty()) {
         worst = free_[static_cast<std::size_t>(uncertainty_.undetermined.front())];
       }
-      if (!worst) {
-        settle_curves();
-        return;
-      }
-      hold(*worst, false);
+      if (!worst) return;
+      hold(*worst);
       if (free_.empty()) {
         throw io::JobError(fmt::format("{}: {}: the data determine no parameter", data_.channel,
                                        text_of(predictor_.structure())));
@@ -432,8 +456,8 @@ class Fitter {
     open(at + 1) = kInfinity;
     const VectorXd unlimited = predictor_.predict(open, nullptr)(problem_.rows());
     const auto enough = static_cast<Index>(std::max(20.0, 0.01 * static_cast<double>(unlimited.size())));
-    if ((unlimited.array() < best_.theta(at)).count() < enough) hold(at, false);
-    if ((unlimited.array() > best_.theta(at + 1)).count() < enough) hold(at + 1, false);
+    if ((unlimited.array() < best_.theta(at)).count() < enough) hold(at);
+    if ((unlimited.array() > best_.theta(at + 1)).count() < enough) hold(at + 1);
   }
 
   // A parameter that leans on its bound is not an estimate.
@@ -443,7 +467,7 @@ class Fitter {
       const double value = best_.theta(i);
       const double slack = 1e-6 * std::max(1.0, std::abs(value));
       if (value - problem_.lower()(i) > slack && problem_.upper()(i) - value > slack) continue;
-      hold(i, true);
+      hold(i);
       any = true;
     }
     return any;
@@ -470,64 +494,17 @@ class Fitter {
     if (structure.order > 0) look(l.log_rates, structure.order, kMaxLogRateError);
     look(l.taps, structure.taps(), kMaxTapError);
     if (structure.plays > 0) look(l.weights, structure.plays, kMaxWeightError);
-    for (const auto& [at, knots] : l.curves) look(at, knots, kMaxCurveError * problem_.span_deg());
     return worst;
   }
 
-  void hold(int parameter, bool at_bound) {
+  void hold(int parameter) {
     std::erase(free_, parameter);
     held_.push_back(parameter);
-    if (is_curve(parameter) && !(at_bound && tells(parameter))) {
-      untold_.push_back(parameter);
-      settle_curves();
-    }
     const int at = predictor_.layout().saturation;
     if (at < 0) return;
     const model::Saturation safe = safe_limits(data_);
     if (parameter == at) best_.theta(at) = safe.lower_deg;
     if (parameter == at + 1) best_.theta(at + 1) = safe.upper_deg;
-  }
-
-  bool is_curve(int parameter) const {
-    return std::ranges::any_of(predictor_.layout().curves, [&](const auto& curve) {
-      return parameter >= curve.first && parameter < curve.first + curve.second;
-    });
-  }
-
-  // Whether the samples tell a curve's value to within the span of the angles, all else known.
-  bool tells(int parameter) const {
-    MatrixXd column;
-    const VectorXd residual = problem_.residual(best_.theta, {parameter}, &column);
-    return column.norm() * kMaxCurveError * problem_.span_deg() > root_mean_square(residual);
-  }
-
-  // Values that no sample tells from their neighbours, and none beyond what is plausible.
-  void settle_curves() {
-    const Layout& l = predictor_.layout();
-    const Structure& s = predictor_.structure();
-    if (s.input_knots > 0) settle_curve(predictor_.knots().input, l.input_curve);
-    if (s.output_knots > 0) settle_curve(predictor_.knots().output, l.output_curve);
-  }
-
-  void settle_curve(const std::vector<double>& x, int at) {
-    const auto n = static_cast<int>(x.size());
-    VectorXd y = best_.theta.segment(at, n);
-    const auto untold = [&](int i) { return std::ranges::find(untold_, at + i) != untold_.end(); };
-    for (int i = 0; i < n; ++i) {
-      if (!untold(i)) continue;
-      int before = i;
-      int after = i;
-      while (before >= 0 && untold(before)) --before;
-      while (after < n && untold(after)) ++after;
-      if (before < 0 && after == n) break;  // nothing to lean on
-      if (before < 0) before = after;
-      if (after == n) after = before;
-      const auto place = [&](int k) { return x[static_cast<std::size_t>(k)]; };
-      const double share = before == after ? 0 : (place(i) - place(before)) / (place(after) - place(before));
-      y(i) = y(before) + share * (y(after) - y(before));
-    }
-    y = y.cwiseMax(problem_.plausible().lower_deg).cwiseMin(problem_.plausible().upper_deg);
-    best_.theta.segment(at, n) = y;
   }
 
   Summary summary() const {
@@ -567,7 +544,6 @@ class Fitter {
   Problem problem_;
   std::vector<int> free_;
   std::vector<int> held_;
-  std::vector<int> untold_;  // of the held: values of curves that no sample tells
   Solution best_;
   Uncertainty uncertainty_;
   double delta_ = kInfinity;

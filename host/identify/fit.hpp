@@ -14,9 +14,9 @@
 //
 // What the data cannot tell is refused: the parameter gets no standard error.
 // A limit takes that of safe_limits(); a pole, tap, radius or weight stays where the fit left it, one of many that fit
-// as well. A curve's values stay within the measured angles and one span of them on either side;
-// a knot that hardly any sample tells lies on the line between its neighbours, beyond the last one at its
-// value.
+// as well. A curve's values stay within the measured angles and one span of them on either side; they are
+// thought to lie beside the line between their neighbours by 5 % of the span (a normal prior), so that a curve goes on
+// straight where hardly any sample tells it.
 #pragma once
 
 #include <Eigen/Core>
@@ -47,9 +47,10 @@ struct Data {
 };
 
 struct Options {
-  std::optional<std::size_t> only_start;  // of four; none: all
-  double slowest_s = 0;                   // no pole is slower; 0: a tenth of the recording
-  std::optional<Knots> knots;             // none: quantiles of the input
+  std::optional<std::size_t>
+      only_start;              // of four, then `initial`; the last where it is beyond them; none: all
+  double slowest_s = 0;        // no pole is slower; 0: a tenth of the recording
+  std::optional<Knots> knots;  // none: quantiles of the input
   std::optional<model::Channel> initial;  // one start more
 };
 

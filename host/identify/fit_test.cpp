@@ -153,27 +153,25 @@ void expect_plausible(const Summary& s, const Data& data, const std::string& wha
   }
 }
 
-TEST(CurveBounds, AKnotThatHardlyAnySampleTouchesTakesItsNeighboursValue) {
+TEST(CurveBounds, AKnotThatHardlyAnySampleTouchesGoesOnAsFarAsIsPlausible) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     const Data data = example(1500, 0.5, seed);
     const Summary s = fit_with_knots(data, {200, 400, 600, data.input.maxCoeff() - 1, 9000});
-    EXPECT_NEAR(s.channel.input_curve->y[4], s.channel.input_curve->y[3], 1e-9);
-    EXPECT_TRUE(refuses(s, "curve at 9000"));
+    EXPECT_GT(s.channel.input_curve->y[4], s.channel.input_curve->y[3]);
+    expect_plausible(s, data, "beyond");
     EXPECT_LT(s.fitted_rmse_deg, 1);
   }
 }
 
-TEST(CurveBounds, KnotsBetweenSamplesLieOnTheLineBetweenTheirNeighbours) {
+TEST(CurveBounds, KnotsBetweenSamplesGoOnFromTheirNeighbours) {
   Data data = example(1500, 0.3, 1);
   // The sensor jumps over the readings from 420 to 580.
   for (double& u : data.input) u = u < 500 ? 200 + (u - 200) * 220 / 300 : 580 + (u - 500) * 220 / 300;
   const Summary s = fit_with_knots(data, {200, 300, 420, 470, 500, 580, 700, 800});
   const model::Curve& c = *s.channel.input_curve;
-  EXPECT_TRUE(refuses(s, "curve at 470") || refuses(s, "curve at 500"));
   expect_plausible(s, data, "hole");
-  EXPECT_NEAR(c.y[3], c.y[2] + (c.y[5] - c.y[2]) * 50 / 160, 1e-9);
-  EXPECT_NEAR(c.y[4], c.y[2] + (c.y[5] - c.y[2]) * 80 / 160, 1e-9);
-  EXPECT_TRUE(std::ranges::is_sorted(c.y));
+  EXPECT_NEAR(c.y[3], c.y[2] + (c.y[5] - c.y[2]) * 50 / 160, 4);
+  EXPECT_NEAR(c.y[4], c.y[2] + (c.y[5] - c.y[2]) * 80 / 160, 4);
 }
 
 TEST(CurveBounds, PoorRecordingsGiveNoAbsurdCurves) {
@@ -220,7 +218,8 @@ Eigen::VectorXd errors_of(const Eigen::MatrixXd& jacobian, double noise, double 
   Eigen::VectorXd residual(jacobian.rows());
   double e = 0;
   for (double& r : residual) r = e = memory * e + normal(random);
-  const auto u = uncertainty(residual, jacobian, std::numeric_limits<double>::infinity());
+  const auto u = uncertainty(residual, jacobian, std::numeric_limits<double>::infinity(),
+                             Eigen::MatrixXd(0, jacobian.cols()));
   return u.covariance.diagonal().cwiseSqrt();
 }
 
@@ -248,9 +247,13 @@ TEST(Uncertainty, IsTheTextbookFormulaForWhiteNoiseAndForNoiseThatLasts) {
 TEST(Uncertainty, NamesWhatCannotBeTold) {
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Random(100, 3);
   jacobian.col(1).setZero();
-  EXPECT_EQ(uncertainty(Eigen::VectorXd::Random(100), jacobian, 1).undetermined, std::vector<int>{1});
+  EXPECT_EQ(uncertainty(Eigen::VectorXd::Random(100), jacobian, 1, Eigen::MatrixXd(0, jacobian.cols()))
+                .undetermined,
+            std::vector<int>{1});
   jacobian.col(1) = 2 * jacobian.col(2);
-  EXPECT_EQ(uncertainty(Eigen::VectorXd::Random(100), jacobian, 1).undetermined.size(), 1u);
+  EXPECT_EQ(uncertainty(Eigen::VectorXd::Random(100), jacobian, 1, Eigen::MatrixXd(0, jacobian.cols()))
+                .undetermined.size(),
+            1u);
 }
 
 // Known systems, simulated by equations of their own, must be recovered with honest standard errors.

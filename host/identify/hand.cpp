@@ -257,7 +257,7 @@ model::Model baseline_model(const std::string& structure, const std::vector<Sess
                             const model::Model& inputs, const JointMap& joint) {
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   if (const auto* chain = std::get_if<Chain>(&wanted))
-    return fit_chain(*chain, sessions, inputs, joint, {}, 0, {}).model;
+    return fit_chain(*chain, sessions, inputs, joint, {}, HUGE_VAL, {}).model;
   return fit_joint(sessions, inputs, joint, structure, {}, {}).model;
 }
 
@@ -324,7 +324,7 @@ void warn_of_holdout(const HandRequest& request, const Takes& takes, const Joint
     warnings.push_back(
         fmt::format("{}: held still, its angle goes on by {:.1f} deg, as the sensor crept in the recording: "
                     "hold the hand for a "
-                    "minute, and where that is wrong take --structure hw, or record longer holds",
+                    "minute, and where that is wrong take --structure hysteresis, or record longer holds",
                     joint.name, joint.hold_drift_deg));
   }
   for (const std::string& refusal : joint.baseline_refusals)

@@ -615,6 +615,7 @@ struct RealHand {
   std::string kind;    // of the camera's columns
   Bounds held_out[2];  // RMSE in degrees
   Bounds line[2] = {{0, 90}, {0, 90}};
+  double drift_deg = 1;  // at most, of b; more where the finger's own holds show the sensor's creep
 };
 
 void PrintTo(const RealHand& c, std::ostream* out) { *out << c.folder << ' ' << c.sensors << c.kind; }
@@ -631,7 +632,7 @@ TEST_P(RealHands, BothJointsOfOneCommandAreAsGoodAsWasMeasured) {
     EXPECT_GT(joint.holdout.rmse_deg, c.held_out[j].low) << joint.name;
     EXPECT_LT(joint.baselines.at("line").rmse_deg, c.line[j].high) << joint.name;
     EXPECT_GT(joint.baselines.at("line").rmse_deg, c.line[j].low) << joint.name;
-    EXPECT_LE(joint.hold_drift_deg, 1) << joint.name;
+    EXPECT_LE(joint.hold_drift_deg, j == 0 ? 1 : c.drift_deg) << joint.name;
     for (const auto& [name, score] : joint.baselines)
       EXPECT_TRUE(name != "published_form" || joint.holdout.rmse_deg < score.rmse_deg);
     EXPECT_EQ(std::ranges::count_if(joint.rows, &CandidateRow::chosen), 1);
@@ -643,9 +644,9 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         RealHand{"index_ind2", "SensorA1", "", {{0.9, 1.2}, {0.8, 1.0}}},
         RealHand{"index_ind2", "SensorA1", "_smooth", {{0.8, 1.6}, {0.7, 1.2}}, {{5.2, 5.5}, {4.6, 4.9}}},
-        RealHand{"middle_mid1", "SensorA2", "", {{3.5, 4.3}, {4.0, 4.9}}},
-        RealHand{"middle_mid1", "SensorA2", "_smooth", {{2.8, 4.1}, {3.0, 4.7}}, {{5.0, 5.3}, {5.9, 6.3}}},
-        RealHand{"middle_mid1", "SensorA2+SensorA0+SensorA1", "", {{2.8, 3.5}, {3.0, 4.2}}}));
+        RealHand{"middle_mid1", "SensorA2", "", {{3.5, 4.3}, {4.0, 4.9}}, {{0, 90}, {0, 90}}, 6},
+        RealHand{"middle_mid1", "SensorA2", "_smooth", {{2.8, 4.1}, {3.0, 4.7}}, {{5.0, 5.3}, {5.9, 6.3}}, 6},
+        RealHand{"middle_mid1", "SensorA2+SensorA0+SensorA1", "", {{2.8, 3.5}, {3.0, 4.2}}, {{0, 90}, {0, 90}}, 6}));
 
 }  // namespace
 }  // namespace flexor::identify

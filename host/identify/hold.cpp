@@ -11,16 +11,18 @@ namespace {
 using Compensator = model::Compensator<model::DoubleArithmetic>;
 
 constexpr double kHold_s = 60;
+constexpr double kAllOver = 20;  // time constants: what is left to go is 2e-9
 constexpr double kSettle_s = 1;
 constexpr double kHeld_s = 1;       // a hold of the finger itself
 constexpr double kHeld_deg = 2;     // likewise
 constexpr std::size_t kHolds = 40;  // of each session
 
-double drift_deg(Compensator compensator, const std::vector<double>& reading, double period_s) {
+double drift_deg(Compensator compensator, const std::vector<double>& reading, double period_s,
+                 double hold_s) {
   std::vector<double> settled(compensator.joints());
   double worst = 0;
   const auto settle = static_cast<int>(std::ceil(kSettle_s / period_s));
-  const auto end = static_cast<int>(std::ceil(kHold_s / period_s));
+  const auto end = static_cast<int>(std::ceil(hold_s / period_s));
   for (int k = 0; k <= end; ++k) {
     const auto angles = compensator.step(reading);
     for (std::size_t j = 0; j < settled.size(); ++j) {
@@ -44,9 +46,22 @@ std::vector<std::vector<double>> readings_of(const model::Model& model, const Se
 
 }  // namespace
 
+double slowest_s(const model::Model& model) {
+  double out_s = 0;
+  const auto look = [&](double rate_rad_s) { out_s = std::max(out_s, 1 / std::abs(rate_rad_s)); };
+  for (const model::Block& block : model.blocks) {
+    if (const auto* lag = std::get_if<model::Lag>(&block.kind)) look(lag->rate_rad_s);
+    if (const auto* lti = std::get_if<model::Lti>(&block.kind)) std::ranges::for_each(lti->poles_rad_s, look);
+    if (const auto* pair = std::get_if<model::PolePair>(&block.kind))
+      look(pair->frequency_rad_s * pair->damping);
+  }
+  return out_s;
+}
+
 double hold_drift_deg(const model::Model& model, const std::vector<Session>& sessions,
                       const std::vector<std::string>& sensors) {
   double worst = 0;
+  const double hold_s = std::min(kHold_s, kSettle_s + kAllOver * slowest_s(model));
   const Compensator fresh(model);
   for (const Session& session : sessions) {
     Compensator compensator = fresh;
@@ -55,7 +70,7 @@ double hold_drift_deg(const model::Model& model, const std::vector<Session>& ses
     for (std::size_t k = 0; k < readings.size(); ++k) {
       (void)compensator.step(readings[k]);
       if (k % every == every / 2)
-        worst = std::max(worst, drift_deg(compensator, readings[k], model.sample_period_s));
+        worst = std::max(worst, drift_deg(compensator, readings[k], model.sample_period_s, hold_s));
     }
   }
   return worst;

@@ -11,8 +11,10 @@ namespace flexor::identify {
 
 inline constexpr double kMostDrift_deg = 1;  // of what is said to hold still
 
+double slowest_s(const model::Model& model);  // of its time constants; 0 where it has none
+
 // The most that any joint moves in a hold, degrees: the sessions are replayed, and from instants all over them
-// every reading is held for a minute, over which the angle counts from one second on. `sensors` names the
+// every reading is held until the slowest block has settled, a minute at most; the angle counts from one second on. `sensors` names the
 // sessions' columns.
 double hold_drift_deg(const model::Model& model, const std::vector<Session>& sessions,
                       const std::vector<std::string>& sensors);

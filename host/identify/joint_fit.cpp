@@ -25,8 +25,9 @@ constexpr double kWandersAlike = 1.5;
 constexpr double kShowsCreep_s = 2;  // of a hold
 constexpr double kUnseenDrift = 2;   // of the still one's error, which 19 of 20 of its angles are within
 constexpr double kMostUnseenDrift_deg = 10;
-constexpr double kMemories =
-    10;  // of the slowest motion: a part as long shows it without a hold, where the error halves
+// Of the slowest motion: a longer part shows it without a hold, where the error halves. A chain's pole may be a tenth of the part:
+// there it leans on its bound.
+constexpr double kMemories = 10.1;
 constexpr double kMuchLarger = 0.1;
 constexpr double kSure =
     1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
@@ -52,6 +53,10 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
     return error.what();
   }
   return "";
+}
+
+std::string refusal_of(const JointFit& chain) {
+  return refusal_of(chain.model, chain.creeps ? 0 : chain.hold_drift_deg);
 }
 
 // Of counts and degrees, which a board or the twin's reads. Readings in another unit may never meet one, and where they do, deploy
@@ -110,47 +115,6 @@ JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& 
   return out;
 }
 
-double slowest_s(const model::Model& model) {
-  double out_s = 0;
-  for (const model::Block& block : model.blocks)
-    if (const auto* lag = std::get_if<model::Lag>(&block.kind)) out_s = std::max(out_s, 1 / lag->rate_rad_s);
-  return out_s;
-}
-
-// Why `one`, which creeps back after its sensor, is not worth more than the best that holds still; empty: it is. While the finger
-// itself holds still its error may wander by half as much again.
-std::string creep_refusal(const JointFit& one, const JointFit& still, const std::vector<Session>& sessions) {
-  const double wander = wander_deg(one.model, sessions, one.sensors);
-  const double most_deg =
-      kWandersAlike * std::max(wander_deg(still.model, sessions, still.sensors), kMostDrift_deg);
-  if (wander > most_deg) {
-    return fmt::format(
-        "while the finger holds still its error wanders by {:.1f} degrees, at most {:.1f} are allowed",
-        wander, most_deg);
-  }
-  Eigen::Index longest = 0;
-  Eigen::Index rows = 0;
-  for (const Session& session : sessions) {
-    rows += session.angle_deg.size();
-    for (const StillPart& held : holds_of(session, one.model.sample_period_s))
-      longest = std::max(longest, held.to - held.from);
-  }
-  const double period_s = one.model.sample_period_s;
-  const bool shown = static_cast<double>(rows) * period_s >= kMemories * slowest_s(one.model) &&
-                     one.cross_validated_deg <= 0.5 * still.cross_validated_deg;
-  if (!shown && static_cast<double>(longest) * period_s < kShowsCreep_s &&
-      one.hold_drift_deg > std::min(kUnseenDrift * still.cross_validated_deg, kMostUnseenDrift_deg)) {
-    return fmt::format(
-        "held still, its angle drifts by {:.1f} degrees within a minute, and the recording has no hold that "
-        "shows it",
-        one.hold_drift_deg);
-  }
-  const bool pays = one.cross_validated_deg <= (1 - kCreepPays) * still.cross_validated_deg;
-  if (pays && gain_in_errors(one.fold_loss, still.fold_loss) > kSure) return "";
-  return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute, for too small a gain",
-                     one.hold_drift_deg);
-}
-
 // `folds`: the losses of those that were cross-validated.
 CandidateRow row_of(const std::string& structure, const Fitted& fit, double cross_validated_deg,
                     std::optional<double> hold_drift_deg, const std::vector<double>& folds) {
@@ -173,9 +137,10 @@ void explain(const std::vector<CandidateRow>& rows, CandidateRow& row, const std
 }
 
 // The best sum that holds still while its readings do, and those that creep back after their sensor, with their rows.
+using Creeping = std::vector<std::pair<std::size_t, JointFit>>;
 struct SumFit {
   JointFit still;
-  std::vector<std::pair<std::size_t, JointFit>> creeping;
+  Creeping creeping;
 };
 
 SumFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessions, const model::Model& inputs,
@@ -245,14 +210,15 @@ void choose(JointFit one, std::size_t row, const std::string& why, JointFit& bes
   best = std::move(one);
 }
 
-// What creeps back after its sensor beside the best of all that hold still.
-void let_creeping_compete(std::vector<std::pair<std::size_t, JointFit>> creeping,
-                          const std::vector<Session>& sessions, JointFit& best) {
+// What creeps back after its sensor beside the best of all that hold still: of those that pay the best.
+void let_creeping_compete(Creeping creeping, const std::vector<Session>& sessions, JointFit& best) {
   std::optional<std::size_t> chosen;
-  for (std::size_t k = creeping.size(); k-- > 0;) {
+  for (std::size_t k = 0; k < creeping.size(); ++k) {
     std::string& refusal = best.rows[creeping[k].first].refusal;
     refusal = creep_refusal(creeping[k].second, best, sessions);
-    if (refusal.empty()) chosen = k;
+    if (refusal.empty() &&
+        (!chosen || mean(creeping[k].second.fold_loss) < mean(creeping[*chosen].second.fold_loss)))
+      chosen = k;
   }
   if (chosen)
     choose(std::move(creeping[*chosen].second), creeping[*chosen].first,
@@ -271,17 +237,18 @@ std::string chain_refusal(const JointFit& chain, const JointFit& best) {
   if (!(gain_in_errors(chain.fold_loss, best.fold_loss) > (smaller ? -1 : 1) &&
         chain.cross_validated_deg <= most_deg))
     return smaller ? "errs more than the best" : "no better than the best by more than a standard error";
-  const std::string out = refusal_of(chain.model, chain.hold_drift_deg);
+  const std::string out = refusal_of(chain);
   return out.empty() ? imprecision_of(chain.model) : out;
 }
 
 // Chains beside the best sum, over the same folds.
 void let_chains_compete(const std::vector<Session>& sessions, const model::Model& inputs,
-                        const JointMap& joint, const Step& step, JointFit& best) {
-  constexpr std::array<std::string_view, 8> kChains = {"line",
+                        const JointMap& joint, const Step& step, JointFit& best, Creeping& creeping) {
+  constexpr std::array<std::string_view, 9> kChains = {"line",
                                                        kPublishedForm,
                                                        "linear-dynamic",
                                                        "wiener",
+                                                       "hammerstein",
                                                        "hw",
                                                        "hysteresis-hw",
                                                        "curve > pair > saturation",
@@ -297,11 +264,12 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
     try {
       JointFit one = fit_chain(chain, sessions, inputs, joint, {},
                                is_baseline ? HUGE_VAL : best.cross_validated_deg, {});
-      one.sensors = joint.sensors;
       CandidateRow& row = best.rows.emplace_back(one.row());
       row.refusal = chain_refusal(one, best);
       row.chosen = false;
-      if (row.refusal.empty()) {
+      if (row.refusal.empty() && one.creeps) {
+        creeping.emplace_back(best.rows.size() - 1, std::move(one));
+      } else if (row.refusal.empty()) {
         choose(std::move(one), best.rows.size() - 1, "larger, or no better by a standard error", best);
       }
     } catch (const io::JobError& error) {  // too few samples for it
@@ -310,9 +278,10 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
   }
 }
 
-// One sensor where it is as good as several, with the rows of both.
+// One sensor where it is as good as several and holds as still, with the rows of both.
 JointFit better(JointFit several, JointFit one) {
-  const bool fewer = mean(one.fold_loss) <= (1 + kAsGood) * (1 + kAsGood) * mean(several.fold_loss);
+  const bool fewer = mean(one.fold_loss) <= (1 + kAsGood) * (1 + kAsGood) * mean(several.fold_loss) &&
+                     one.hold_drift_deg <= std::max(kMostDrift_deg, several.hold_drift_deg);
   for (CandidateRow& row : one.rows) row.structure = one.sensors.front() + " alone: " + row.structure;
   JointFit& other = fewer ? several : one;
   for (CandidateRow& row : other.rows) row.chosen = false;
@@ -329,18 +298,49 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
                        const JointMap& joint, const std::optional<model::Channel>& initial,
                        const Step& step) {
   JointFit out = fit_chain(chain, sessions, inputs, joint, initial, HUGE_VAL, step);
-  const std::string refusal = refusal_of(out.model, out.hold_drift_deg);
+  const std::string refusal = refusal_of(out);
   if (!refusal.empty()) {
     throw io::JobError(fmt::format("{}: {} cannot be worn: {}; try fewer poles, or a sum of curves",
                                    joint.joint, text_of(chain), refusal));
   }
   out.rows = {out.row()};
   out.rows.front().refusal = imprecision_of(out.model);
-  out.sensors = joint.sensors;
   return out;
 }
 
 }  // namespace
+
+std::string creep_refusal(const JointFit& one, const JointFit& still, const std::vector<Session>& sessions) {
+  const double wander = wander_deg(one.model, sessions, one.sensors);
+  const double most_deg =
+      kWandersAlike * std::max(wander_deg(still.model, sessions, still.sensors), kMostDrift_deg);
+  if (wander > most_deg) {
+    return fmt::format(
+        "while the finger holds still its error wanders by {:.1f} degrees, at most {:.1f} are allowed",
+        wander, most_deg);
+  }
+  Eigen::Index longest = 0;
+  Eigen::Index rows = 0;
+  for (const Session& session : sessions) {
+    rows += session.angle_deg.size();
+    for (const StillPart& held : holds_of(session, one.model.sample_period_s))
+      longest = std::max(longest, held.to - held.from);
+  }
+  const double period_s = one.model.sample_period_s;
+  const bool shown = static_cast<double>(rows) * period_s >= kMemories * slowest_s(one.model) &&
+                     one.cross_validated_deg <= 0.5 * still.cross_validated_deg;
+  if (!shown && static_cast<double>(longest) * period_s < kShowsCreep_s &&
+      one.hold_drift_deg > std::min(kUnseenDrift * still.cross_validated_deg, kMostUnseenDrift_deg)) {
+    return fmt::format(
+        "held still, its angle drifts by {:.1f} degrees within a minute, and the recording has no hold that "
+        "shows it",
+        one.hold_drift_deg);
+  }
+  const bool pays = one.cross_validated_deg <= (1 - kCreepPays) * still.cross_validated_deg;
+  if (pays && gain_in_errors(one.fold_loss, still.fold_loss) > kSure) return "";
+  return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute, for too small a gain",
+                     one.hold_drift_deg);
+}
 
 CandidateRow JointFit::row() const {
   CandidateRow out = row_of(structure, *this, cross_validated_deg, hold_drift_deg, fold_loss);
@@ -419,7 +419,7 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
   SumFit sum = fit_sum(candidates, sessions, inputs, joint, step, room, most);
   JointFit out = std::move(sum.still);
   const bool has_chains = structure == "auto" && joint.sensors.size() == 1;
-  if (has_chains) let_chains_compete(sessions, inputs, joint, step, out);
+  if (has_chains) let_chains_compete(sessions, inputs, joint, step, out, sum.creeping);
   let_creeping_compete(std::move(sum.creeping), sessions, out);
   if (structure != "auto" || has_chains) return out;
   std::vector<Session> own = sessions;

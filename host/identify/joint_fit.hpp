@@ -43,6 +43,7 @@ struct JointFit : Fitted {
   std::vector<std::string> sensors;  // that it reads, the own one first
   model::Model model;                // this joint alone, without other joints' inputs
   double hold_drift_deg = 0;         // see hold.hpp
+  bool creeps = false;               // of a chain: it drifts, as the sensor was seen to
   double cross_validated_deg = 0;    // root mean square
   std::vector<double> fold_loss;     // of the same estimates: mean of each fold (robust.hpp)
   double limits = 0;  // of the angle that a sum takes from what was seen, and that `effective` does not count
@@ -60,6 +61,10 @@ using Room = std::function<double(const model::Model&)>;
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
                    const std::string& structure, const std::optional<model::Channel>& initial,
                    const Step& step, const Room& room = {}, double most = HUGE_VAL);
+
+// Why `one`, which creeps back after its sensor, is not worth more than the best that holds still; empty: it is. While the finger
+// itself holds still its error may wander by half as much again.
+std::string creep_refusal(const JointFit& one, const JointFit& still, const std::vector<Session>& sessions);
 
 // What brings readings in volts, kilohms, ohms or counts of more than ten bits to about what a board's converter counts, for in
 // steps of that size it computes: a power of two, which rounds nothing. The range of `input` passes it too, but of counts, whose

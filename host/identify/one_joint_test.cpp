@@ -131,7 +131,7 @@ TEST_F(RealRecordings, TheLineOfTheVerdictIsTheLineThatItAdvises) {
 
 TEST_F(RealRecordings, WhatIsAdvisedForADriftIsFittedAndHoldsStill) {
   HandRequest r = request("sensors/bender_10_14_v7.csv", "index=ADC Value:IMU Angle (deg)");
-  r.structure = "hw";
+  r.structure = "hysteresis";
   EXPECT_LT(identify_hand(r, {}).joints[0].hold_drift_deg, kMostDrift_deg);
 }
 

@@ -26,7 +26,8 @@ int correlation_length(const Eigen::VectorXd& residual) {
 
 }  // namespace
 
-Uncertainty uncertainty(const Eigen::VectorXd& residual, const Eigen::MatrixXd& jacobian, double delta) {
+Uncertainty uncertainty(const Eigen::VectorXd& residual, const Eigen::MatrixXd& jacobian, double delta,
+                        const Eigen::MatrixXd& prior) {
   const auto n = jacobian.rows();
   const auto p = jacobian.cols();
   Uncertainty result;
@@ -36,7 +37,8 @@ Uncertainty uncertainty(const Eigen::VectorXd& residual, const Eigen::MatrixXd& 
   const Eigen::ArrayXd score = residual.array() / z.sqrt();
   const Eigen::ArrayXd root_weight = z.pow(-0.75);
 
-  const Eigen::MatrixXd weighted = jacobian.array().colwise() * root_weight;
+  Eigen::MatrixXd weighted(n + prior.rows(), p);
+  weighted << (jacobian.array().colwise() * root_weight).matrix(), prior;
   const Eigen::VectorXd norms = weighted.colwise().norm();
   for (Eigen::Index i = 0; i < p; ++i) {
     if (!(norms(i) > 0)) result.undetermined.push_back(static_cast<int>(i));

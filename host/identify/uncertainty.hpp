@@ -7,7 +7,8 @@
 namespace flexor::identify {
 
 // Rows: the used samples in order of time. `residual` r_k, `jacobian` d(predicted)/d(theta) of the free
-// parameters. delta: of the pseudo-Huber loss; infinite for plain least squares.
+// parameters. delta: of the pseudo-Huber loss; infinite for plain least squares. `prior`: rows of the parameters that the fit holds near zero
+// beside them, or none.
 struct Uncertainty {
   Eigen::MatrixXd covariance;
   double condition = 0;
@@ -17,6 +18,7 @@ struct Uncertainty {
   std::vector<int> undetermined;
 };
 
-Uncertainty uncertainty(const Eigen::VectorXd& residual, const Eigen::MatrixXd& jacobian, double delta);
+Uncertainty uncertainty(const Eigen::VectorXd& residual, const Eigen::MatrixXd& jacobian, double delta,
+                        const Eigen::MatrixXd& prior);
 
 }  // namespace flexor::identify

@@ -52,8 +52,9 @@ struct FittedLine {
   double covariance = 0;
 };
 
+inline constexpr double kUnmoved = 0.15;  // of what the poses were apart
+
 // What one sensor reads in either pose; NaN: nothing.
-inline constexpr double kUnmoved = 0.15;
 struct PosesHeld {
   double open = std::numeric_limits<double>::quiet_NaN();
   double fist = open;

@@ -17,6 +17,13 @@ constexpr double kMedian_s = 0.5;
 constexpr double kStillShare = 0.125;  // of the span: the range of what rests
 constexpr double kApart = 0.3;         // of the span: rests that are nearer are one
 
+double quantile_of(std::span<const double> sorted, double share) {
+  const double at = share * static_cast<double>(sorted.size() - 1);
+  const auto i = static_cast<std::size_t>(at);
+  if (i + 1 >= sorted.size()) return sorted.back();
+  return sorted[i] + (at - static_cast<double>(i)) * (sorted[i + 1] - sorted[i]);
+}
+
 // The running median over kMedian_s: neither a loose contact's spike nor a tremor ends a hold.
 std::vector<double> steadied(const std::vector<double>& readings, double period_s) {
   const auto half = static_cast<std::size_t>(kMedian_s / period_s / 2);
@@ -52,13 +59,6 @@ double apart(const Rest& a, const Rest& b, const std::vector<model::Spread>& mad
 }
 
 }  // namespace
-
-double quantile_of(std::span<const double> sorted, double share) {
-  const double at = share * static_cast<double>(sorted.size() - 1);
-  const auto i = static_cast<std::size_t>(at);
-  if (i + 1 >= sorted.size()) return sorted.back();
-  return sorted[i] + (at - static_cast<double>(i)) * (sorted[i + 1] - sorted[i]);
-}
 
 Turns turns_of(std::span<const double> readings, double turn) {
   Turns out;

@@ -28,13 +28,11 @@ struct Window : model::Spread {
   Turns turns;
 };
 
+// The reading that each share of them does not exceed, straight between neighbours.
 model::Spread spread_of(std::vector<double> readings, std::span<const double> shares);
 
 // Of a sensor of which only the poses are known.
 model::Spread spread_of(const model::Poses& poses);
-
-// The reading that a share of the sorted ones does not exceed, straight between neighbours.
-double quantile_of(std::span<const double> sorted, double share);
 
 // At least one reading; `turn` in their unit.
 Turns turns_of(std::span<const double> readings, double turn);

@@ -77,11 +77,9 @@ TEST(Turns, KnowWhereTheFirstWayBeganAndTheLastOneEnded) {
   EXPECT_EQ(turns_of(std::vector<double>{0, 10}, 5).there_and_back, 0);
 }
 
-TEST(Quantile, LiesStraightBetweenReadings) {
-  const std::vector<double> sorted = {0, 10, 20, 30, 40};
-  EXPECT_DOUBLE_EQ(quantile_of(sorted, 0), 0);
-  EXPECT_DOUBLE_EQ(quantile_of(sorted, 0.625), 25);
-  EXPECT_DOUBLE_EQ(quantile_of(sorted, 1), 40);
+TEST(Spread, LiesStraightBetweenReadings) {
+  const std::vector<double> shares = {0, 0.625, 1};
+  EXPECT_EQ(spread_of({40, 10, 20, 30, 0}, shares).reading, (std::vector<double>{0, 25, 40}));
 }
 
 // A sensor that falls from 700 to 300 while the angle goes from 10 to 90 degrees and back.

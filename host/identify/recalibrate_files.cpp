@@ -34,11 +34,10 @@ std::vector<double> without_holes(std::vector<double> values) {
 void refuse_other_unit(const std::string& source, const recording::Column& column,
                        const model::Input& input) {
   constexpr double kTimes = 20;
-  const std::vector<double> read = without_holes(column.value);
-  if (!input.readings || read.empty()) return;
-  const recording::Range range = recording::without_spikes(read);
-  const bool whole = std::ranges::all_of(read, [](double u) { return u == std::floor(u); });
-  if (!(range.max > range.min) || (whole && input.unit == "count")) return;
+  const recording::Range range = recording::without_spikes(column.value);
+  if (!input.readings || !std::isfinite(range.max) || !(range.max > range.min)) return;
+  const auto is_whole = [](double u) { return std::isnan(u) || u == std::floor(u); };
+  if (input.unit == "count" && std::ranges::all_of(column.value, is_whole)) return;
   const double low = input.readings->reading.front();
   const double high = input.readings->reading.back();
   const double now = std::max(std::abs(range.min), std::abs(range.max));
@@ -74,8 +73,7 @@ std::vector<double> sampled(const recording::Recording& log, const model::Model&
   const double gap_s = std::max(model.max_gap_s, recording::default_max_gap_s(log.t_s));
   const std::vector<double>& values = log.columns[sensor].value;
   recording::Range range{input.valid_min, input.valid_max};
-  if (const std::vector<double> read = without_holes(values); input.unit != "count" && !read.empty())
-    range = recording::without_spikes(read);
+  if (input.unit != "count") range = recording::without_spikes(values);
   recording::Samples s = recording::resample({log.t_s, values}, model.sample_period_s, gap_s, range);
   for (std::size_t k = 0; k < s.value.size(); ++k) {
     const bool is_good = !s.pause[k] && s.value[k] >= range.min && s.value[k] <= range.max;

@@ -536,45 +536,41 @@ void fit_joints(const HandRequest& request, const std::vector<std::string>& stru
   std::mutex mutex;
   std::vector<std::size_t> done_of(joints);
   std::vector<std::size_t> all_of(joints);
-  const auto progress = [&](std::size_t joint, std::size_t done, std::size_t of, const std::string& what) {
-    const std::lock_guard lock(mutex);
-    done_of[joint] = done;
-    all_of[joint] = of;
-    const auto sum = [](const auto& all) { return std::accumulate(all.begin(), all.end(), std::size_t{0}); };
-    const auto waiting = static_cast<std::size_t>(std::ranges::count(all_of, 0U));
-    return !step || step(sum(done_of), sum(all_of) + waiting * of, what);
+  const auto progress = [&](std::size_t joint) {
+    return [&, joint](std::size_t done, std::size_t of, const std::string& what) {
+      const std::lock_guard lock(mutex);
+      done_of[joint] = done;
+      all_of[joint] = of;
+      const auto sum = [](const auto& all) { return std::reduce(all.begin(), all.end()); };
+      const auto waiting = static_cast<std::size_t>(std::ranges::count(all_of, 0U));
+      return !step || step(sum(done_of), sum(all_of) + waiting * of, what);
+    };
   };
   // The first joint's failure is told, whichever failed first.
   const auto fit = [&](std::size_t j, double most) {
     std::packaged_task<JointResult()> task([&] {
-      const JointMap& map = request.map[j];
       JointResult out;
-      static_cast<JointFit&>(out) = fit_joint(
-          sessions_of(samples[j]), inputs, map, structures[j],
-          request.initial ? std::optional(chain_of(*request.initial, map.joint)) : std::nullopt,
-          [&](std::size_t done, std::size_t of, const std::string& what) {
-            return progress(j, done, of, what);
-          },
-          request.room, most);
-      out.name = map.joint;
+      out.name = request.map[j].joint;
+      static_cast<JointFit&>(out) =
+          fit_joint(sessions_of(samples[j]), inputs, request.map[j], structures[j],
+                    request.initial ? std::optional(chain_of(*request.initial, out.name)) : std::nullopt,
+                    progress(j), request.room, most);
       return out;
     });
     task();
     return task.get_future();
   };
-  using Pending = std::future<JointResult>;
-  io::run_in_order<Pending>(
+  io::run_in_order<std::future<JointResult>>(
       0, joints, io::threads_of(request.threads), [&](std::size_t j) { return fit(j, HUGE_VAL); },
-      [&](std::size_t, Pending& fitted) {
+      [&](std::size_t, std::future<JointResult>& fitted) {
         r.joints.push_back(fitted.get());
         append(r.joints.back().model, r.model);
       });
-  if (!request.room) return;
   // Joints that do not fit a board together: the largest is fitted again with less, until they do or no smaller one is there.
   const auto share = [&](std::size_t j) {
     return structures[j] == "auto" ? request.room(r.joints[j].model) : 0;
   };
-  while (request.room(r.model) > 1) {
+  while (request.room && request.room(r.model) > 1) {
     std::size_t largest = 0;
     for (std::size_t j = 1; j < joints; ++j) largest = share(j) > share(largest) ? j : largest;
     const double before = share(largest);

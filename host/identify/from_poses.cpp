@@ -7,9 +7,8 @@
 #include <functional>
 
 #include "host/identify/joint_fit.hpp"
-#include "host/identify/poses.hpp"
+#include "host/identify/readings.hpp"
 #include "host/identify/robust.hpp"
-#include "host/identify/window.hpp"
 #include "host/io/io.hpp"
 #include "host/model/correction.hpp"
 #include "host/recording/line_format.hpp"
@@ -114,16 +113,10 @@ double distance(const Rest& a, const Rest& b, const std::vector<Sensor>& sensors
   return sum / static_cast<double>(half);
 }
 
-double median_of(const std::vector<Rest>& rests, std::size_t sensor) {
-  std::vector<double> v;
-  for (const Rest& rest : rests) v.push_back(rest.reading[sensor]);
-  return median(std::move(v));
-}
-
-double scatter_of(const std::vector<Rest>& rests, std::size_t sensor) {
-  const auto [least, most] =
-      std::ranges::minmax(rests, {}, [sensor](const Rest& rest) { return rest.reading[sensor]; });
-  return most.reading[sensor] - least.reading[sensor];
+std::vector<double> readings_in(const std::vector<Rest>& rests, std::size_t sensor) {
+  std::vector<double> out;
+  for (const Rest& rest : rests) out.push_back(rest.reading[sensor]);
+  return out;
 }
 
 void check_angles(const std::map<std::string, model::Ends>& angles, const std::vector<Sensor>& sensors) {
@@ -218,14 +211,15 @@ Holds holds_in(const recording::Recording& log, const std::vector<Sensor>& senso
 // Whether the sensor tells the poses apart; what speaks against it is said.
 bool tells_apart(const Sensor& sensor, std::size_t i, const Holds& holds,
                  std::vector<std::string>& warnings) {
-  const double span = std::abs(median_of(holds.fist, i) - median_of(holds.open, i));
+  const double span = std::abs(median(readings_in(holds.fist, i)) - median(readings_in(holds.open, i)));
   if (span < kOtherPose * sensor.span()) {
     warnings.push_back(fmt::format("{} does not tell the two poses apart: left out", sensor.column));
     return false;
   }
   bool is_one = true;
   for (const auto& [pose, rests] : {std::pair("open hand", &holds.open), std::pair("fist", &holds.fist)}) {
-    const double apart = scatter_of(*rests, i) / span;
+    const auto [least, most] = std::ranges::minmax(readings_in(*rests, i));
+    const double apart = (most - least) / span;
     is_one = is_one && apart <= kOneHold;
     if (apart <= kSameHold) continue;
     warnings.push_back(fmt::format("{}: the {} was held in ways that differ by {:.0f} % of the range{}",
@@ -239,7 +233,8 @@ void order(Holds& holds, FirstPose first, const std::vector<Sensor>& sensors,
            std::vector<std::string>& warnings) {
   std::vector<std::string> fall;
   for (std::size_t i = 0; i < sensors.size(); ++i)
-    if (median_of(holds.fist, i) < median_of(holds.open, i)) fall.push_back(sensors[i].column);
+    if (median(readings_in(holds.fist, i)) < median(readings_in(holds.open, i)))
+      fall.push_back(sensors[i].column);
   if (first == FirstPose::unstated && !fall.empty()) {
     const bool all = fall.size() == sensors.size();
     warnings.push_back(
@@ -272,7 +267,8 @@ FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& 
   out.model.sample_period_s = 1 / options.rate_hz;
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     if (tells_apart(sensors[i], i, holds, out.warnings)) {
-      add_joint(out.model, sensors[i], median_of(holds.open, i), median_of(holds.fist, i), options.angles);
+      add_joint(out.model, sensors[i], median(readings_in(holds.open, i)), median(readings_in(holds.fist, i)),
+                options.angles);
     } else {
       left_out.push_back(sensors[i].column);
     }

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <exception>
-#include <limits>
+#include <future>
 #include <mutex>
 #include <numeric>
 #include <optional>
@@ -19,7 +18,7 @@
 #include "host/identify/hold.hpp"
 #include "host/identify/joint_fit.hpp"
 #include "host/identify/map_check.hpp"
-#include "host/identify/poses.hpp"
+#include "host/identify/readings.hpp"
 #include "host/identify/refit.hpp"
 #include "host/identify/robust.hpp"
 #include "host/identify/structure_text.hpp"
@@ -145,77 +144,69 @@ std::vector<Session> sessions_of(const Takes& takes) {
 
 void add_inputs(const HandRequest& request, const std::vector<Files>& files, const Samples& samples,
                 model::Model& model) {
-  std::map<std::string, recording::Range> ranges;
-  for (std::size_t j = 0; j < samples.size(); ++j) {
-    for (const JointSamples& take : samples[j]) {
-      for (std::size_t s = 0; s < take.sensors.size() && !left_out_wholly(take.own()); ++s) {
+  for (const std::string& sensor : sensors_of(request.map)) {
+    model::Input input{sensor, sensor, files.front().sensor.column(sensor).unit, {}, HUGE_VAL, -HUGE_VAL};
+    for (std::size_t j = 0; j < samples.size(); ++j) {
+      const JointMap& joint = request.map[j];
+      const auto s =
+          static_cast<std::size_t>(std::ranges::find(joint.sensors, sensor) - joint.sensors.begin());
+      if (s == joint.sensors.size()) continue;
+      const std::string finger = joint.joint.substr(0, joint.joint.find('_'));
+      if (input.strip.empty() && s == 0 && std::ranges::count(model::finger_names(), finger) > 0)
+        input.strip = finger;
+      for (const JointSamples& take : samples[j]) {
+        if (left_out_wholly(take.own())) continue;
         const recording::Aligned& a = take.sensors[s];
-        const auto [it, fresh] = ranges.emplace(request.map[j].sensors[s], a.valid);
-        if (!fresh)
-          it->second = {std::min(it->second.min, a.valid.min), std::max(it->second.max, a.valid.max)};
+        input.valid_min = std::min(input.valid_min, a.valid.min);
+        input.valid_max = std::max(input.valid_max, a.valid.max);
         model.max_gap_s = std::max(model.max_gap_s, a.max_gap_s);
       }
     }
-  }
-  for (const std::string& sensor : sensors_of(request.map)) {
-    const recording::Range& range = ranges.at(sensor);
-    std::string strip;
-    for (const JointMap& joint : request.map) {
-      const std::string finger = joint.joint.substr(0, joint.joint.find('_'));
-      if (strip.empty() && joint.sensors.front() == sensor &&
-          std::ranges::count(model::finger_names(), finger) > 0)
-        strip = finger;
-    }
-    model.inputs.push_back(
-        {sensor, sensor, files.front().sensor.column(sensor).unit, strip, range.min, range.max});
+    model.inputs.push_back(std::move(input));
   }
 }
 
-using HeldOut = std::map<std::string, std::vector<double>>;  // errors by the estimates' names
-
-// All pairs' held-out parts together, on one clock that jumps between them.
-struct Held {
-  std::vector<std::size_t> pair_ends;
-  std::vector<double> t_s;
-  std::vector<double> measured;
-  std::vector<std::uint8_t> unseen;
-  HeldOut estimated_deg;
-  double max_step_s = 0;
-
-  score::Score score(const std::string& name) const {
-    return score::score_seen(t_s, measured, estimated_deg.at(name), unseen, max_step_s);
-  }
-  // Of what was seen, in all pairs or in one.
-  HeldOut errors(std::optional<std::size_t> pair = {}) const {
-    HeldOut out;
-    const std::size_t end = pair ? pair_ends[*pair] : measured.size();
-    for (const auto& [name, estimates] : estimated_deg) {
-      std::vector<double>& errors = out[name];
-      for (std::size_t k = pair.value_or(0) > 0 ? pair_ends[*pair - 1] : 0; k < end; ++k) {
-        if (unseen[k] == 0) errors.push_back(estimates[k] - measured[k]);
-      }
-    }
-    return out;
-  }
+// Errors by the compensator and by the baselines.
+struct HeldOut {
+  std::vector<double> own;
+  std::map<std::string, std::vector<double>> baseline;  // by their names
 };
 
-Held held_of(const Takes& takes) {
-  constexpr double kBetween_s = 1e5;
-  Held out;
+// Of what is held out; with `guessed` also where nothing was seen.
+HeldOut errors_of(std::span<const JointSamples> takes, bool guessed = false) {
+  HeldOut out;
   for (const JointSamples& take : takes) {
     const recording::Aligned& a = take.own();
-    const bool none = a.holdout_begin >= a.held_end();
-    const double shift = none || out.t_s.empty() ? 0 : out.t_s.back() + kBetween_s - a.t_s[a.holdout_begin];
-    for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k) {
-      out.t_s.push_back(a.t_s[k] + shift);
-      out.measured.push_back(a.angle_deg[k]);
-      out.unseen.push_back(a.unseen[k]);
-      for (const auto& [name, all] : take.estimated_deg) out.estimated_deg[name].push_back(all[k]);
+    for (const auto& [name, estimates] : take.estimated_deg) {
+      std::vector<double>& errors = name.empty() ? out.own : out.baseline[name];
+      for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k)
+        if (guessed || a.unseen[k] == 0) errors.push_back(estimates[k] - a.angle_deg[k]);
     }
-    if (!none) out.max_step_s = std::max({out.max_step_s, a.max_gap_s, 1.5 * a.period_s});
-    out.pair_ends.push_back(out.t_s.size());
   }
   return out;
+}
+
+// All pairs' held-out parts together, on one clock that jumps between them.
+score::Score score_of(const Takes& takes, const std::string& name) {
+  constexpr double kBetween_s = 1e5;
+  std::vector<double> t_s;
+  std::vector<double> measured;
+  std::vector<double> estimated;
+  std::vector<std::uint8_t> unseen;
+  double max_step_s = 0;
+  for (const JointSamples& take : takes) {
+    const recording::Aligned& a = take.own();
+    if (a.holdout_begin >= a.held_end()) continue;
+    const double shift = t_s.empty() ? 0 : t_s.back() + kBetween_s - a.t_s[a.holdout_begin];
+    for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k) {
+      t_s.push_back(a.t_s[k] + shift);
+      measured.push_back(a.angle_deg[k]);
+      estimated.push_back(take.estimated_deg.at(name)[k]);
+      unseen.push_back(a.unseen[k]);
+    }
+    max_step_s = std::max({max_step_s, a.max_gap_s, 1.5 * a.period_s});
+  }
+  return score::score_seen(t_s, measured, estimated, unseen, max_step_s);
 }
 
 // The logs through the model, as apply runs it, into the samples of its joints, by this name.
@@ -252,15 +243,6 @@ model::Model start_model(const HandRequest& request, const std::vector<Files>& f
   return out;
 }
 
-// Of all sensors that the joint has.
-model::Model baseline_model(const std::string& structure, const std::vector<Session>& sessions,
-                            const model::Model& inputs, const JointMap& joint) {
-  const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
-  if (const auto* chain = std::get_if<Chain>(&wanted))
-    return fit_chain(*chain, sessions, inputs, joint, {}, HUGE_VAL, {}).model;
-  return fit_joint(sessions, inputs, joint, structure, {}, {}).model;
-}
-
 // A curve of each sensor by least squares: what anybody would draw first.
 void add_static_curve(const std::string& name, Takes& takes) {
   const std::vector<Session> fitted = sessions_of(takes);
@@ -286,11 +268,15 @@ void add_baselines(const model::Model& inputs, const JointMap& map, const std::v
       add_static_curve(one.name, takes);
       continue;
     }
-    // A chain has one sensor: where there are several it is no peer.
-    if (sensors > 1 && !std::holds_alternative<Candidates>(parse_structure(one.structure, sensors))) continue;
+    const WantedStructure wanted = parse_structure(one.structure, sensors);
+    const Chain* chain = std::get_if<Chain>(&wanted);
+    if (chain != nullptr && sensors > 1)
+      continue;  // it has one sensor: where there are several it is no peer
     try {
-      const model::Model model = baseline_model(one.structure, sessions_of(takes), inputs, map);
-      add_estimates(one.name, model, files, {&takes, 1});
+      const JointFit fit = chain != nullptr
+                               ? fit_chain(*chain, sessions_of(takes), inputs, map, {}, HUGE_VAL, {})
+                               : fit_joint(sessions_of(takes), inputs, map, one.structure, {}, {});
+      add_estimates(one.name, fit.model, files, {&takes, 1});
     } catch (const io::JobError& error) {
       refusals.push_back(fmt::format("{}: {}", one.name, error.what()));
     }
@@ -299,14 +285,10 @@ void add_baselines(const model::Model& inputs, const JointMap& map, const std::v
 
 // Of the measured angle outside pauses.
 double span_deg(const JointSamples& s, std::size_t begin, std::size_t end) {
-  std::optional<std::pair<double, double>> seen;
-  for (std::size_t k = begin; k < end; ++k) {
-    if (s.gap(k)) continue;
-    const double angle = s.own().angle_deg[k];
-    seen = seen ? std::pair(std::min(seen->first, angle), std::max(seen->second, angle))
-                : std::pair(angle, angle);
-  }
-  return seen ? seen->second - seen->first : 0;
+  std::vector<double> seen;
+  for (std::size_t k = begin; k < end; ++k)
+    if (!s.gap(k)) seen.push_back(s.own().angle_deg[k]);
+  return seen.empty() ? 0 : std::ranges::max(seen) - std::ranges::min(seen);
 }
 
 // What the held-out part says against the compensator.
@@ -350,21 +332,11 @@ void warn_of_holdout(const HandRequest& request, const Takes& takes, const Joint
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
 }
 
-ScoreRow row_of(const std::string& name, const std::vector<double>& error_deg,
-                const HeldOut& baseline_error_deg) {
-  ScoreRow out{name, error_deg.size(), score::rms(error_deg), {}};
-  for (const auto& [baseline, errors] : baseline_error_deg) out.baseline_deg[baseline] = score::rms(errors);
+ScoreRow row_of(const std::string& name, const HeldOut& errors) {
+  ScoreRow out{name, errors.own.size(), score::rms(errors.own), {}};
+  for (const auto& [baseline, error_deg] : errors.baseline)
+    out.baseline_deg[baseline] = score::rms(error_deg);
   return out;
-}
-
-// Each pair's part of what is held out, where its angle was seen.
-void score_pairs(const HandRequest& request, const Held& held, JointResult& joint) {
-  const std::vector<std::string> names = names_of_pairs(request);
-  for (std::size_t p = 0; p < names.size(); ++p) {
-    HeldOut errors = held.errors(p);
-    const std::vector<double> own = std::move(errors.extract("").mapped());
-    if (!own.empty()) joint.pairs.push_back(row_of(names[p], own, errors));
-  }
 }
 
 // Of all samples, or of those held out; where what follows the compensator takes `later_s` more than the lead that it was fitted with.
@@ -391,18 +363,18 @@ bool alike(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 // Itself is no baseline, whatever it is called, and is named.
-score::Verdict judged(const HandRequest& request, const std::vector<double>& error_deg,
-                      HeldOut baseline_error_deg, const std::vector<std::size_t>& part_ends = {}) {
+score::Verdict judged(const HandRequest& request, HeldOut errors,
+                      const std::vector<std::size_t>& part_ends = {}) {
   std::string itself;
   for (const score::Baseline& one : score::kBaselines) {
-    const auto at = baseline_error_deg.find(one.name);
-    if (at == baseline_error_deg.end()) continue;
+    const auto at = errors.baseline.find(one.name);
+    if (at == errors.baseline.end()) continue;
     const bool is_asked_for = one.structure != nullptr && one.structure == request.structure;
-    if (!is_asked_for && !alike(at->second, error_deg)) continue;
+    if (!is_asked_for && !alike(at->second, errors.own)) continue;
     if (itself.empty()) itself = one.name;
-    baseline_error_deg.erase(at);
+    errors.baseline.erase(at);
   }
-  score::Verdict out = score::judge(error_deg, baseline_error_deg, 1 / request.rate_hz, part_ends);
+  score::Verdict out = score::judge(errors.own, errors.baseline, 1 / request.rate_hz, part_ends);
   out.itself = itself;
   return out;
 }
@@ -411,20 +383,22 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files, S
                   const std::set<std::string>& stuck, HandIdentification& r) {
   add_estimates("", r.model, files, samples);
   const model::Model inputs = start_model(request, files, samples);
+  const std::vector<std::string> pairs = names_of_pairs(request);
   const auto score = [&](std::size_t j) {
     JointResult joint = r.joints[j];
     add_baselines(inputs, request.map[j], files, samples[j], joint.baseline_refusals);
-    Held held = held_of(samples[j]);
-    joint.holdout = held.score("");
+    joint.holdout = score_of(samples[j], "");
     joint.sooner_deg = rmse_deg(samples[j], true, -kLeadOff_s);
     joint.later_deg = rmse_deg(samples[j], true, kLeadOff_s);
-    score_pairs(request, held, joint);
-    if (std::ranges::count(held.unseen, 0) == 0)
-      std::ranges::fill(held.unseen, 0);  // then all counts, as in the score
-    HeldOut errors = held.errors();
-    const std::vector<double> own = std::move(errors.extract("").mapped());
-    for (const auto& [name, error_deg] : errors) joint.baselines.emplace(name, held.score(name));
-    joint.verdict = judged(request, own, std::move(errors));
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      const HeldOut errors = errors_of({&samples[j][p], 1});
+      if (!errors.own.empty()) joint.pairs.push_back(row_of(pairs[p], errors));
+    }
+    HeldOut errors = errors_of(samples[j]);
+    if (errors.own.empty()) errors = errors_of(samples[j], true);  // as in the score
+    for (const auto& [name, error_deg] : errors.baseline)
+      joint.baselines.emplace(name, score_of(samples[j], name));
+    joint.verdict = judged(request, std::move(errors));
     joint.verdict.advises = !stuck.contains(joint.name);
     return joint;
   };
@@ -552,11 +526,6 @@ void refit_joints(const HandRequest& request, const Samples& samples, HandIdenti
   r.model = model::with_channels(std::move(r.model), refitted);
 }
 
-struct FittedJoint {
-  JointResult joint;
-  std::exception_ptr failure;  // the first joint's is told, whichever failed first
-};
-
 // `structures`, one for each joint.
 void fit_joints(const HandRequest& request, const std::vector<std::string>& structures,
                 const Samples& samples, const Step& step, HandIdentification& r) {
@@ -567,51 +536,51 @@ void fit_joints(const HandRequest& request, const std::vector<std::string>& stru
   std::mutex mutex;
   std::vector<std::size_t> done_of(joints);
   std::vector<std::size_t> all_of(joints);
-  const auto progress = [&](std::size_t joint, std::size_t done, std::size_t of, const std::string& what) {
-    const std::lock_guard lock(mutex);
-    done_of[joint] = done;
-    all_of[joint] = of;
-    const auto sum = [](const auto& all) { return std::accumulate(all.begin(), all.end(), std::size_t{0}); };
-    const auto waiting = static_cast<std::size_t>(std::ranges::count(all_of, 0U));
-    return !step || step(sum(done_of), sum(all_of) + waiting * of, what);
+  const auto progress = [&](std::size_t joint) {
+    return [&, joint](std::size_t done, std::size_t of, const std::string& what) {
+      const std::lock_guard lock(mutex);
+      done_of[joint] = done;
+      all_of[joint] = of;
+      const auto sum = [](const auto& all) { return std::reduce(all.begin(), all.end()); };
+      const auto waiting = static_cast<std::size_t>(std::ranges::count(all_of, 0U));
+      return !step || step(sum(done_of), sum(all_of) + waiting * of, what);
+    };
   };
+  // The first joint's failure is told, whichever failed first.
   const auto fit = [&](std::size_t j, double most) {
-    FittedJoint out;
-    const JointMap& map = request.map[j];
-    out.joint.name = map.joint;
-    try {
-      const std::vector<Session> sessions = sessions_of(samples[j]);
-      static_cast<JointFit&>(out.joint) = fit_joint(
-          sessions, inputs, map, structures[j],
-          request.initial ? std::optional(chain_of(*request.initial, map.joint)) : std::nullopt,
-          [&](std::size_t done, std::size_t of, const std::string& what) {
-            return progress(j, done, of, what);
-          },
-          request.room, most);
-    } catch (...) {
-      out.failure = std::current_exception();
-    }
-    return out;
+    std::packaged_task<JointResult()> task([&] {
+      JointResult out;
+      out.name = request.map[j].joint;
+      static_cast<JointFit&>(out) =
+          fit_joint(sessions_of(samples[j]), inputs, request.map[j], structures[j],
+                    request.initial ? std::optional(chain_of(*request.initial, out.name)) : std::nullopt,
+                    progress(j), request.room, most);
+      return out;
+    });
+    task();
+    return task.get_future();
   };
-  io::run_in_order<FittedJoint>(
+  io::run_in_order<std::future<JointResult>>(
       0, joints, io::threads_of(request.threads), [&](std::size_t j) { return fit(j, HUGE_VAL); },
-      [&](std::size_t, FittedJoint& fitted) {
-        if (fitted.failure) std::rethrow_exception(fitted.failure);
-        append(fitted.joint.model, r.model);
-        r.joints.push_back(std::move(fitted.joint));
+      [&](std::size_t, std::future<JointResult>& fitted) {
+        r.joints.push_back(fitted.get());
+        append(r.joints.back().model, r.model);
       });
-  if (!request.room) return;
   // Joints that do not fit a board together: the largest is fitted again with less, until they do or no smaller one is there.
   const auto share = [&](std::size_t j) {
     return structures[j] == "auto" ? request.room(r.joints[j].model) : 0;
   };
-  while (request.room(r.model) > 1) {
+  while (request.room && request.room(r.model) > 1) {
     std::size_t largest = 0;
     for (std::size_t j = 1; j < joints; ++j) largest = share(j) > share(largest) ? j : largest;
     const double before = share(largest);
-    FittedJoint smaller = fit(largest, before);
-    if (smaller.failure || !(request.room(smaller.joint.model) < before)) return;
-    r.joints[largest] = std::move(smaller.joint);
+    try {
+      JointResult smaller = fit(largest, before).get();
+      if (!(request.room(smaller.model) < before)) return;
+      r.joints[largest] = std::move(smaller);
+    } catch (const std::exception&) {
+      return;
+    }
     r.model = inputs;
     for (const JointResult& joint : r.joints) append(joint.model, r.model);
   }
@@ -628,8 +597,7 @@ void add_readings(const HandRequest& request, const Samples& samples, model::Mod
       const auto at = std::ranges::find(sensors, input.name) - sensors.begin();
       if (at == std::ssize(sensors) || (is_told && at > 0)) continue;
       const std::vector<Session> sessions = sessions_of(samples[j]);
-      if (!is_told) input.readings = readings_of(sessions, at);
-      if (!is_told) input.donnings = donning_spread(sessions, at);
+      if (!is_told) add_spread(sessions, at, input);
       is_told = true;
       is_own = at == 0;
       if (is_own) add_poses(sessions, 0, model.sample_period_s, input);
@@ -820,25 +788,20 @@ Samples without(Samples samples, const Unit& unit) {
   return samples;
 }
 
-// A model that is fitted to the rest, with every choice made anew; of each joint what it errs by on the unit, the compensator's by the
-// name "". None: stopped.
-std::optional<std::vector<HeldOut>> errors_without(const Unit& unit, const HandRequest& request,
-                                                   const std::vector<Files>& files, const Samples& whole,
-                                                   const Step& step) {
+// A model that is fitted to the rest, with every choice made anew: of each joint what it errs by on the unit. Throws io::Cancelled where
+// it was stopped before it had tried all.
+std::vector<HeldOut> errors_without(const Unit& unit, const HandRequest& request,
+                                    const std::vector<Files>& files, const Samples& whole, const Step& step) {
   Samples samples = without(whole, unit);
   HandIdentification one;
-  try {
-    fit_model(request, asked_for(request), files, samples, step, one);
-  } catch (const io::Cancelled&) {
-    return std::nullopt;
-  }
+  fit_model(request, asked_for(request), files, samples, step, one);
   add_estimates("", one.model, files, samples);
   const model::Model inputs = start_model(request, files, samples);
   std::vector<HeldOut> out;
   for (std::size_t j = 0; j < one.joints.size(); ++j) {
-    if (one.joints[j].untried > 0) return std::nullopt;
+    if (one.joints[j].untried > 0) throw io::Cancelled("stopped");
     add_baselines(inputs, request.map[j], files, samples[j], one.joints[j].baseline_refusals);
-    out.push_back(held_of(samples[j]).errors());
+    out.push_back(errors_of(samples[j]));
   }
   return out;
 }
@@ -859,17 +822,18 @@ void leave_out(const HandRequest& request, const std::vector<Files>& files, cons
              step(u * of + done, units.size() * of, fmt::format("without {}: {}", units[u].name, what));
     };
     try {
-      std::optional<std::vector<HeldOut>> found = errors_without(units[u], request, files, whole, part);
-      r.leave_out_stopped = !found;
-      for (std::size_t j = 0; found && j < errors.size(); ++j) {
-        HeldOut& row = (*found)[j];
-        for (const auto& [name, more] : row)
-          errors[j][name].insert(errors[j][name].end(), more.begin(), more.end());
-        const std::vector<double> own = std::move(row.extract("").mapped());
-        if (own.empty()) continue;  // nothing was measured there
-        r.joints[j].left_out.push_back(row_of(units[u].name, own, row));
-        ends[j].push_back(errors[j][""].size());
+      const std::vector<HeldOut> found = errors_without(units[u], request, files, whole, part);
+      for (std::size_t j = 0; j < errors.size(); ++j) {
+        const HeldOut& more = found[j];
+        const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+        add(errors[j].own, more.own);
+        for (const auto& [name, error_deg] : more.baseline) add(errors[j].baseline[name], error_deg);
+        if (more.own.empty()) continue;  // nothing was measured there
+        r.joints[j].left_out.push_back(row_of(units[u].name, more));
+        ends[j].push_back(errors[j].own.size());
       }
+    } catch (const io::Cancelled&) {
+      r.leave_out_stopped = true;
     } catch (const io::JobError& error) {
       complete = false;
       r.warnings.push_back(fmt::format("without {}: {}", units[u].name, error.what()));
@@ -878,11 +842,11 @@ void leave_out(const HandRequest& request, const std::vector<Files>& files, cons
   if (r.leave_out_stopped)
     r.warnings.emplace_back("stopped before each part was left out: their verdict is missing");
   for (std::size_t j = 0; complete && !r.leave_out_stopped && j < errors.size(); ++j) {
-    const std::vector<double> own = std::move(errors[j].extract("").mapped());
-    if (own.size() < 2) continue;
-    std::erase_if(errors[j], [&](const auto& one) { return one.second.size() != own.size(); });
+    HeldOut& all = errors[j];
+    if (all.own.size() < 2) continue;
+    std::erase_if(all.baseline, [&](const auto& one) { return one.second.size() != all.own.size(); });
     if (request.leave_out == LeaveOut::block) ends[j].clear();
-    r.joints[j].left_out_verdict = judged(request, own, std::move(errors[j]), ends[j]);
+    r.joints[j].left_out_verdict = judged(request, std::move(all), ends[j]);
   }
 }
 
@@ -1027,7 +991,6 @@ std::vector<LeftOut> leave_person_out(const HandRequest& asked, const std::vecto
   Unit unit;
   for (std::size_t p = 0; p < asked.pairs.size(); ++p) {
     HandRequest one = request;
-    one.leave_out = LeaveOut::none;
     one.pairs = {asked.pairs[p]};
     try {
       std::vector<Files> read = read_takes(one, r.warnings);
@@ -1048,14 +1011,12 @@ std::vector<LeftOut> leave_person_out(const HandRequest& asked, const std::vecto
   }
   if (unit.pairs.empty() || unit.pairs.size() == files.size())
     throw io::JobError("of this person, or of all others, no recording can be used");
-  const auto found = errors_without(unit, request, files, sample_all(files, r.clocks, request), step);
-  if (!found) throw io::Cancelled("stopped");
   std::vector<LeftOut> out;
-  for (std::size_t j = 0; j < found->size(); ++j) {
-    HeldOut errors = (*found)[j];
-    const std::vector<double> error_deg = std::move(errors.extract("").mapped());
-    if (error_deg.size() < 2) throw io::JobError(request.map[j].joint + ": nothing was measured there");
-    out.push_back({row_of(request.map[j].joint, error_deg, errors), judged(request, error_deg, errors)});
+  for (const HeldOut& errors :
+       errors_without(unit, request, files, sample_all(files, r.clocks, request), step)) {
+    const std::string& joint = request.map[out.size()].joint;
+    if (errors.own.size() < 2) throw io::JobError(joint + ": nothing was measured there");
+    out.push_back({row_of(joint, errors), judged(request, errors)});
   }
   return out;
 }

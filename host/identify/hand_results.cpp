@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <limits>
-#include <span>
 
+#include "host/identify/readings.hpp"
 #include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
-#include "host/model/compensator.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::identify {
@@ -17,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Outside pauses, rising; never empty.
+// Outside pauses, rising.
 std::vector<double> readings(const JointResult& joint, std::size_t sensor) {
   std::vector<double> out;
   for (const JointSamples& s : joint.samples) {
@@ -25,20 +24,13 @@ std::vector<double> readings(const JointResult& joint, std::size_t sensor) {
       if (!s.gap(k)) out.push_back(s.sensors[sensor].input[k]);
     }
   }
-  const JointSamples& first = joint.samples.front();
-  if (out.empty()) {
-    const std::span all = std::span(first.sensors[sensor].input).subspan(first.begin());
-    out = {all.begin(), all.end()};
-  }
   std::ranges::sort(out);
   return out;
 }
 
-// Where the angle settles, reading by reading of the own sensor, while the joint's other ones stay at their medians: a
-// compensator starts at rest, so that its first angle is the one that a finger held still comes to.
+// Where the angle settles, reading by reading of the own sensor, while the joint's other ones stay at their medians.
 Json static_map(const HandIdentification& r, std::size_t j) {
   constexpr int kPoints = 300;
-  const model::Compensator<model::DoubleArithmetic> fresh(r.proven);
   std::vector<double> row(r.proven.inputs.size(), std::numeric_limits<double>::quiet_NaN());
   const std::vector<std::string>& sensors = r.request.map[j].sensors;
   for (std::size_t i = 0; i < row.size(); ++i) {
@@ -55,9 +47,8 @@ Json static_map(const HandIdentification& r, std::size_t j) {
   Json angle = Json::array();
   for (int i = 0; i <= kPoints; ++i) {
     swept = low + (high - low) * i / kPoints;
-    auto compensator = fresh;
     reading.push_back(swept);
-    angle.push_back(compensator.step(row)[j].angle_deg);
+    angle.push_back(still_angles(r.proven, row)[j]);
   }
   return {{"reading", std::move(reading)}, {"angle_deg", std::move(angle)}};
 }

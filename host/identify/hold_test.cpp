@@ -37,12 +37,6 @@ TEST(HoldDrift, IsWhatALagStillHasToGoAfterASecond) {
   }
 }
 
-TEST(HoldDrift, OfWhatHasNoMemoryIsNone) {
-  model::Model still = lagging(1);
-  still.blocks.front().kind = model::Gain{1, 0};
-  EXPECT_EQ(hold_drift_deg(still, {step()}, {"u"}), 0);
-}
-
 JointFit fit_of_one(const Session& session) {
   model::Model inputs;
   inputs.sample_period_s = kStep_s;

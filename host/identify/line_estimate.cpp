@@ -63,9 +63,9 @@ double turn_variance(const std::vector<double>& turns, double span) {
 
 // From 0 to 1: how surely the open end is where the hand is straight. Straight fingers can go no farther, a fist is as
 // tight as the wearer likes: where the open end comes back to one reading, what differs in reach differs at the fist.
-double open_repeats(const Stretch& s) {
-  if (s.bends == 0) return 0;
-  const std::vector<double>& ends = s.bends > 0 ? s.window.turns.low_ends : s.window.turns.high_ends;
+double open_repeats(const Case& s, const Turns& turns) {
+  if (s.reach.bends == 0) return 0;
+  const std::vector<double>& ends = s.reach.bends > 0 ? turns.low_ends : turns.high_ends;
   const auto n = static_cast<double>(ends.size());
   if (n < 2) return 0;
   const double variance = add_squares(0, ends, n - 1);
@@ -81,7 +81,7 @@ bool from_end_to_end(const Turns& turns) {
   return highest_low - lowest < same && highest - lowest_high < same;
 }
 
-Eigen::MatrixXd covariance_of(const Stretch& s) {
+Eigen::MatrixXd covariance_of(const Case& s, const Window& window) {
   const auto n = static_cast<Eigen::Index>(s.made.reading.size());
   const double span = s.made.span();
   Eigen::VectorXd place(n);  // about the middle, in spans
@@ -89,17 +89,17 @@ Eigen::MatrixXd covariance_of(const Stretch& s) {
     place(i) = (s.made.reading[static_cast<std::size_t>(i)] - s.made.middle()) / span;
   const Eigen::VectorXd low = 0.5 - place.array();
   const Eigen::VectorXd high = 0.5 + place.array();
-  const double differs = std::log(s.window.span() / span);
-  const double lacking = std::max(0.0, 1 - s.window.span() / span - s.prior.log_gain_sd);
-  const double repeats = open_repeats(s);
-  const double whole = from_end_to_end(s.window.turns) ? kDiffersWhole : 1;
+  const double differs = std::log(window.span() / span);
+  const double lacking = std::max(0.0, 1 - window.span() / span - s.prior.log_gain_sd);
+  const double repeats = open_repeats(s, window.turns);
+  const double whole = from_end_to_end(window.turns) ? kDiffersWhole : 1;
   const double differs_sd = std::abs(differs) * whole * (kDiffers + repeats * (kDiffersAtFist - kDiffers));
   const double common = (1 - kSameMotion) * s.prior.motion_sd * s.prior.motion_sd + differs_sd * differs_sd;
   const double reach = s.prior.reach_sd * s.prior.reach_sd + lacking * lacking;
-  const Eigen::VectorXd from_stay = place.array() + s.bends * 0.5 * repeats;
+  const Eigen::VectorXd from_stay = place.array() + s.reach.bends * 0.5 * repeats;
   Eigen::MatrixXd out = Eigen::MatrixXd::Constant(n, n, common) + reach * from_stay * from_stay.transpose();
-  out += turn_variance(s.window.turns.low, span) * low * low.transpose();
-  out += turn_variance(s.window.turns.high, span) * high * high.transpose();
+  out += turn_variance(window.turns.low, span) * low * low.transpose();
+  out += turn_variance(window.turns.high, span) * high * high.transpose();
   out.diagonal().array() += kEndSd * kEndSd;
   out.diagonal().segment(1, n - 2).array() += s.prior.density_sd * s.prior.density_sd;
   return out;
@@ -148,20 +148,30 @@ Bent pseudo_huber(double e) {
 // common, how both poses were held, where each stretch of motion lies, and how each joint's marks sit.
 class LineProblem {
  public:
-  LineProblem(const model::Model& model, const std::vector<Prior>& priors, const Evidence& evidence)
-      : model_(model), priors_(priors), evidence_(evidence), sensors_(column(priors.size())) {
-    marks_ = sensors_ + 3 + std::ssize(evidence.motion);
-    size_ = marks_;
-    rows_ = std::ssize(evidence.poses);
-    for (const auto& log : evidence.motion) {
-      for (const Stretch& one : log) {
-        whitening_.emplace_back(covariance_of(one).llt().matrixL());
+  LineProblem(const model::Model& model, const std::vector<Case>& cases, const std::vector<Sighting>& poses,
+              const Seen* seen)
+      : model_(model),
+        cases_(cases),
+        poses_(poses),
+        seen_(seen),
+        sensors_(column(cases.size())),
+        marks_(sensors_ + 3),
+        rows_(std::ssize(poses)) {
+    for (std::size_t log = 0; log < cases.front().windows.size(); ++log) {
+      const Eigen::Index before = rows_;
+      for (std::size_t i = 0; i < cases.size(); ++i) {
+        const Case& one = cases[i];
+        if (!one.windows[log]) continue;
+        motion_.push_back({column(i), marks_, one, *one.windows[log],
+                           covariance_of(one, *one.windows[log]).llt().matrixL()});
         rows_ += std::ssize(one.made.reading);
       }
+      marks_ += rows_ > before ? 1 : 0;
     }
-    if (evidence.seen != nullptr) {
-      size_ += std::ssize(evidence.seen->joints);
-      for (const Seen::Angles& one : evidence.seen->joints)
+    size_ = marks_;
+    if (seen != nullptr) {
+      size_ += std::ssize(seen->joints);
+      for (const Seen::Angles& one : seen->joints)
         rows_ += std::ranges::count_if(one.use, [](auto used) { return used != 0; });
     }
     rows_ += size_;
@@ -182,7 +192,7 @@ class LineProblem {
     Eigen::Index row = size_;
     add_poses(p, row, r, j);
     add_motion(p, row, r, j);
-    if (evidence_.seen != nullptr) add_camera(p, row, jacobian != nullptr, r, j);
+    if (seen_ != nullptr) add_camera(p, row, jacobian != nullptr, r, j);
     if (jacobian != nullptr) *jacobian = std::move(j);
     return r;
   }
@@ -213,12 +223,12 @@ class LineProblem {
     r.head(size_) = p;
     j.topRows(size_).setIdentity();
     for (Eigen::Index i = 0; i < sensors_; i += 2) {
-      const Prior& prior = priors_[static_cast<std::size_t>(i / 2)];
-      const double alike = priors_.size() > 1 ? prior.alike : 0;
+      const Prior& prior = cases_[static_cast<std::size_t>(i / 2)].prior;
+      const double alike = cases_.size() > 1 ? prior.alike : 0;
       const double common = prior.shift_sd * std::sqrt(alike);
       const double own_sd = prior.shift_sd * std::sqrt(1 - alike);
       const double off = (p(i) - common * p(sensors_)) / own_sd;
-      const Bent row = priors_.size() > 1 ? tailed(off) : Bent{off, 1};
+      const Bent row = cases_.size() > 1 ? tailed(off) : Bent{off, 1};
       r(i) = row.value;
       j(i, i) = row.slope / own_sd;
       j(i, sensors_) = -row.slope * common / own_sd;
@@ -231,8 +241,8 @@ class LineProblem {
     const std::vector<Line> all = lines(p);
     const Bent open = sided(p(sensors_ + 1), kOpenBeyond, kOpenBent);
     const Bent fist = sided(p(sensors_ + 2), kFistShort, kFistBeyond);
-    for (const Sighting& s : evidence_.poses) {
-      const model::Spread& made = *model_.inputs[s.sensor].readings;
+    for (const Sighting& s : poses_) {
+      const model::Spread& made = cases_[s.sensor].made;
       const Bent& place = s.fist ? fist : open;
       r(row) =
           ((made_of(all[s.sensor], made, s.reading) - s.made) / made.span() - s.pose * place.value) / s.error;
@@ -242,34 +252,30 @@ class LineProblem {
   }
 
   void add_motion(const Eigen::VectorXd& p, Eigen::Index& row, Eigen::VectorXd& r, Eigen::MatrixXd& j) const {
-    const std::vector<Line> all = lines(p);
-    auto whitening = whitening_.begin();
-    for (std::size_t log = 0; log < evidence_.motion.size(); ++log) {
-      const Eigen::Index lies = sensors_ + 3 + static_cast<Eigen::Index>(log);
-      for (const Stretch& one : evidence_.motion[log]) {
-        const auto n = std::ssize(one.made.reading);
-        auto error = r.segment(row, n);
-        auto rows = j.middleRows(row, n);
-        const double motion = one.prior.motion_sd * std::sqrt(kSameMotion);
-        for (Eigen::Index i = 0; i < n; ++i) {
-          const double reading = one.window.reading[static_cast<std::size_t>(i)];
-          const double made = one.made.reading[static_cast<std::size_t>(i)];
-          error(i) =
-              (made_of(all[one.sensor], one.made, reading) - made) / one.made.span() + motion * p(lies);
-          rows.block<1, 2>(i, column(one.sensor)) = derivative(all[one.sensor], one.made, reading);
-        }
-        rows.col(lies).setConstant(motion);
-        const auto lower = (whitening++)->triangularView<Eigen::Lower>();
-        lower.solveInPlace(error);
-        lower.solveInPlace(rows);
-        row += n;
+    for (const Stretch& one : motion_) {
+      const model::Spread& made = one.of.made;
+      const Line line = {p(one.sensor), p(one.sensor + 1)};
+      const auto n = std::ssize(made.reading);
+      auto error = r.segment(row, n);
+      auto rows = j.middleRows(row, n);
+      const double motion = one.of.prior.motion_sd * std::sqrt(kSameMotion);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const double reading = one.window.reading[static_cast<std::size_t>(i)];
+        error(i) = (made_of(line, made, reading) - made.reading[static_cast<std::size_t>(i)]) / made.span() +
+                   motion * p(one.lies);
+        rows.block<1, 2>(i, one.sensor) = derivative(line, made, reading);
       }
+      rows.col(one.lies).setConstant(motion);
+      const auto lower = one.whitening.triangularView<Eigen::Lower>();
+      lower.solveInPlace(error);
+      lower.solveInPlace(rows);
+      row += n;
     }
   }
 
   void add_camera(const Eigen::VectorXd& p, Eigen::Index row, bool slopes, Eigen::VectorXd& r,
                   Eigen::MatrixXd& j) const {
-    const Seen& seen = *evidence_.seen;
+    const Seen& seen = *seen_;
     const auto now = angles_by(lines(p), model_, seen);
     std::vector<std::vector<std::vector<double>>> moved;  // of each unknown of the sensors
     for (Eigen::Index c = 0; slopes && c < sensors_; ++c) {
@@ -294,12 +300,22 @@ class LineProblem {
     }
   }
 
+  // What a log of motion shows of a sensor.
+  struct Stretch {
+    Eigen::Index sensor;  // its column
+    Eigen::Index lies;    // likewise, of where the log's motion lies
+    const Case& of;
+    const Window& window;
+    Eigen::MatrixXd whitening;  // lower triangle of the covariance's Cholesky factor
+  };
+
   const model::Model& model_;
-  const std::vector<Prior>& priors_;
-  const Evidence& evidence_;
-  std::vector<Eigen::MatrixXd> whitening_;  // lower triangles of the covariances' Cholesky factors
-  Eigen::Index sensors_;                    // their columns
-  Eigen::Index marks_;                      // the first one's column
+  const std::vector<Case>& cases_;
+  const std::vector<Sighting>& poses_;
+  const Seen* seen_;
+  std::vector<Stretch> motion_;
+  Eigen::Index sensors_;  // their columns
+  Eigen::Index marks_;    // the first one's column
   Eigen::Index size_;
   Eigen::Index rows_;
 };
@@ -311,43 +327,36 @@ model::Correction correction_of(const Line& line, const model::Spread& made) {
   return {gain, made.middle() * (1 - gain) + line.shift * made.span()};
 }
 
-LineEstimate estimate(const model::Model& model, const std::vector<Prior>& priors, const Evidence& evidence) {
+Eigen::MatrixXd estimate(const model::Model& model, const std::vector<Sighting>& poses, const Seen* seen,
+                         std::vector<Case>& cases) {
   // A camera's rows bend most: their steps start where the others lead.
-  Evidence others = evidence;
-  others.seen = nullptr;
-  const LineProblem problem(model, priors, evidence);
+  const LineProblem problem(model, cases, poses, seen);
   Eigen::VectorXd p = Eigen::VectorXd::Zero(problem.size());
-  const LineProblem before(model, priors, others);
+  const LineProblem before(model, cases, poses, nullptr);
   p.head(before.size()) = before.solved(p.head(before.size()));
-  if (evidence.seen != nullptr) p = problem.solved(p);
-  LineEstimate out;
-  out.covariance = problem.covariance(p);
+  if (seen != nullptr) p = problem.solved(p);
+  const Eigen::MatrixXd c = problem.covariance(p);
   std::vector<Eigen::Index> fixed;
-  for (std::size_t i = 0; i < priors.size(); ++i) {
+  for (std::size_t i = 0; i < cases.size(); ++i) {
     const Eigen::Index at = column(i);
-    const auto& c = out.covariance;
-    FittedLine& fit =
-        out.fit.emplace_back(FittedLine{{}, false, c(at, at), c(at + 1, at + 1), c(at, at + 1)});
-    fit.gain_told = std::sqrt(fit.log_gain_variance) < kTold * priors[i].log_gain_sd;
+    FittedLine& fit = cases[i].fit;
+    fit = {{}, false, c(at, at), c(at + 1, at + 1), c(at, at + 1)};
+    fit.gain_told = std::sqrt(fit.log_gain_variance) < kTold * cases[i].prior.log_gain_sd;
     if (!fit.gain_told) fixed.push_back(at + 1);
   }
   if (!fixed.empty()) p = problem.solved(p, fixed);
-  for (std::size_t i = 0; i < priors.size(); ++i) out.fit[i].line = problem.lines(p)[i];
-  return out;
+  for (std::size_t i = 0; i < cases.size(); ++i) cases[i].fit.line = problem.lines(p)[i];
+  return c;
 }
 
 std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& seen) {
   const model::Graph graph(model);
   std::vector<std::size_t> out;
   for (const auto& one : seen.joints) {
-    double low = 1e9;
-    double high = -1e9;
-    for (std::size_t k = 0; k < one.use.size(); ++k) {
-      if (!one.use[k]) continue;
-      low = std::min(low, one.angle_deg[k]);
-      high = std::max(high, one.angle_deg[k]);
-    }
-    if (high - low < kMoves_deg) continue;
+    std::vector<double> used;
+    for (std::size_t k = 0; k < one.use.size(); ++k)
+      if (one.use[k]) used.push_back(one.angle_deg[k]);
+    if (used.empty() || std::ranges::max(used) - std::ranges::min(used) < kMoves_deg) continue;
     for (const std::size_t sensor : graph.inputs[graph.joint[one.joint]]) {
       if (std::ranges::find(out, sensor) == out.end()) out.push_back(sensor);
     }

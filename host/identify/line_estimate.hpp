@@ -11,12 +11,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
 #include <vector>
 
-#include "host/identify/donning_prior.hpp"
-#include "host/identify/window.hpp"
-#include "host/model/correction.hpp"
-#include "host/model/model.hpp"
+#include "host/identify/readings.hpp"
+#include "host/identify/recalibrate.hpp"
 
 namespace flexor::identify {
 
@@ -41,42 +43,6 @@ struct Sighting {
   bool fist = false;
 };
 
-// What a stretch of motion shows of one sensor.
-struct Stretch {
-  std::size_t sensor = 0;
-  Window window;
-  model::Spread made;
-  Prior prior;
-  int bends = 0;  // Reach::bends
-};
-
-// Angles of joints beside the readings, every sample of the grid.
-struct Seen {
-  struct Angles {
-    std::size_t joint = 0;
-    std::vector<double> angle_deg;
-    std::vector<std::uint8_t> use;
-  };
-  std::vector<std::vector<double>> reading;  // of each input
-  std::vector<Angles> joints;
-};
-
-struct Evidence {
-  // Held poses. A hand errs as a whole as well: all of its fingers may be less open, or less closed, than they were. A fist that is
-  // not as tight is common, one that is tighter is not: how far a pose lies towards the open hand is broad, beyond the pose narrow.
-  std::vector<Sighting> poses = {};
-  // Of each log, the quantiles of its sensors' motion against those of the motion that the model was made from. Each end is known
-  // as well as the turns there repeat; another motion lies elsewhere by motion_sd, of whose variance a part is one for all sensors
-  // (the hand does the same with all of its fingers), and reaches farther by reach_sd; what lies between the ends has density_sd of
-  // its own besides. What the stretch lacks of the span, or goes beyond it, may be at either end: half of it is how far
-  // the middle may lie off (less where every turn is at one of two ends), and what is more than a gain makes likely counts as reach.
-  std::vector<std::vector<Stretch>> motion = {};
-  // A camera. Each sample's error is that of the model where it was proven, of which only one a
-  // second counts as new; each joint's marks sit otherwise by 3 degrees (an unknown of its own); large errors count by their size
-  // (pseudo-Huber).
-  const Seen* seen = nullptr;
-};
-
 // Of one sensor.
 struct FittedLine {
   Line line;
@@ -86,13 +52,49 @@ struct FittedLine {
   double covariance = 0;
 };
 
-struct LineEstimate {
-  std::vector<FittedLine> fit;
-  Eigen::MatrixXd covariance;  // of all that is unknown, the sensors' shifts and logarithms of the gain first
+inline constexpr double kUnmoved = 0.15;  // of what the poses were apart
+
+// What one sensor reads in either pose; NaN: nothing.
+struct PosesHeld {
+  double open = std::numeric_limits<double>::quiet_NaN();
+  double fist = open;
+  double share = open;  // of what the poses were apart where the model was made
+
+  bool both() const { return !std::isnan(share); }
+  bool moved() const { return std::abs(share) > kUnmoved; }
 };
 
-// The inputs of `model` say what they read; a prior for each.
-LineEstimate estimate(const model::Model& model, const std::vector<Prior>& priors, const Evidence& evidence);
+// What is known of one sensor.
+struct Case : RecalibratedSensor {
+  Prior prior;
+  model::Spread made;
+  Reach reach;
+  double turn = 0;
+  std::vector<std::optional<Window>> windows;  // of each log, where it tells
+  std::optional<Window> shown;                 // of the log that shows most
+  std::optional<model::Poses> poses;           // where the model was made
+  PosesHeld held;
+  bool informed = false;
+  std::string misfit;
+  std::string wanted;
+  FittedLine fit;
+  std::optional<Line> other;  // other_line
+};
+
+// The most probable line of each sensor into its case; the covariance of all that is unknown, the sensors' shifts and logarithms of the gain
+// first. The inputs of `model` say what they read. Evidence:
+// Held poses. A hand errs as a whole as well: all of its fingers may be less open, or less closed, than they were. A fist that is
+// not as tight is common, one that is tighter is not: how far a pose lies towards the open hand is broad, beyond the pose narrow.
+// Of each log, the quantiles of its sensors' motion against those of the motion that the model was made from. Each end is known
+// as well as the turns there repeat; another motion lies elsewhere by motion_sd, of whose variance a part is one for all sensors
+// (the hand does the same with all of its fingers), and reaches farther by reach_sd; what lies between the ends has density_sd of
+// its own besides. What the stretch lacks of the span, or goes beyond it, may be at either end: half of it is how far
+// the middle may lie off (less where every turn is at one of two ends), and what is more than a gain makes likely counts as reach.
+// A camera, or null. Each sample's error is that of the model where it was proven, of which only one a
+// second counts as new; each joint's marks sit otherwise by 3 degrees (an unknown of its own); large errors count by their size
+// (pseudo-Huber).
+Eigen::MatrixXd estimate(const model::Model& model, const std::vector<Sighting>& poses, const Seen* seen,
+                         std::vector<Case>& cases);
 
 // Sensors that a joint depends on which the camera saw move by 10 degrees or more.
 std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& seen);

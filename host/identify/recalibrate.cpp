@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/identify/pose_evidence.hpp"
-#include "host/identify/window.hpp"
+#include "host/identify/line_estimate.hpp"
+#include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::identify {
@@ -24,9 +24,13 @@ constexpr double kNotOpened = 0.1;  // of the span: how far from it an open hand
 constexpr double kFistStayed = 0.04;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
-constexpr double kSignificant = 0.7;  // standard errors
-constexpr double kSureErrors = 1.3;   // standard errors
-constexpr double kFarthest = 3;       // of the prior's standard deviations
+constexpr double kPose_deg = 5;
+constexpr double kMostPoseError = 0.3;    // of the span, where the joint hardly moves
+constexpr double kNotReached = 0.5;       // of what the poses were apart, by one sensor
+constexpr double kUsuallyReached = 0.75;  // by most
+constexpr double kSignificant = 0.7;      // standard errors
+constexpr double kSureErrors = 1.3;       // standard errors
+constexpr double kFarthest = 3;           // of the prior's standard deviations
 constexpr std::size_t kLeastReadings = 20;
 constexpr const char* kTellsGain =
     "a camera (--pair) would tell it";  // poses: as well as they are held alike
@@ -36,21 +40,6 @@ struct Verdict {
   std::string misfit;
   std::string wanted;
   bool tells() const { return misfit.empty() && wanted.empty(); }
-};
-
-// What is known of one sensor.
-struct Case : RecalibratedSensor {
-  Prior prior;
-  model::Spread made;
-  Reach reach;
-  double turn = 0;
-  std::vector<std::optional<Window>> windows;  // of each log, where it tells
-  std::optional<Window> shown;                 // of the log that shows most
-  bool informed = false;
-  std::string misfit;
-  std::string wanted;
-  FittedLine fit;
-  std::optional<Line> other;  // other_line
 };
 
 // From then on all inputs of the model say what they read.
@@ -70,6 +59,7 @@ std::vector<Case> cases_of(model::Model& model, const Prior& prior) {
     one.name = input.name;
     one.prior = prior_of(input, prior);
     one.made = *input.readings;
+    one.poses = input.poses;
     one.reach = reach_of(model, i);
     const double most_deg = one.reach.most_deg;
     one.turn = one.made.span() * (most_deg > kTurn_deg / kMostTurn ? kTurn_deg / most_deg : kMostTurn);
@@ -118,7 +108,7 @@ void check_motion_of(const RecalibrationRequest& request, std::size_t i, Case& o
     const std::vector<double>& readings = motion.reading[i];
     auto& told = one.windows.emplace_back();
     if (readings.size() < kLeastReadings) continue;
-    Window window = window_of(readings, one.made.share, one.turn);
+    Window window = {spread_of(readings, one.made.share), turns_of(readings, one.turn)};
     const Verdict verdict = judge(one, window, readings);
     if (verdict.tells()) told = window;
     const bool most = !one.shown || (verdict.tells() && !one.informed) ||
@@ -270,51 +260,122 @@ std::vector<RecalibratedJoint> joints_of(const model::Model& old, const std::vec
   return out;
 }
 
+// Poses that most sensors read the other way round were swapped.
+bool turn_round(std::vector<Case>& cases) {
+  int turned = 0;
+  for (const Case& one : cases) turned += one.held.share < -kUnmoved ? 1 : one.held.share > 0 ? -1 : 0;
+  if (turned <= 0) return false;
+  for (Case& one : cases) one.held = {one.held.fist, one.held.open, -one.held.share};
+  return true;
+}
+
+// Whether most sensors that were held in both poses and moved went far enough.
+bool is_closed(const std::vector<Case>& cases) {
+  std::vector<double> shares;
+  for (const Case& one : cases)
+    if (one.held.moved()) shares.push_back(one.held.share);
+  return !shares.empty() && median(std::move(shares)) >= kUsuallyReached;
+}
+
+// The end that was not reached is the one that fits worse, all sensors together.
+bool fist_was_reached(const std::vector<Case>& cases) {
+  double nearer = 0;  // the fist than the open hand
+  for (const Case& one : cases) {
+    const PosesHeld& held = one.held;
+    if (!held.moved()) continue;
+    nearer += (std::abs(held.open - one.poses->open) - std::abs(held.fist - one.poses->fist)) /
+              std::abs(one.poses->fist - one.poses->open);
+  }
+  return nearer > 0;
+}
+
+// A strip that no donning explains, where most others moved from pose to pose.
+std::string misfit_of(const Case& one) {
+  if (!one.held.both() || one.held.share >= kUnmoved) return {};
+  if (one.held.share < -kUnmoved)
+    return fmt::format("{}: it moves the other way than where the model was made: is its strip turned?",
+                       one.name);
+  return fmt::format(
+      "{}: it stands still at {:.4g} where the others moved: is it plugged in, is its strip whole, "
+      "was it bent?",
+      one.name, one.held.open);
+}
+
+// Of a sensor without poses in the model nothing is said.
+void add_sightings(std::size_t i, bool fist_counts, Case& one, std::vector<Sighting>& sightings,
+                   std::vector<std::string>& notes) {
+  if (!one.poses) return;
+  if (std::string misfit = misfit_of(one); !misfit.empty()) {
+    if (one.informed)
+      notes.push_back(std::move(misfit));  // motion tells it all the same
+    else
+      one.misfit = std::move(misfit);
+    return;
+  }
+  const double most_deg = one.reach.most_deg;
+  const double error = most_deg > 0 ? std::min(kMostPoseError, kPose_deg / most_deg) : kMostPoseError;
+  const double pose = (one.poses->fist - one.poses->open) / one.made.span();
+  if (!std::isnan(one.held.open))
+    sightings.push_back({i, one.held.open, one.poses->open, error, pose, false});
+  if (std::isnan(one.held.fist)) return;
+  if (!fist_counts || (one.held.both() && one.held.share < kNotReached)) {
+    notes.push_back(fmt::format("{}: its fist was not reached and does not count", one.name));
+    return;
+  }
+  sightings.push_back({i, one.held.fist, one.poses->fist, error, pose, true});
+}
+
+// Where no more than half of the sensors moved from one pose to the other, nothing: these were not the poses. A fist that most
+// sensors read far from where it was does not count; where it is the open hand that lies farther off, neither does.
+std::vector<Sighting> sightings_of(const std::vector<Hold>& holds, std::vector<Case>& cases,
+                                   Recalibration& out) {
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    Case& one = cases[i];
+    if (!one.poses) continue;
+    for (const Hold& hold : holds)
+      if (!std::isnan(hold.reading[i])) (hold.fist ? one.held.fist : one.held.open) = hold.reading[i];
+    one.held.share = (one.held.fist - one.held.open) / (one.poses->fist - one.poses->open);
+  }
+  if (turn_round(cases)) out.notes.emplace_back("open hand and fist were held the other way round: taken so");
+  const auto live = std::ranges::count_if(cases, [](const Case& one) { return one.held.both(); });
+  const auto moved = std::ranges::count_if(cases, [](const Case& one) { return one.held.moved(); });
+  if (live > 0 && 2 * moved <= live) {
+    out.wanted.push_back(fmt::format(
+        "open hand and fist with all fingers: {} of {} sensors moved from one to the other", moved, live));
+    return {};
+  }
+  const bool closed = live == 0 || is_closed(cases);
+  if (!closed && fist_was_reached(cases)) {
+    out.wanted.emplace_back(
+        "open hand and fist once more, the hand wholly open and wholly closed: they lie too near to each "
+        "other to say which of them was not reached");
+    return {};
+  }
+  if (!closed)
+    out.wanted.emplace_back("the fist once more, wholly closed: it was not reached and does not count");
+  std::vector<Sighting> sightings;
+  for (std::size_t i = 0; i < cases.size(); ++i) add_sightings(i, closed, cases[i], sightings, out.notes);
+  return sightings;
+}
+
 std::vector<Sighting> check_poses(const RecalibrationRequest& request, std::vector<Case>& cases,
                                   Recalibration& out) {
-  PoseReading poses = read_poses(request, out);
-  for (const auto& [sensor, text] : poses.misfits) {
-    if (!cases[sensor].informed) {
-      cases[sensor].misfit = text;
-    } else {
-      out.notes.push_back(text);  // motion tells it all the same
-    }
-  }
-  std::vector<int> sighted(cases.size(), 0);
-  for (const Sighting& s : poses.sightings) ++sighted[s.sensor];
+  std::vector<Sighting> sightings = sightings_of(request.holds, cases, out);
   for (std::size_t i = 0; i < cases.size(); ++i) {
     Case& one = cases[i];
     if (one.informed) continue;
-    one.informed = sighted[i] > 0;
-    if (sighted[i] > 1) one.misfit.clear();  // it moved from one to the other
+    const auto sighted = std::ranges::count(sightings, i, &Sighting::sensor);
+    one.informed = sighted > 0;
+    if (sighted > 1) one.misfit.clear();  // it moved from one to the other
     if (one.informed || !one.misfit.empty()) continue;
     const auto missing = [&](const Hold& hold) { return std::isnan(hold.reading[i]); };
-    if (!request.model.inputs[i].poses)
+    if (!one.poses)
       one.wanted =
           fmt::format("{}: motion or a camera: the model does not say what it reads at the poses", one.name);
     else if (std::ranges::all_of(request.holds, missing))
       one.misfit = fmt::format("{}: no reading of it is valid in the poses: is it plugged in?", one.name);
   }
-  return poses.sightings;
-}
-
-Evidence evidence_of(const RecalibrationRequest& request, std::vector<Case>& cases, Recalibration& out) {
-  Evidence all;
-  for (std::size_t log = 0; log < request.motion.size(); ++log) {
-    std::vector<Stretch> stretches;
-    for (std::size_t i = 0; i < cases.size(); ++i) {
-      const Case& one = cases[i];
-      if (one.windows[log]) stretches.push_back({i, *one.windows[log], one.made, one.prior, one.reach.bends});
-    }
-    if (!stretches.empty()) all.motion.push_back(std::move(stretches));
-  }
-  if (!request.holds.empty()) all.poses = check_poses(request, cases, out);
-  if (request.seen) {
-    all.seen = &*request.seen;
-    for (const std::size_t sensor : told_by_camera(request.model, *request.seen))
-      cases[sensor].informed = true;
-  }
-  return all;
+  return sightings;
 }
 
 // `sure`: what was found of all sensors together is more than chance.
@@ -356,18 +417,19 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
   RecalibrationRequest known = request;  // whose inputs all say what they read
   std::vector<Case> cases = cases_of(known.model, request.prior);
   check_motion(known, cases);
-  const Evidence evidence = evidence_of(known, cases, out);
-  std::vector<Prior> priors;
-  for (const Case& one : cases) priors.push_back(one.prior);
-  const LineEstimate e = estimate(known.model, priors, evidence);
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    cases[i].fit = e.fit[i];
-    cases[i].other = other_line(known, cases[i]);
+  std::vector<Sighting> poses;
+  if (!known.holds.empty()) poses = check_poses(known, cases, out);
+  if (known.seen) {
+    for (const std::size_t sensor : told_by_camera(known.model, *known.seen)) cases[sensor].informed = true;
   }
-  for (Case& one : cases) one.kept = reason_to_keep(one);
+  const Eigen::MatrixXd covariance = estimate(known.model, poses, known.seen ? &*known.seen : nullptr, cases);
+  for (Case& one : cases) {
+    one.other = other_line(known, one);
+    one.kept = reason_to_keep(one);
+  }
   const bool found = std::ranges::any_of(cases, [](const Case& one) { return one.kept.empty(); });
   // A wearer holds poses as well as he does; a stretch of motion says by itself how well it repeats.
-  const bool sure = request.holds.empty() || surely_better(cases, e.covariance) > kSureErrors;
+  const bool sure = request.holds.empty() || surely_better(cases, covariance) > kSureErrors;
   std::vector<std::string> shifted_alone;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     Case& one = cases[i];

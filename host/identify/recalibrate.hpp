@@ -9,11 +9,13 @@
 // is looked at by itself: of a finger that shows no whole cycle in one, that one says nothing.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "host/identify/line_estimate.hpp"
+#include "host/identify/donning_prior.hpp"
+#include "host/model/correction.hpp"
 #include "host/model/model.hpp"
 #include "host/model/range_count.hpp"
 #include "host/recording/clock.hpp"
@@ -29,6 +31,17 @@ struct Motion {
 struct Hold {
   bool fist = false;
   std::vector<double> reading;
+};
+
+// Angles of joints beside the readings, every sample of the grid.
+struct Seen {
+  struct Angles {
+    std::size_t joint = 0;
+    std::vector<double> angle_deg;
+    std::vector<std::uint8_t> use;
+  };
+  std::vector<std::vector<double>> reading;  // of each input
+  std::vector<Angles> joints;
 };
 
 struct RecalibrationRequest {

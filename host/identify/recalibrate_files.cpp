@@ -13,7 +13,7 @@
 
 #include "host/identify/hand.hpp"
 #include "host/identify/map_check.hpp"
-#include "host/identify/pose_evidence.hpp"
+#include "host/identify/readings.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
@@ -34,11 +34,10 @@ std::vector<double> without_holes(std::vector<double> values) {
 void refuse_other_unit(const std::string& source, const recording::Column& column,
                        const model::Input& input) {
   constexpr double kTimes = 20;
-  const std::vector<double> read = without_holes(column.value);
-  if (!input.readings || read.empty()) return;
-  const recording::Range range = recording::without_spikes(read);
-  const bool whole = std::ranges::all_of(read, [](double u) { return u == std::floor(u); });
-  if (!(range.max > range.min) || (whole && input.unit == "count")) return;
+  const recording::Range range = recording::without_spikes(column.value);
+  if (!input.readings || !std::isfinite(range.max) || !(range.max > range.min)) return;
+  const auto is_whole = [](double u) { return std::isnan(u) || u == std::floor(u); };
+  if (input.unit == "count" && std::ranges::all_of(column.value, is_whole)) return;
   const double low = input.readings->reading.front();
   const double high = input.readings->reading.back();
   const double now = std::max(std::abs(range.min), std::abs(range.max));
@@ -74,8 +73,7 @@ std::vector<double> sampled(const recording::Recording& log, const model::Model&
   const double gap_s = std::max(model.max_gap_s, recording::default_max_gap_s(log.t_s));
   const std::vector<double>& values = log.columns[sensor].value;
   recording::Range range{input.valid_min, input.valid_max};
-  if (const std::vector<double> read = without_holes(values); input.unit != "count" && !read.empty())
-    range = recording::without_spikes(read);
+  if (input.unit != "count") range = recording::without_spikes(values);
   recording::Samples s = recording::resample({log.t_s, values}, model.sample_period_s, gap_s, range);
   for (std::size_t k = 0; k < s.value.size(); ++k) {
     const bool is_good = !s.pause[k] && s.value[k] >= range.min && s.value[k] <= range.max;
@@ -245,19 +243,10 @@ Seen seen_in(const std::vector<JointMap>& map, const HandRecordings& take, const
   return out;
 }
 
-void add_lack(RecalibrationRequest& request, std::vector<std::string>& notes, const std::string& wanted,
-              const std::string& why) {
-  request.lacking.push_back(wanted);
-  notes.push_back(why);
-}
-
 // The glove's log of a pair that cannot be put on one clock says nothing either: it was given for the camera.
 std::optional<Clock> add_pair(const RecalibrationFiles& files, const recording::TimeOptions& time,
                               const recording::Recording& log, RecalibrationRequest& request,
                               std::vector<std::string>& notes) {
-  const std::string wanted =
-      "glove and camera of one motion once more: twenty seconds in which the joints that the camera sees "
-      "bend, not evenly";
   std::optional<Clock> clock;
   try {
     const std::vector<JointMap> map = map_of(files, request.model);
@@ -272,7 +261,10 @@ std::optional<Clock> add_pair(const RecalibrationFiles& files, const recording::
     request.seen = seen_in(map, take, log, clock->offset_s, request.model);
     request.motion.push_back(motion_in(log, request.model));
   } catch (const io::JobError& error) {
-    add_lack(request, notes, wanted, error.what());
+    request.lacking.emplace_back(
+        "glove and camera of one motion once more: twenty seconds in which the joints that the camera sees "
+        "bend, not evenly");
+    notes.emplace_back(error.what());
   }
   return clock;
 }
@@ -288,12 +280,9 @@ Motion motion_in(const recording::Recording& log, const model::Model& model) {
 
 std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recording::Recording& log,
                            const model::Model& model) {
-  std::vector<bool> fist;
-  for (const std::string& pose : poses) {
+  for (const std::string& pose : poses)
     if (pose != "open" && pose != "fist")
       throw io::InputError(fmt::format("unknown pose \"{}\"; known: open, fist", pose));
-    fist.push_back(pose == "fist");
-  }
   if (std::ranges::none_of(model.inputs, [](const auto& input) { return input.poses.has_value(); }))
     throw io::InputError(fmt::format(
         "{}: the model does not say what its sensors read at the open hand and at the fist: identify it anew",
@@ -312,12 +301,15 @@ std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recordin
       std::ranges::fill(read, std::numeric_limits<double>::quiet_NaN());  // it must not end a hold
     any |= live;
   }
-  std::vector<Hold> found = any ? holds_in(readings, model.sample_period_s, made, fist) : std::vector<Hold>{};
-  if (found.empty())
+  std::vector<Hold> out;
+  if (any)
+    for (Rest& rest : longest(rests_in(readings, model.sample_period_s, made), poses.size()))
+      out.push_back({poses[out.size()] == "fist", std::move(rest.reading)});
+  if (out.empty())
     throw io::JobError(fmt::format(
         "{}: {} were to be held, each for a second or more, and are not found: hold still, 2 s each",
         log.source, fmt::join(poses, " and ")));
-  return found;
+  return out;
 }
 
 Recalibration recalibrate_files(const RecalibrationFiles& files) {
@@ -347,7 +339,8 @@ Recalibration recalibrate_files(const RecalibrationFiles& files) {
     try {
       request.holds = poses_in(files.poses, log, request.model);
     } catch (const io::JobError& error) {
-      add_lack(request, notes, "the poses once more: hold each for two seconds, and still", error.what());
+      request.lacking.emplace_back("the poses once more: hold each for two seconds, and still");
+      notes.emplace_back(error.what());
     }
   }
   std::optional<Clock> clock;

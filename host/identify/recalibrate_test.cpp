@@ -5,8 +5,8 @@
 #include <array>
 #include <cstdlib>
 
+#include "host/identify/readings.hpp"
 #include "host/identify/test_glove.hpp"
-#include "host/identify/window.hpp"
 #include "host/io/refusal_test.hpp"
 #include "host/model/compensator.hpp"
 
@@ -21,7 +21,8 @@ RecalibrationRequest worn(const Corrections& moved, double cycles, double scatte
   out.model = test_glove();
   out.motion.emplace_back();
   for (const auto& one : moved)
-    out.motion[0].reading.push_back(test_moved(test_cycles(cycles, scatter, random), one));
+    for (double& u : out.motion[0].reading.emplace_back(test_cycles(cycles, scatter, random)))
+      u = one.inverse(u);
   return out;
 }
 

@@ -25,21 +25,24 @@ struct Known {
   double least = 0;
   double most = 0;
   bool whole = false;
+  int place = 0;  // in a chain; 0: it belongs into a sum
 };
-constexpr Known kKnown[] = {{"curve", 2, model::kMaxKnots, true},
+constexpr int kBehind = 2;  // places that a curve stands farther on behind the poles
+constexpr Known kKnown[] = {{"curve", 2, model::kMaxKnots, true, 5},
                             {"play", 0.001, 0.5},
                             {"motion", 0.01, 5},
-                            {"lag", 0.01, 2},
-                            {"dead-zone"},
-                            {"hysteresis", 1, model::kMaxPlays, true},
-                            {"gain"},
-                            {"lti", 1, compensator::kMaxOrder, true},
-                            {"pair"},
-                            {"saturation"},
+                            {"lag", 0.01, 2, false, 1},
+                            {"dead-zone", 0, 0, false, 2},
+                            {"hysteresis", 1, model::kMaxPlays, true, 3},
+                            {"gain", 0, 0, false, 4},
+                            {"lti", 1, compensator::kMaxOrder, true, 6},
+                            {"pair", 0, 0, false, 6},
+                            {"saturation", 0, 0, false, 8},
                             {"open"}};
 
 struct Block {
   std::string_view name;
+  int place = 0;  // of Known
   std::optional<double> number;
   std::size_t at = 0;         // of its first character
   std::size_t number_at = 0;  // of its number's
@@ -60,9 +63,7 @@ const std::vector<std::pair<std::string, std::string>> kShorthands = {
     {"hysteresis-hw", "hysteresis > curve > lti > saturation"},
 };
 const std::vector<std::string> kSums = {"auto", "limited-line", "line-lead", "curve", "hysteresis"};
-// A chain's, in order.
-const std::vector<std::string> kOrder = {"lag",         "dead-zone", "hysteresis", "gain",
-                                         "input curve", "lti",       "curve",      "saturation"};
+
 class Parser {
  public:
   explicit Parser(std::string_view text) : text_(text) {}
@@ -108,7 +109,7 @@ class Parser {
                            fmt::join(blocks, ", "), fmt::join(structures, ", ")));
     }
     skip_spaces();
-    Block out{known->name, {}, at, at_};
+    Block out{known->name, known->place, {}, at, at_};
     if (at_ < text_.size() && text_[at_] == '(') read_number(*known, out);
     return out;
   }
@@ -182,25 +183,17 @@ Branches sum(const Parser& parser, const std::vector<Term>& terms) {
   return out;
 }
 
-std::size_t place_of(const Block& block, bool behind_lti) {
-  const std::string_view name = block.name == "curve" && !behind_lti ? "input curve"
-                                : block.name == "pair"               ? "lti"
-                                                                     : block.name;
-  return static_cast<std::size_t>(std::ranges::find(kOrder, name) - kOrder.begin());
-}
-
 Chain chain(const Parser& parser, const Term& term) {
   Chain out;
   Structure& s = out.blocks;
-  std::size_t before = 0;
+  int before = 0;
   bool behind_lti = false;
-  for (std::size_t i = 0; i < term.size(); ++i) {
-    const Block& block = term[i];
-    const std::size_t place = place_of(block, behind_lti);
-    if (place == kOrder.size())
+  for (const Block& block : term) {
+    const int place = block.place + (behind_lti && block.name == "curve" ? kBehind : 0);
+    if (place == 0)
       parser.fail(block.at,
                   fmt::format("{} belongs into a sum, not before or behind other blocks", block.name));
-    if (i > 0 && place <= before) {
+    if (place <= before) {
       parser.fail(
           block.at,
           fmt::format(

@@ -50,10 +50,4 @@ inline std::vector<double> test_cycles(double cycles, double scatter, std::mt199
   return out;
 }
 
-// The same as the sensor reads since the glove was put on anew.
-inline std::vector<double> test_moved(std::vector<double> made, const model::Correction& correction) {
-  for (double& u : made) u = correction.inverse(u);
-  return made;
-}
-
 }  // namespace flexor::identify

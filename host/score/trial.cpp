@@ -13,7 +13,6 @@ constexpr double kFine_s = 0.005;
 constexpr int kCoarse = 8;  // fine steps
 constexpr int kFirst = -40;
 constexpr int kLast = 120;
-static_assert(kFirst * kFine_s == kMinTrialLag_s && kLast * kFine_s == kMaxTrialLag_s);
 static_assert((kLast - kFirst) % kCoarse == 0 && -kFirst % kCoarse == 0);
 
 double error_of_finger(const std::vector<float>& reference, const std::vector<float>& hand, double period_s,

@@ -14,12 +14,9 @@
 
 namespace flexor::score {
 
-inline constexpr double kMinTrialLag_s = -0.2;
-inline constexpr double kMaxTrialLag_s = 0.6;
-
 // The best constant lag and what is left without it.
 struct LagRemoved {
-  double lag_s = 0;  // positive: the hand comes late; searched in steps of 5 ms
+  double lag_s = 0;  // positive: the hand comes late; searched from -0.2 to 0.6 in steps of 5 ms
   double total_error_deg_s = 0;
   bool operator==(const LagRemoved&) const = default;
 };

@@ -1,8 +1,8 @@
-#include "host/identify/window.hpp"
+#include "host/identify/readings.hpp"
 
 #include <gtest/gtest.h>
 
-#include "host/identify/pose_evidence.hpp"
+#include "host/identify/donning_prior.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::identify {
@@ -16,13 +16,11 @@ TEST(Holds, AreTheLongestRestsInTheirOrder) {
   reading.insert(reading.end(), 50, 300.0);
   for (int k = 0; k < 20; ++k) reading.push_back(300 + 15 * k);
   reading.insert(reading.end(), 40, 600.0);
-  const auto holds = holds_in({reading}, 0.05, kMade, {false, true});
+  const auto holds = longest(rests_in({reading}, 0.05, kMade), 2);
   ASSERT_EQ(holds.size(), 2U);
   EXPECT_NEAR(holds[0].reading[0], 300, 12);
-  EXPECT_FALSE(holds[0].fist);
   EXPECT_NEAR(holds[1].reading[0], 600, 12);
-  EXPECT_TRUE(holds[1].fist);
-  EXPECT_TRUE(holds_in({std::vector<double>(100, 300.0)}, 0.05, kMade, {false, true}).empty());
+  EXPECT_TRUE(longest(rests_in({std::vector<double>(100, 300.0)}, 0.05, kMade), 2).empty());
 }
 
 TEST(Holds, AreNotEndedByALooseContactNorByATremor) {
@@ -32,7 +30,7 @@ TEST(Holds, AreNotEndedByALooseContactNorByATremor) {
     const double spike = k % 25 == 12 || k % 25 == 13 ? 200 : 0;
     reading.push_back((k < 50 ? 300 : 600) + tremor + spike);
   }
-  const auto holds = holds_in({reading}, 0.05, kMade, {false, true});
+  const auto holds = longest(rests_in({reading}, 0.05, kMade), 2);
   ASSERT_EQ(holds.size(), 2U);
   EXPECT_NEAR(holds[0].reading[0], 292, 5);
   EXPECT_NEAR(holds[1].reading[0], 592, 5);
@@ -79,11 +77,65 @@ TEST(Turns, KnowWhereTheFirstWayBeganAndTheLastOneEnded) {
   EXPECT_EQ(turns_of(std::vector<double>{0, 10}, 5).there_and_back, 0);
 }
 
-TEST(Quantile, LiesStraightBetweenReadings) {
-  const std::vector<double> sorted = {0, 10, 20, 30, 40};
-  EXPECT_DOUBLE_EQ(quantile_of(sorted, 0), 0);
-  EXPECT_DOUBLE_EQ(quantile_of(sorted, 0.625), 25);
-  EXPECT_DOUBLE_EQ(quantile_of(sorted, 1), 40);
+TEST(Spread, LiesStraightBetweenReadings) {
+  const std::vector<double> shares = {0, 0.625, 1};
+  EXPECT_EQ(spread_of({40, 10, 20, 30, 0}, shares).reading, (std::vector<double>{0, 25, 40}));
+}
+
+// A sensor that falls from 700 to 300 while the angle goes from 10 to 90 degrees and back.
+Session bends(double spike = 0) {
+  Session s;
+  constexpr Eigen::Index kSamples = 400;
+  s.angle_deg.resize(kSamples);
+  s.input.resize(kSamples, 2);
+  s.use.assign(kSamples, 1);
+  for (Eigen::Index k = 0; k < kSamples; ++k) {
+    const double closed = 0.5 - 0.5 * std::cos(0.1 * static_cast<double>(k));
+    s.angle_deg(k) = 10 + 80 * closed;
+    s.input(k, 0) = 700 - 400 * closed;
+    s.input(k, 1) = 500;
+  }
+  s.input(5, 0) += spike;
+  return s;
+}
+
+TEST(Poses, AreTheReadingsAtTheEndsOfTheAnglesWhateverASpikeSays) {
+  for (const double spike : {0.0, 5000.0}) {
+    const auto poses = poses_of({bends(spike)}, 0);
+    ASSERT_TRUE(poses);
+    EXPECT_NEAR(poses->open, 692, 8);
+    EXPECT_NEAR(poses->fist, 308, 8);
+  }
+}
+
+TEST(Poses, AreNoneWhereTheSensorSaysNothingOrAPoseIsMissing) {
+  EXPECT_FALSE(poses_of({bends()}, 1));
+  Session few = bends();
+  for (std::size_t k = 8; k < few.use.size(); ++k) few.use[k] = 0;
+  EXPECT_FALSE(poses_of({few}, 0));
+  EXPECT_FALSE(poses_of({}, 0));
+}
+
+TEST(Readings, SpreadAsTheSensorReadAndSayHowDonningsDiffer) {
+  const auto spread = [](const std::vector<Session>& sessions, Eigen::Index sensor) {
+    model::Input out;
+    add_spread(sessions, sensor, out);
+    return out;
+  };
+  const model::Input one = spread({bends(5000)}, 0);  // whatever a spike says
+  ASSERT_TRUE(one.readings);
+  EXPECT_FALSE(one.donnings);
+  EXPECT_NEAR(one.readings->reading.front(), 300, 5);
+  EXPECT_NEAR(one.readings->reading.back(), 700, 5);
+  EXPECT_NEAR(one.readings->reading[2], 500, 20);
+  EXPECT_FALSE(spread({bends()}, 1).readings) << "it never moved";
+  Session shifted = bends();
+  shifted.input.array() += 40;
+  const model::Input two = spread({bends(), shifted}, 0);
+  ASSERT_TRUE(two.donnings);
+  EXPECT_EQ(two.donnings->recordings, 2);
+  EXPECT_NEAR(two.donnings->shift_sd, 40 / std::sqrt(2.0), 1e-9);
+  EXPECT_NEAR(two.donnings->log_gain_sd, 0, 1e-9);
 }
 
 }  // namespace

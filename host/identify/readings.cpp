@@ -1,0 +1,242 @@
+#include "host/identify/readings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "host/identify/robust.hpp"
+#include "host/model/compensator.hpp"
+#include "host/model/tracking.hpp"
+
+namespace flexor::identify {
+namespace {
+
+constexpr int kStillParts = 8;
+constexpr double kStill_s = 1;
+constexpr double kMedian_s = 0.5;
+constexpr double kStillShare = 0.125;  // of the span: the range of what rests
+constexpr double kApart = 0.3;         // of the span: rests that are nearer are one
+
+double quantile_of(std::span<const double> sorted, double share) {
+  const double at = share * static_cast<double>(sorted.size() - 1);
+  const auto i = static_cast<std::size_t>(at);
+  if (i + 1 >= sorted.size()) return sorted.back();
+  return sorted[i] + (at - static_cast<double>(i)) * (sorted[i + 1] - sorted[i]);
+}
+
+// The running median over kMedian_s: neither a loose contact's spike nor a tremor ends a hold.
+std::vector<double> steadied(const std::vector<double>& readings, double period_s) {
+  const auto half = static_cast<std::size_t>(kMedian_s / period_s / 2);
+  std::vector<double> out;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const std::size_t end = std::min(k + half + 1, readings.size());
+    out.push_back(median({readings.data() + (k - std::min(k, half)), readings.data() + end}));
+  }
+  return out;
+}
+
+// The longest stretch from `begin` on in which no sensor moves.
+std::size_t still_until(const std::vector<std::vector<double>>& readings, std::size_t begin,
+                        const std::vector<model::Spread>& made) {
+  std::size_t end = readings.front().size();
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    double low = readings[i][begin];
+    double high = low;
+    for (std::size_t k = begin; k < end; ++k) {
+      low = std::min(low, readings[i][k]);
+      high = std::max(high, readings[i][k]);
+      if (high - low > kStillShare * made[i].span()) end = k;
+    }
+  }
+  return end;
+}
+
+double apart(const Rest& a, const Rest& b, const std::vector<model::Spread>& made) {
+  double most = 0;
+  for (std::size_t i = 0; i < made.size(); ++i)
+    most = std::max(most, std::abs(a.reading[i] - b.reading[i]) / made[i].span());
+  return most;
+}
+
+}  // namespace
+
+Turns turns_of(std::span<const double> readings, double turn) {
+  Turns out;
+  int way = 0;  // of the motion: 1 up, -1 down, 0 not known
+  double low = readings.front();
+  double high = readings.front();
+  std::vector<double> end;  // of each way
+  for (const double u : readings) {
+    low = std::min(low, u);
+    high = std::max(high, u);
+    const bool down = way >= 0 && u <= high - turn;
+    const bool up = way <= 0 && u >= low + turn;
+    if (!down && !up) continue;
+    if (way > 0) out.high.push_back(high);
+    if (way < 0) out.low.push_back(low);
+    end.push_back(up ? low : high);
+    (up ? out.low_ends : out.high_ends).push_back(up ? low : high);
+    way = up ? 1 : -1;
+    low = high = u;
+  }
+  if (way != 0) {
+    end.push_back(way > 0 ? high : low);
+    (way > 0 ? out.high_ends : out.low_ends).push_back(way > 0 ? high : low);
+  }
+  for (std::size_t i = 2; i < end.size(); ++i) {
+    const double shorter = std::min(std::abs(end[i] - end[i - 1]), std::abs(end[i - 1] - end[i - 2]));
+    out.there_and_back = std::max(out.there_and_back, shorter);
+  }
+  return out;
+}
+
+model::Spread spread_of(std::vector<double> readings, std::span<const double> shares) {
+  std::ranges::sort(readings);
+  model::Spread out{{shares.begin(), shares.end()}, {}};
+  for (const double share : shares) out.reading.push_back(quantile_of(readings, share));
+  return out;
+}
+
+model::Spread spread_of(const model::Poses& poses) {
+  const auto [low, high] = std::minmax(poses.open, poses.fist);
+  return {{0.05, 0.95}, {low, high}};
+}
+
+double add_squares(double sum, const std::vector<double>& values, double unit) {
+  double mean = 0;
+  for (const double v : values) mean += v / static_cast<double>(values.size());
+  for (const double v : values) sum += (v - mean) * (v - mean) / unit;
+  return sum;
+}
+
+std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
+                           const std::vector<model::Spread>& made) {
+  std::vector<std::vector<double>> steady;
+  for (const auto& one : readings) steady.push_back(steadied(one, period_s));
+  const auto least = static_cast<std::size_t>(std::ceil(kStill_s / period_s));
+  std::vector<Rest> out;
+  for (std::size_t k = 0; k < steady.front().size();) {
+    const std::size_t end = still_until(steady, k, made);
+    if (end - k < least) {
+      ++k;
+      continue;
+    }
+    Rest rest{k, end, {}};
+    for (const auto& one : steady)
+      rest.reading.push_back(std::accumulate(one.data() + k, one.data() + end, 0.0) /
+                             static_cast<double>(end - k));
+    if (!out.empty() && apart(out.back(), rest, made) < kApart) {
+      if (rest.length() > out.back().length()) out.back() = rest;
+    } else {
+      out.push_back(std::move(rest));
+    }
+    k = end;
+  }
+  return out;
+}
+
+std::vector<Rest> longest(std::vector<Rest> rests, std::size_t count) {
+  if (rests.size() < count) return {};
+  std::ranges::stable_sort(rests, std::ranges::greater(), &Rest::length);
+  rests.resize(count);
+  std::ranges::sort(rests, {}, &Rest::begin);
+  return rests;
+}
+
+void add_spread(const std::vector<Session>& sessions, Eigen::Index sensor, model::Input& input) {
+  std::vector<model::Spread> all;  // of the sessions in which the sensor moved
+  std::vector<double> middle;
+  std::vector<double> log_span;
+  for (const Session& session : sessions) {
+    std::vector<double> readings = used_readings({&session, 1}, sensor);
+    if (readings.empty()) continue;
+    const model::Spread one = spread_of(std::move(readings), kSpreadShares);
+    if (!(one.span() > 0)) continue;
+    all.push_back(one);
+    middle.push_back(one.middle());
+    log_span.push_back(std::log(one.span()));
+  }
+  if (all.empty()) return;
+  input.readings = model::Spread{all.front().share, std::vector<double>(all.front().share.size(), 0)};
+  for (const model::Spread& one : all) {
+    for (std::size_t i = 0; i < one.reading.size(); ++i)
+      input.readings->reading[i] += one.reading[i] / static_cast<double>(all.size());
+  }
+  if (all.size() < 2) return;
+  const auto freedom = static_cast<double>(all.size() - 1);
+  input.donnings =
+      model::DonningSpread{static_cast<int>(all.size()), std::sqrt(add_squares(0, middle, freedom)),
+                           std::sqrt(add_squares(0, log_span, freedom))};
+}
+
+std::optional<model::Poses> poses_of(const std::vector<Session>& sessions, Eigen::Index sensor) {
+  constexpr double kEnd = 0.1;
+  constexpr std::size_t kLeast = 10;
+  const std::vector<double> angles = used_angles(sessions);
+  const std::vector<double> all = used_readings(sessions, sensor);
+  if (angles.empty()) return {};
+  const auto [least, most] = std::ranges::minmax(angles);
+  const double range_deg = most - least;
+  const auto median = [&](double from_deg, double to_deg) -> std::optional<double> {
+    std::vector<double> readings;
+    for (std::size_t k = 0; k < angles.size(); ++k)
+      if (angles[k] >= from_deg && angles[k] <= to_deg) readings.push_back(all[k]);
+    if (readings.size() < kLeast) return {};
+    return identify::median(std::move(readings));
+  };
+  const auto open = median(least, least + kEnd * range_deg);
+  const auto fist = median(most - kEnd * range_deg, most);
+  if (!open || !fist || *open == *fist) return {};
+  return model::Poses{*open, *fist};
+}
+
+void add_poses(const std::vector<Session>& sessions, Eigen::Index sensor, double sample_period_s,
+               model::Input& input) {
+  const auto valid = [&](const std::optional<model::Poses>& poses) {
+    return poses && std::min(poses->open, poses->fist) >= input.valid_min &&
+           std::max(poses->open, poses->fist) <= input.valid_max;
+  };
+  const auto poses = poses_of(sessions, sensor);
+  if (!valid(poses)) return;
+  input.poses = poses;
+  std::vector<std::vector<double>> recordings;
+  for (const Session& s : sessions) recordings.push_back(used_readings({&s, 1}, sensor));
+  const auto turns = model::turns_of(recordings, sample_period_s, *poses);
+  if (valid(turns)) input.turns = turns;
+}
+
+std::vector<double> still_angles(const model::Model& model, const std::vector<double>& readings) {
+  model::Compensator<model::DoubleArithmetic> compensator(
+      model);  // starts at rest: its first angle is the one held still
+  std::vector<double> out;
+  for (const auto& one : compensator.step(readings)) out.push_back(one.angle_deg);
+  return out;
+}
+
+Reach reach_of(const model::Model& model, std::size_t input) {
+  const model::Spread& spread = *model.inputs[input].readings;
+  std::vector<double> readings;
+  for (const model::Input& one : model.inputs)
+    readings.push_back(one.readings->reading[one.readings->reading.size() / 2]);
+  std::vector<std::vector<double>> angles;  // at the edges of the parts
+  for (int i = 0; i <= kStillParts; ++i) {
+    readings[input] = spread.reading.front() + spread.span() * i / kStillParts;
+    angles.push_back(still_angles(model, readings));
+  }
+  Reach out;
+  double most_bent = 0;
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    std::vector<double>& slope = out.slopes.emplace_back();
+    for (std::size_t i = 0; i + 1 < angles.size(); ++i)
+      slope.push_back((angles[i + 1][j] - angles[i][j]) / (spread.span() / kStillParts));
+    const auto [low, high] = std::ranges::minmax(angles, {}, [&](const auto& all) { return all[j]; });
+    out.range_deg.push_back(high[j] - low[j]);
+    out.most_deg = std::max(out.most_deg, out.range_deg.back());
+    const double bent = std::accumulate(slope.begin(), slope.end(), 0.0);
+    if (std::abs(bent) > std::abs(most_bent)) most_bent = bent;
+  }
+  out.bends = most_bent > 0 ? 1 : most_bent < 0 ? -1 : 0;
+  return out;
+}
+
+}  // namespace flexor::identify

@@ -1,0 +1,89 @@
+// What readings show of a sensor: how they spread, turn and rest, without any angle; its poses where the model is made, for a glove
+// that is zeroed without a computer or calibrated anew (recalibrate.hpp); and what a model says of readings that rest.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "host/identify/additive.hpp"
+#include "host/model/model.hpp"
+
+namespace flexor::identify {
+
+// Where the readings turn, going some way or more from each turn to the next; the first way that far ends in none.
+struct Turns {
+  std::vector<double> low;
+  std::vector<double> high;
+  // The same and where the first way began and the last one ended, as far as the stretch shows it.
+  std::vector<double> low_ends;
+  std::vector<double> high_ends;
+  double there_and_back = 0;  // the farthest that the readings went one way and then the other
+
+  int count() const { return static_cast<int>(low.size() + high.size()); }
+};
+
+struct Window : model::Spread {
+  Turns turns;
+};
+
+// The reading that each share of them does not exceed, straight between neighbours.
+model::Spread spread_of(std::vector<double> readings, std::span<const double> shares);
+
+// Of a sensor of which only the poses are known.
+model::Spread spread_of(const model::Poses& poses);
+
+// At least one reading; `turn` in their unit.
+Turns turns_of(std::span<const double> readings, double turn);
+
+inline constexpr std::array kSpreadShares = {0.02, 0.1, 0.5, 0.9, 0.98};  // of a model's readings
+
+// `sum`, and the squares of what the values are off their mean, each divided by `unit`.
+double add_squares(double sum, const std::vector<double>& values, double unit);
+
+// A second or more in which no sensor goes farther than an eighth of its span, and the sensors' mean readings then.
+struct Rest {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  std::vector<double> reading;
+
+  std::size_t length() const { return end - begin; }
+};
+
+// `readings` of each sensor, evenly spaced, after a running median over half a second. Of successive rests that lie within
+// 0.3 of each sensor's span (`made`) the longest. A sensor of NaN does not count.
+std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
+                           const std::vector<model::Spread>& made);
+
+// As many of them, in their order in time: the longest. None where there are fewer.
+std::vector<Rest> longest(std::vector<Rest> rests, std::size_t count);
+
+// Median reading of `sensor`, a column of the sessions' input, where the angle is within the lowest and the highest
+// tenth of its range; of samples that count. None where there are fewer than ten of either, or both are one.
+std::optional<model::Poses> poses_of(const std::vector<Session>& sessions, Eigen::Index sensor);
+
+// Poses and turns of the input, whose readings are `sensor` of the sessions, where they lie in its valid range.
+void add_poses(const std::vector<Session>& sessions, Eigen::Index sensor, double sample_period_s,
+               model::Input& input);
+
+// Quantiles of the readings of `sensor` in the samples that count, their mean over the sessions, none where the sensor hardly reads two
+// values; and what they say of how donnings differ: the shift of their middles and the logarithm of the ratio of their spans, none of
+// fewer than two sessions.
+void add_spread(const std::vector<Session>& sessions, Eigen::Index sensor, model::Input& input);
+
+// Of each joint, degrees, where all memory has faded.
+std::vector<double> still_angles(const model::Model& model, const std::vector<double>& readings);
+
+// How the joints' angles go along one sensor's spread, the other sensors at their medians.
+struct Reach {
+  std::vector<std::vector<double>> slopes;  // of each joint in each of eight equal parts, degrees by the unit
+  std::vector<double> range_deg;            // of each joint, from its lowest angle to its highest
+  double most_deg = 0;                      // the largest of these
+  int bends = 0;  // as the joint bends that it tells most of, 1: readings rise, -1: they fall, 0: not known
+};
+
+// All inputs of the model say what they read.
+Reach reach_of(const model::Model& model, std::size_t input);
+
+}  // namespace flexor::identify

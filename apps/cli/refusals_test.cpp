@@ -76,6 +76,8 @@ TEST_F(Refusals, NumbersThatNobodyCanMean) {
                    {"-1", "1.5", "18446744073709551616", "99999999999999999999999", "nan", "1e3", "' 7'"}, "",
                    "--seed");
   expect_refused(small + "--threads ", {"-1", "257", "1000000", "2147483647"}, out, "threads");
+  expect_refused("identify --sensor a.csv --reference b.csv --map index=a:b --threads ", {"-3", "257"}, "",
+                 "threads are impossible");
   expect_refused("experiment --gestures 4 --trials ", {"0", "-1", "-2147483648"}, out, "at least 1");
   expect_refused("experiment --trials ", {"2147483648", "1.5"}, "", "--trials");
   expect_refused("twin record" + out + " --rate ", {"0", "nan", "inf", "-3", "1e9", "1e-9"}, "", "rate");

@@ -294,7 +294,8 @@ double span_deg(const JointSamples& s, std::size_t begin, std::size_t end) {
 // What the held-out part says against the compensator.
 void warn_of_holdout(const HandRequest& request, const Takes& takes, const JointResult& joint,
                      std::vector<std::string>& warnings) {
-  if (const auto text = score::in_words_left_out(joint.holdout))
+  if (const auto text = score::in_words_left_out(joint.holdout.left_out,
+                                                 joint.holdout.samples + joint.holdout.left_out, "scored"))
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
   if (joint.holdout.rmse_deg > kMuchWorse * joint.fitted_rmse_deg && !request.refit) {
     warnings.push_back(
@@ -313,15 +314,22 @@ void warn_of_holdout(const HandRequest& request, const Takes& takes, const Joint
     warnings.push_back(fmt::format("{}: baseline {}", joint.name, refusal));
   double moved_deg = 0;
   double taught_deg = 0;
+  std::size_t unseen = 0;
+  std::size_t fitted = 0;
   std::vector<recording::Halves> readings;
   for (const JointSamples& s : takes) {
     const recording::Aligned& own = s.own();
     moved_deg = std::max(moved_deg, span_deg(s, own.holdout_begin, own.size()));
+    const auto taught = std::span(own.unseen).subspan(s.begin(), own.holdout_begin - s.begin());
+    unseen += static_cast<std::size_t>(std::ranges::count(taught, 1));
+    fitted += taught.size();
     taught_deg = std::max(taught_deg, span_deg(s, s.begin(), own.holdout_begin));
     const std::span all(own.input);
     readings.push_back(
         {all.subspan(s.begin(), own.holdout_begin - s.begin()), all.subspan(own.holdout_begin)});
   }
+  if (const auto text = score::in_words_left_out(unseen, fitted, "fitted"))
+    warnings.push_back(fmt::format("{}: {}", joint.name, *text));
   if (moved_deg < kLittle * taught_deg) {
     warnings.push_back(fmt::format(
         "{}: the finger moves by {:.1f} deg in the held-out part and by {:.0f} in the fitted one: nothing "
@@ -734,6 +742,7 @@ void check(const HandRequest& request) {
     throw InputError("no recordings: --pair GLOVE CAMERA, or --sensor and --reference");
   if (!(request.split > 0 && request.split < 1)) throw InputError("the split must lie between 0 and 1");
   recording::check_clock(request.rate_hz, request.clock_offset_s, request.lead_s);
+  (void)io::threads_of(request.threads);
   for (const JointMap& joint : request.map) (void)parse_structure(request.structure, joint.sensors.size());
 }
 
@@ -917,6 +926,15 @@ Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, Ha
   if (!given && known) given = 0;
   std::vector<std::string> said;
   Clock clock = recording::find_clock(witnesses, given, known, said);
+  bool is_left_out = false;
+  for (const recording::Witness& w : witnesses)
+    is_left_out |= recording::leave_out_frozen(*w.reference, w.column, w.reading, clock.offset_s, warnings);
+  if (is_left_out) {  // which said of the clocks what it could
+    said.clear();
+    const double taken_out_ppm = clock.drift_ppm;
+    clock = recording::find_clock(witnesses, given, known, said);
+    clock.drift_ppm += taken_out_ppm;
+  }
   if (known) clock.confidence = 1;
   for (const std::string& warning : said)
     warnings.push_back(fmt::format("{}: {}", files.sensor.source, warning));

@@ -130,10 +130,11 @@ std::string scores_csv(const HandIdentification& r) {
   const auto add = [&](const std::string& name_of_joint, const char* part, const ScoreRow& row,
                        const score::Verdict* verdict) {
     const std::string joint = recording::quoted(name_of_joint);
-    out += fmt::format(
-        "{},{},{},compensator,{},{},{}\n", joint, part, recording::quoted(row.name), row.samples,
-        row.rmse_deg,
-        verdict == nullptr ? "," : fmt::format("{},{}", verdict->rmse_low_deg, verdict->rmse_high_deg));
+    out += fmt::format("{},{},{},compensator,{},{},{}\n", joint, part, recording::quoted(row.name),
+                       row.samples, row.rmse_deg,
+                       verdict == nullptr || !verdict->has_interval
+                           ? ","
+                           : fmt::format("{},{}", verdict->rmse_low_deg, verdict->rmse_high_deg));
     for (const auto& [name, rmse_deg] : row.baseline_deg)
       out += fmt::format("{},{},{},{},{},{},,\n", joint, part, recording::quoted(row.name), name, row.samples,
                          rmse_deg);

@@ -334,6 +334,30 @@ TEST_F(Hand, AStuckSensorIsNamedFirstAndNoStructureIsAdvised) {
   EXPECT_FALSE(has(score::in_words(stuck.joints[0].verdict), "--structure"));
 }
 
+// Ten of the eighteen seconds that are fitted: rows that are missing, and an angle that stands still while the sensor moves.
+TEST_F(Hand, WhatTheCameraLostIsNotFitted) {
+  const auto fitted = [&](bool frozen) {
+    const PairFiles files = write("lost", {36, 1});
+    change(files.reference, [&](recording::Recording& seen) {
+      const auto lose = [&](std::vector<double>& v) {
+        const auto last = v.begin() + 180;
+        frozen ? void(std::fill(last + 1, last + 290, *last)) : void(v.erase(last + 1, last + 290));
+      };
+      if (frozen) return lose(seen.columns[0].value);
+      lose(seen.t_s);
+      for (recording::Column& column : seen.columns) lose(column.value);
+    });
+    HandRequest r = request({files});
+    r.structure = "curve";
+    return identify_hand(r, {});
+  };
+  const HandIdentification missing = fitted(false);
+  const HandIdentification frozen = fitted(true);
+  EXPECT_EQ(frozen.joints[0].holdout.rmse_deg, missing.joints[0].holdout.rmse_deg);
+  EXPECT_TRUE(warned(missing, "of what is fitted nothing was measured"));
+  EXPECT_TRUE(warned(frozen, "does not change from 14.6 to 24.3 s"));
+}
+
 TEST_F(Hand, ASensorsMissingReadingsCostTheOthersNothing) {
   const PairFiles whole = write("whole", {60, 7});
   const PairFiles holes = write("holes", {60, 7});

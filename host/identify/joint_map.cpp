@@ -46,8 +46,8 @@ std::vector<std::string> columns_of(const PairFiles& files, bool are_angles,
   if (!path.memory()) io::require_readable(path);
   if (!path.memory() && !std::filesystem::is_regular_file(path))
     throw InputError(
-        fmt::format("{}: a pipe or device can be read once only: name its column with {}, or those of "
-                    "several joints with --map",
+        fmt::format("{}: a pipe or device can be read once only: name its column with {}, or beside "
+                    "--pair with --map",
                     path.string(), are_angles ? "--output" : "--input"));
   std::error_code error;
   const bool is_one = path.memory() ? files.sensor.memory() == files.reference.memory()

@@ -106,36 +106,6 @@ constexpr double kSlow_s = 0.5;
 
 }  // namespace
 
-// Where the reading does not change at all while the angle moves on, the longest such stretch; not at an end of its range, where
-// it is clipped. `clock_offset_s`: of the angle's clock from the reading's.
-std::optional<std::string> frozen(const recording::Series& reading, const recording::Series& angle,
-                                  double clock_offset_s) {
-  constexpr double kLeast_s = 3;
-  std::vector<double> sorted(angle.value.begin(), angle.value.end());
-  std::ranges::sort(sorted);
-  const double range = quantile(sorted, 0.95) - quantile(sorted, 0.05);
-  const auto [least, most] = std::ranges::minmax(reading.value);
-  std::pair<double, double> longest = {0, 0};
-  for (std::size_t from = 0, to = 0; from < reading.value.size(); from = to) {
-    for (to = from; to < reading.value.size() && reading.value[to] == reading.value[from];) ++to;
-    const double begin_s = reading.t_s[from];
-    const double end_s = reading.t_s[to - 1];
-    if (end_s - begin_s < std::max(kLeast_s, longest.second - longest.first) ||
-        reading.value[from] == least || reading.value[from] == most)
-      continue;
-    const auto at = [&](double t_s) {
-      return std::ranges::lower_bound(angle.t_s, t_s + clock_offset_s) - angle.t_s.begin();
-    };
-    const auto [low, high] =
-        std::minmax_element(angle.value.begin() + at(begin_s), angle.value.begin() + at(end_s));
-    if (low != high && *high - *low >= kMovesOn * range) longest = {begin_s, end_s};
-  }
-  if (longest.second == 0) return std::nullopt;
-  return fmt::format(
-      "does not change from {:.1f} to {:.1f} s ({:.0f} s) while the angle moves: is it stuck or unplugged?",
-      longest.first, longest.second, longest.second - longest.first);
-}
-
 void warn_of_equal_columns(const std::vector<JointMap>& map, const recording::Recording& log,
                            std::vector<std::string>& warnings) {
   std::set<std::string> before;
@@ -166,8 +136,9 @@ std::set<std::string> check_map(const HandRequest& request, const PairFiles& fil
     const std::string& own = map.sensors.front();
     const recording::Series angle = read.reference[j].series(map.reference);
     const recording::Recording alone = recording::without_holes(read.sensor, own);
-    if (const auto text = frozen(alone.series(own), angle, clock_offset_s)) {
-      warnings.push_back(fmt::format("{}: {} {}", map.joint, own, *text));
+    if (const auto still = recording::frozen(alone.series(own), angle, clock_offset_s)) {
+      warnings.push_back(fmt::format("{}: {} {} while the angle moves: is it stuck or unplugged?", map.joint,
+                                     own, recording::in_words(*still)));
       stuck.insert(map.joint);
       continue;  // nothing else can be said of the map
     }

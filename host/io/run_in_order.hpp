@@ -8,15 +8,21 @@
 #include <exception>
 #include <map>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
+
+#include "host/io/io.hpp"
 
 namespace flexor::io {
 
 inline constexpr int kMaxThreads = 256;
 
-// 0: as many as the machine has.
+// 0: as many as the machine has. Throws InputError for a number that is none of threads.
 inline int threads_of(int wanted) {
+  if (wanted < 0 || wanted > kMaxThreads)
+    throw InputError(std::to_string(wanted) + " threads are impossible; 0, as many as the machine has, to " +
+                     std::to_string(kMaxThreads));
   return wanted > 0 ? wanted
                     : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
 }

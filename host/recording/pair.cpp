@@ -122,6 +122,28 @@ void keep_rows(Recording& r, const std::function<bool(std::size_t)>& wanted) {
   for (Column& column : r.columns) keep(column.value);
 }
 
+// An angle that jumps by a turn at the end of one goes on; its middle is then within half a turn of where it jumps.
+void unwrap(Recording& recording, Column& column) {
+  constexpr double kWrap_deg = 270;
+  std::vector<double>& angle = column.value;
+  const auto [low, high] = std::ranges::minmax(angle);
+  const double seam = low < 0 ? 180 : 0;
+  if (!(high - low >= kWrap_deg && high - low <= 360)) return;
+  const auto jumps = [](double a, double b) { return std::abs(b - a) >= kWrap_deg; };
+  const auto first = std::ranges::adjacent_find(angle, jumps);
+  if (first == angle.end()) return;
+  const double first_s = recording.t_s[static_cast<std::size_t>(first - angle.begin()) + 1];
+  for (std::size_t k = 1; k < angle.size(); ++k)
+    angle[k] -= 360 * std::round((angle[k] - angle[k - 1]) / 360);
+  const auto [least, most] = std::ranges::minmax(angle);
+  const double off = 360 * std::round(((least + most) / 2 - seam) / 360);
+  for (double& v : angle) v -= off;
+  recording.warnings.push_back(
+      fmt::format("{}: column \"{}\" jumps by a turn, first at {:.2f} s: it is taken to go on there, from "
+                  "{:.4g} to {:.4g} deg",
+                  recording.source, column.name, first_s, least - off, most - off));
+}
+
 // Where the offset was given, the signals need not tell it; why they do not is a warning.
 std::optional<Alignment> find_alignment(Pair& pair, bool given, std::vector<std::string>& warnings) {
   const auto aligned = [&] {
@@ -187,6 +209,47 @@ void leave_out_spikes(Recording& r, const std::string& name) {
   keep_rows(r, [&](std::size_t k) { return !spike(seen[k]); });
 }
 
+std::optional<Still> frozen(const Series& signal, const Series& other, double offset_s) {
+  constexpr double kLeast_s = 3;
+  constexpr double kMovesOn = 0.25;
+  const auto [least, most] = std::ranges::minmax(signal.value);
+  const auto [other_least, other_most] = without_spikes(other.value);
+  const auto at = [&](double t_s) {
+    return std::ranges::lower_bound(other.t_s, t_s + offset_s) - other.t_s.begin();
+  };
+  Still longest;
+  for (std::size_t from = 0, to = 0; from < signal.value.size(); from = to) {
+    for (to = from; to < signal.value.size() && signal.value[to] == signal.value[from];) ++to;
+    const Still one{signal.t_s[from], signal.t_s[to - 1]};
+    if (one.end_s - one.begin_s < std::max(kLeast_s, longest.end_s - longest.begin_s) ||
+        signal.value[from] == least || signal.value[from] == most)
+      continue;
+    const auto [low, high] =
+        std::minmax_element(other.value.begin() + at(one.begin_s), other.value.begin() + at(one.end_s));
+    if (low != high && *high - *low >= kMovesOn * (other_most - other_least)) longest = one;
+  }
+  return longest.end_s > longest.begin_s ? std::optional(longest) : std::nullopt;
+}
+
+std::string in_words(const Still& still) {
+  return fmt::format("does not change from {:.1f} to {:.1f} s ({:.0f} s)", still.begin_s, still.end_s,
+                     still.end_s - still.begin_s);
+}
+
+bool leave_out_frozen(Recording& angle, const std::string& column, const Series& reading,
+                      double clock_offset_s, std::vector<std::string>& warnings) {
+  bool any = false;
+  while (const auto still = frozen(angle.series(column), reading, -clock_offset_s)) {
+    any = true;
+    warnings.push_back(
+        fmt::format("{}: column \"{}\" {} while the sensor moves: left out; was the finger lost from sight?",
+                    angle.source, column, in_words(*still)));
+    const std::vector<double> t_s = angle.t_s;
+    keep_rows(angle, [&](std::size_t k) { return t_s[k] <= still->begin_s || t_s[k] > still->end_s; });
+  }
+  return any;
+}
+
 std::vector<Recording> angle_segments(const Log& log, const std::string& column, const TimeOptions& time) {
   const std::unique_ptr<LogReader> reader = open_log(log, {{column}, time});
   const std::string quality = quality_column(column);
@@ -238,16 +301,19 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
                                  recording.source, name, unit));
   }
   it->unit = "deg";
-  if (unit == "deg") return;
-  if (std::ranges::any_of(it->value, [](double v) { return std::abs(v) > kMostAngle_rad; })) {
-    throw InputError(fmt::format(
-        "{}: column \"{}\" has more than two turns in radians: are these degrees? An OpenSim file then says "
-        "inDegrees=yes above its columns",
-        recording.source, name));
+  if (unit == "rad") {
+    if (std::ranges::any_of(it->value, [](double v) { return std::abs(v) > kMostAngle_rad; })) {
+      throw InputError(
+          fmt::format("{}: column \"{}\" has more than two turns in radians: are these degrees? An OpenSim "
+                      "file then says "
+                      "inDegrees=yes above its columns",
+                      recording.source, name));
+    }
+    for (double& v : it->value) v *= 180 / std::numbers::pi;
+    recording.warnings.push_back(
+        fmt::format("{}: column \"{}\" is in radians and was converted to degrees", recording.source, name));
   }
-  for (double& v : it->value) v *= 180 / std::numbers::pi;
-  recording.warnings.push_back(
-      fmt::format("{}: column \"{}\" is in radians and was converted to degrees", recording.source, name));
+  unwrap(recording, *it);
 }
 
 void state_unit(Recording& recording, const std::string& column, const std::string& stated) {

@@ -40,6 +40,19 @@ Recording without_holes(const Recording& recording, const std::string& column);
 // Takes out the rows whose angle is a spike (resample.hpp, without_spikes), and says so.
 void leave_out_spikes(Recording& recording, const std::string& column);
 
+// Where a signal does not change at all while another moves on by a quarter of its range, the longest such stretch of three seconds
+// or more; not at an end of its range, where it is clipped. `offset_s`: of the other's clock from its own.
+struct Still {
+  double begin_s = 0;
+  double end_s = 0;
+};
+std::optional<Still> frozen(const Series& signal, const Series& other, double offset_s);
+std::string in_words(const Still& still);
+
+// Takes out the rows in which an angle stands so while the sensor moves, and says so. False where there are none.
+bool leave_out_frozen(Recording& angle, const std::string& column, const Series& reading,
+                      double clock_offset_s, std::vector<std::string>& warnings);
+
 // One column of a file of measured angles, without what its tracker lost and without spikes. Throws io::InputError and
 // io::JobError.
 // Of each trial in it (csv.hpp).
@@ -47,7 +60,8 @@ std::vector<Recording> angle_segments(const Log& log, const std::string& column,
 Recording read_angle(const Log& log, const std::string& column, const TimeOptions& time);
 
 // Degrees, whatever the column says; `stated` is the user's word where the column has none. Says what it
-// converted. Throws io::InputError for a unit that is no angle's, or a word against the column's.
+// converted. An angle that wraps at the end of a turn goes on from there. Throws io::InputError for a unit that is no angle's, or a
+// word against the column's.
 void to_degrees(Recording& recording, const std::string& column, const std::string& stated);
 
 // The unit of a sensor's column: what its name says, or else `stated`, the user's word; both may be empty. Throws

@@ -107,6 +107,24 @@ TEST(Pair, GradAreDegreesWhereSomebodySaysSo) {
   EXPECT_NEAR(named.columns[0].value.back(), 180, 1e-9);
 }
 
+TEST(Pair, AnAngleThatWrapsGoesOn) {
+  const std::vector<double> about_zero = simulated().reference.columns[0].value;
+  for (const double seam_deg : {180, 360}) {
+    Recording r = simulated().reference;
+    for (double& v : r.columns[0].value) {
+      v += seam_deg - 30;
+      if (v > seam_deg) v -= 360;
+    }
+    to_degrees(r, "index_deg", "");
+    for (std::size_t k = 0; k < about_zero.size(); ++k)
+      ASSERT_NEAR(r.columns[0].value[k], about_zero[k] - 30 + (seam_deg == 180 ? 180 : 0), 1e-9) << seam_deg;
+    EXPECT_NE(r.warnings.at(0).find("jumps by a turn"), std::string::npos);
+  }
+  Recording wide{"c.csv", {0, 1, 2}, {{"turn_deg", {-170, 40, 185}, "deg"}}, {}, ""};
+  to_degrees(wide, "turn_deg", "");
+  EXPECT_TRUE(wide.warnings.empty()) << "wide, and no jump";
+}
+
 TEST(Pair, WhatIsHeldOutDecidesNeitherWhatAPauseIsNorWhatAReadingIs) {
   const Pair slow = simulated(0.5);
   Pair pair = slow;

@@ -64,6 +64,8 @@ std::vector<double> since_start(std::span<const double> t_s) {
 
 double default_max_gap_s(std::span<const double> t_s) {
   constexpr double kLeast_s = 0.3;
+  constexpr double kFew = 0.05;     // of the steps
+  constexpr double kBursts = 0.95;  // of the time: more passes between bursts of rows
   std::vector<double> steps;
   steps.reserve(t_s.size());
   for (std::size_t i = 1; i < t_s.size(); ++i) {
@@ -71,10 +73,16 @@ double default_max_gap_s(std::span<const double> t_s) {
     if (step > 0 && step <= kJump_s) steps.push_back(step);
   }
   std::ranges::sort(steps);
-  double left = std::accumulate(steps.begin(), steps.end(), 0.0) / 2;
-  for (const double step : steps) {
-    left -= step;
-    if (left <= 0) return std::max(kLeast_s, 5 * step);
+  while (!steps.empty()) {
+    const double all_s = std::accumulate(steps.begin(), steps.end(), 0.0);
+    double left = all_s / 2;
+    auto step = steps.begin();
+    while ((left -= *step) > 0 && step + 1 != steps.end()) ++step;
+    const auto longer = std::ranges::lower_bound(steps, *step / 2);
+    if (static_cast<double>(steps.end() - longer) >= kFew * static_cast<double>(steps.size()) ||
+        std::accumulate(longer, steps.end(), 0.0) > kBursts * all_s)
+      return std::max(kLeast_s, 5 * *step);
+    steps.erase(longer, steps.end());
   }
   return kLeast_s;
 }

@@ -109,7 +109,7 @@ Range without_spikes(std::span<const double> value);
 
 // What counts as a pause of this log: five of its steps, at least 0.3 s. Its step is the one in which half of
 // the log's time has passed, longer steps counted last: rows that come in bursts count little, since little
-// time passes in them. Steps over kJump_s are left out.
+// time passes in them. Steps over kJump_s are left out, as are a few that are long in place of the others: holes.
 double default_max_gap_s(std::span<const double> t_s);
 
 // Times in seconds since the first, rounded to microseconds, so that results do not depend on where a clock

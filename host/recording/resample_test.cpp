@@ -141,6 +141,9 @@ TEST(DefaultMaxGap, NorIsAPause) {
   std::vector<double> t;
   for (int i = 0; i < 400; ++i) t.push_back(0.1 * i + 3 * (i / 40) + (i >= 200 ? 1e5 : 0));
   EXPECT_NEAR(default_max_gap_s(t), 0.5, 1e-9);
+  t.erase(t.begin() + 200, t.end());
+  t.back() = t[198] + 10;  // a hole as long as all the rest and more
+  EXPECT_NEAR(default_max_gap_s(std::span(t).last(100)), 0.5, 1e-9);
 }
 
 TEST(Resample, AReadingOutOfItsRangeStandsOnlyWhereThereIsNoOther) {

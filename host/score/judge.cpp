@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kBlock_s = 5;
 constexpr std::size_t kLeastBlocks = 6;
+constexpr std::size_t kLeastParts = 4;  // fewer can be drawn in less than the forty ways that 2.5 % need
 constexpr std::size_t kDraws = 1000;
 constexpr unsigned kSeed = 2019;
 constexpr double kNoError = 1e-12;  // squared, whose logarithm is still a number
@@ -107,6 +108,8 @@ Verdict judge(const std::vector<double>& error_deg,
     v.baseline = name;
     v.baseline_deg = rmse_deg;
   }
+  v.has_interval = part_ends.empty() || part_ends.size() >= kLeastParts;
+  if (!v.has_interval) return v;
   add_intervals(error_deg, v.baseline.empty() ? error_deg : baseline_error_deg.at(v.baseline),
                 part_ends.empty() ? block_ends(error_deg.size(), period_s) : part_ends, v);
   if (v.baseline.empty()) return v;
@@ -116,15 +119,18 @@ Verdict judge(const std::vector<double>& error_deg,
 }
 
 std::string in_words(const Verdict& v) {
-  std::string out = fmt::format("{:.2f} deg (95 %: {:.2f} to {:.2f}) on data it never saw", v.rmse_deg,
-                                v.rmse_low_deg, v.rmse_high_deg);
+  std::string out = fmt::format("{:.2f} deg", v.rmse_deg);
+  if (v.has_interval) out += fmt::format(" (95 %: {:.2f} to {:.2f})", v.rmse_low_deg, v.rmse_high_deg);
+  out += " on data it never saw";
   const auto itself = std::ranges::find(kBaselines, v.itself, &Baseline::name);
   if (itself != kBaselines.end()) out += fmt::format("; it is {} itself", itself->words);
   const auto baseline = std::ranges::find(kBaselines, v.baseline, &Baseline::name);
   if (baseline == kBaselines.end()) return out + "; no baseline could be fitted";
-  out += fmt::format("; the best baseline, {}, {:.2f}: {} (difference {:+.2f}, 95 %: {:+.2f} to {:+.2f})",
-                     baseline->words, v.baseline_deg, word_of(v), v.rmse_deg - v.baseline_deg, v.low_deg,
-                     v.high_deg);
+  out += fmt::format("; the best baseline, {}, {:.2f}: ", baseline->words, v.baseline_deg);
+  if (!v.has_interval)
+    return out + fmt::format("no verdict on fewer than {} parts that were left out", kLeastParts);
+  out += fmt::format("{} (difference {:+.2f}, 95 %: {:+.2f} to {:+.2f})", word_of(v),
+                     v.rmse_deg - v.baseline_deg, v.low_deg, v.high_deg);
   if (v.word == Verdict::Word::better) return out;
   out += "; record more";
   if (baseline->structure == nullptr || !v.advises) return out;
@@ -134,14 +140,16 @@ std::string in_words(const Verdict& v) {
 }
 
 nlohmann::ordered_json to_json(const Verdict& v) {
-  const nlohmann::ordered_json own = {v.rmse_low_deg, v.rmse_high_deg};
+  using Json = nlohmann::ordered_json;
+  const auto interval = [&](double low, double high) { return v.has_interval ? Json({low, high}) : Json(); };
+  const Json own = interval(v.rmse_low_deg, v.rmse_high_deg);
   if (v.baseline.empty()) return {{"word", nullptr}, {"rmse_interval95_deg", own}, {"words", in_words(v)}};
-  return {{"word", word_of(v)},
+  return {{"word", v.has_interval ? Json(word_of(v)) : Json()},
           {"rmse_interval95_deg", own},
           {"baseline", v.baseline},
-          {"itself", v.itself.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(v.itself)},
+          {"itself", v.itself.empty() ? Json() : Json(v.itself)},
           {"difference_deg", v.rmse_deg - v.baseline_deg},
-          {"interval95_deg", {v.low_deg, v.high_deg}},
+          {"interval95_deg", interval(v.low_deg, v.high_deg)},
           {"words", in_words(v)}};
 }
 

@@ -54,14 +54,20 @@ TEST(Judge, ItsIntervalCovers) {
   }
 }
 
-// Two persons of errors that differ: drawn whole they tell far less than their samples do.
+// Four persons of errors that differ: drawn whole they tell far less than their samples do; fewer tell nothing.
 TEST(Judge, PartsAreDrawnWhole) {
-  std::vector<double> error = errors(1, 1, 600);
-  for (const double e : errors(3, 2, 600)) error.push_back(e);
+  std::vector<double> error;
+  for (const unsigned person : {1, 2, 3, 4}) {
+    for (const double e : errors(person, person)) error.push_back(e);
+  }
   const Verdict blocks = judge(error, {}, 0.05);
-  const Verdict persons = judge(error, {}, 0.05, {600, 1200});
+  const Verdict persons = judge(error, {}, 0.05, {1200, 2400, 3600, 4800});
   EXPECT_EQ(persons.rmse_deg, blocks.rmse_deg);
   EXPECT_GT(persons.rmse_high_deg - persons.rmse_low_deg, 3 * (blocks.rmse_high_deg - blocks.rmse_low_deg));
+  const Verdict two = judge(error, {{"line", errors(9, 9, 4800)}}, 0.05, {2400, 4800});
+  EXPECT_TRUE(to_json(two).at("word").is_null() && to_json(two).at("rmse_interval95_deg").is_null());
+  EXPECT_NE(in_words(two).find("no verdict"), std::string::npos);
+  EXPECT_EQ(in_words(two).find("95 %"), std::string::npos);
 }
 
 TEST(Judge, RecommendsOnlyWhatAStructureGives) {

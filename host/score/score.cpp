@@ -141,12 +141,10 @@ Score score_seen(std::span<const double> t_s, std::span<const double> measured_d
   return out;
 }
 
-std::optional<std::string> in_words_left_out(const Score& score) {
-  const double share =
-      static_cast<double>(score.left_out) / static_cast<double>(score.samples + score.left_out);
-  if (share < 0.01) return {};
-  return fmt::format("in {:.0f} % of the held-out part nothing was measured: that is not scored",
-                     100 * share);
+std::optional<std::string> in_words_left_out(std::size_t unseen, std::size_t of, const char* done) {
+  const double share = static_cast<double>(unseen) / static_cast<double>(of);
+  if (!(share >= 0.01)) return {};
+  return fmt::format("in {:.0f} % of what is {} nothing was measured: that is left out", 100 * share, done);
 }
 
 Score compare(const Angles& measured, const Angles& estimated) {

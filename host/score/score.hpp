@@ -50,8 +50,8 @@ Score score_seen(std::span<const double> t_s, std::span<const double> measured_d
                  std::span<const double> estimated_deg, std::span<const std::uint8_t> unseen,
                  double max_step_s = std::numeric_limits<double>::infinity());
 
-// In words, where more than a hundredth was left out.
-std::optional<std::string> in_words_left_out(const Score& score);
+// In words, where more than a hundredth of the samples was not measured, of a part that is "fitted" or "scored".
+std::optional<std::string> in_words_left_out(std::size_t unseen, std::size_t of, const char* done);
 
 // Angles as they stand in a log. Neighbours further apart than max_gap_s have nothing known between them.
 struct Angles {

@@ -162,8 +162,8 @@ TEST(Score, WhatWasNotSeenIsNotScored) {
   EXPECT_NEAR(s.rmse_deg, 1, 1e-9);
   EXPECT_EQ(s.left_out, 100U);
   EXPECT_EQ(s.samples, 300U);
-  ASSERT_TRUE(in_words_left_out(s));
-  EXPECT_NE(in_words_left_out(s)->find("25 %"), std::string::npos);
+  ASSERT_TRUE(in_words_left_out(s.left_out, s.samples + s.left_out, "scored"));
+  EXPECT_NE(in_words_left_out(s.left_out, s.samples + s.left_out, "scored")->find("25 %"), std::string::npos);
   EXPECT_GT(score(t, measured, estimated).rmse_deg, 100);
 }
 

@@ -410,10 +410,7 @@ std::string describe(const Distance& d) {
 
 void check(const Plan& plan) {
   if (plan.trials < 1) throw InputError("the number of trials must be at least 1");
-  if (plan.threads < 0 || plan.threads > io::kMaxThreads) {
-    throw InputError(fmt::format("{} threads are impossible; 0, as many as the machine has, to {}",
-                                 plan.threads, io::kMaxThreads));
-  }
+  (void)io::threads_of(plan.threads);
   if (plan.motions.empty() || plan.compensators.empty()) {
     throw InputError("an experiment needs at least one gesture and one compensator");
   }

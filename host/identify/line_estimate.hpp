@@ -86,8 +86,16 @@ struct FittedLine {
   double covariance = 0;
 };
 
+// Of a joint that a camera saw.
+struct SeenFit {
+  double alike = 0;         // correlation of its angles with the model's as it was
+  double rmse_deg = 0;      // of the lines' angles against the camera's
+  double expected_deg = 0;  // the same by the model's own error and how marks sit
+};
+
 struct LineEstimate {
   std::vector<FittedLine> fit;
+  std::vector<SeenFit> seen;   // as Evidence::seen
   Eigen::MatrixXd covariance;  // of all that is unknown, the sensors' shifts and logarithms of the gain first
 };
 

@@ -92,9 +92,8 @@ score::Score score_of(const Options& o, const recording::Recording& measured, co
                                      o.estimate, name, error.what()));
   }
   if (s.left_out > 0) {
-    log_note(
-        fmt::format("{}{} of {} samples of the estimate lie in gaps of the measured angle and are left out",
-                    name, s.left_out, s.left_out + s.samples));
+    log_note(fmt::format("{}{} of {} samples lie in gaps of the other file and are left out", name,
+                         s.left_out, s.left_out + s.samples));
   }
   if (s.lag_at_edge) {
     log_warning(

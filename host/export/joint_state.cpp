@@ -52,14 +52,14 @@ constexpr const char* kSchema =
     "int32 sec\n"
     "uint32 nanosec\n";
 
-constexpr double kLost = 3;  // a camera's quality
+constexpr std::pair<const char*, double> kUnknownFrom[] = {{"_quality", 3}, {"_status", 1}};
 
 // A joint's column: its angle is scale * value - zero_deg.
 struct Column {
   std::size_t angle;
   double scale;
   double zero_deg;
-  std::optional<std::size_t> quality;
+  std::vector<std::pair<std::size_t, double>> unknown_from;  // a column beside it: from this value on
 };
 
 struct Columns {
@@ -94,10 +94,11 @@ Columns columns_of(recording::CsvReader& reader, const std::string& source, cons
     throw io::InputError(fmt::format("{}: no column is called NAME_deg or NAME_rad; there are {}", source,
                                      recording::listed(reader.columns())));
   for (std::size_t i = 0; i < out.joints.size(); ++i) {
-    const std::string quality = out.joints[i] + "_quality";
-    if (!reader.has(quality)) continue;
-    out.places[i].quality = read.size();
-    read.push_back(quality);
+    for (const auto& [ending, from] : kUnknownFrom) {
+      if (!reader.has(out.joints[i] + ending)) continue;
+      out.places[i].unknown_from.emplace_back(read.size(), from);
+      read.push_back(out.joints[i] + ending);
+    }
   }
   reader.choose(read);
   return out;
@@ -203,7 +204,8 @@ Written write_joint_states(const std::filesystem::path& recording, const Recorde
     }
     angle_deg.clear();
     for (const Column& c : columns.places) {
-      const bool is_lost = c.quality && row.value[*c.quality] >= kLost;
+      const bool is_lost = std::ranges::any_of(
+          c.unknown_from, [&](const auto& one) { return row.value[one.first] >= one.second; });
       lost += is_lost ? 1 : 0;
       angle_deg.push_back(is_lost ? std::numeric_limits<double>::quiet_NaN()
                                   : c.scale * row.value[c.angle] - c.zero_deg);

@@ -69,7 +69,7 @@ struct Written {
 };
 
 // A whole file, as the recording comes: "-" is standard input. Its columns NAME_deg and NAME_rad, but for standard errors
-// (NAME_se_deg), are the joints NAME; where NAME_quality is 3, a camera lost the angle: NaN. A row with the time of the one
+// (NAME_se_deg), are the joints NAME; where NAME_quality is 3 (a camera lost the angle) or NAME_status is not 0 (a model holds it): NaN. A row with the time of the one
 // before is left out. Throws io::InputError, one line, and io::JobError.
 Written write_joint_states(const std::filesystem::path& recording, const RecordedOptions& options,
                            const std::filesystem::path& out);

@@ -185,8 +185,9 @@ TEST(JointStates, OfARecordingAreWrittenWholeOrNotAtAll) {
 }
 
 // As radians: 10 of flexion from a camera's 170 at the open hand and 80 at the fist.
-TEST(JointStates, AreFlexionByTheEndsOfTheirJoints) {
+TEST(JointStates, AreFlexionByTheEndsOfTheirJointsUnlessTheyAreHeld) {
   const TestRecording log("t_s,index_deg,index_status,index_se_deg\n0,160,0,1\n");
+  const TestRecording held("t_s,index_deg,index_status,index_se_deg\n0,160,2,1\n");
   RecordedOptions options;
   options.ends_deg = {{"index", {170, 80}}};
   options.names = {"index=finger"};
@@ -195,6 +196,8 @@ TEST(JointStates, AreFlexionByTheEndsOfTheirJoints) {
   const double angle_rad = 10 * (std::numbers::pi / 180);
   const std::string bytes(reinterpret_cast<const char*>(&angle_rad), sizeof angle_rad);
   EXPECT_NE(io::read_file(log.beside("a.mcap")).find(bytes), std::string::npos);
+  (void)write_joint_states(held.path(), options, held.beside("a.mcap"));
+  EXPECT_EQ(io::read_file(held.beside("a.mcap")).find(bytes), std::string::npos);
 }
 
 TEST(JointStates, RefuseInOneLineWhatIsNoAngle) {

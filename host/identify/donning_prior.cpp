@@ -45,8 +45,9 @@ Prior prior_of(const model::Input& input, const Prior& general) {
   Prior out = general;
   const double span = input.readings->span();
   const int recordings = input.donnings->recordings;
-  out.shift_sd = pooled(general.shift_sd, input.donnings->shift_sd / span, recordings);
-  out.log_gain_sd = pooled(general.log_gain_sd, input.donnings->log_gain_sd, recordings);
+  const double to_mean = std::sqrt(1 + 1. / recordings);  // from a new one to the mean of these
+  out.shift_sd = pooled(general.shift_sd, to_mean * input.donnings->shift_sd / span, recordings);
+  out.log_gain_sd = pooled(general.log_gain_sd, to_mean * input.donnings->log_gain_sd, recordings);
   return out;
 }
 

@@ -1,4 +1,5 @@
-// How donnings differ, before anything of a new one is seen; python/flexor/donning.py writes it. Lengths are shares of a sensor's span: from the reading that
+// How a new donning differs from the one that a model was made in, before anything of it is seen: the standard deviation of the
+// difference of two; python/flexor/donning.py writes it. Lengths are shares of a sensor's span: from the reading that
 // 2 % of its samples do not exceed to that of 98 %.
 //
 // {"schema": "flexor-donning-prior", "schema_version": 1, "sessions", "shift_sd", "log_gain_sd", "motion_sd", "reach_sd",
@@ -25,7 +26,7 @@ struct Prior {
 inline constexpr double kGeneralWeight = 4;  // recordings that a general prior counts as
 inline constexpr double kMostAlike = 0.95;
 
-// Somewhat wider than nine sessions of one three-finger glove over 4.5 months: docs/donning.md has the figures.
+// Somewhat narrower than nine sessions of one three-finger glove over 4.5 months: docs/donning.md has the figures.
 Prior shipped_prior();
 
 // Throws io::InputError naming `source` and place.

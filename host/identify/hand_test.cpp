@@ -645,7 +645,12 @@ INSTANTIATE_TEST_SUITE_P(
         RealHand{"index_ind2", "SensorA1", "_smooth", {{0.8, 1.6}, {0.7, 1.2}}, {{5.2, 5.5}, {4.6, 4.9}}},
         RealHand{"middle_mid1", "SensorA2", "", {{3.5, 4.3}, {4.0, 4.9}}, {{0, 90}, {0, 90}}, 6},
         RealHand{"middle_mid1", "SensorA2", "_smooth", {{2.8, 4.1}, {3.0, 4.7}}, {{5.0, 5.3}, {5.9, 6.3}}, 6},
-        RealHand{"middle_mid1", "SensorA2+SensorA0+SensorA1", "", {{2.8, 3.5}, {3.0, 4.2}}, {{0, 90}, {0, 90}}, 6}));
+        RealHand{"middle_mid1",
+                 "SensorA2+SensorA0+SensorA1",
+                 "",
+                 {{2.8, 3.5}, {3.0, 4.2}},
+                 {{0, 90}, {0, 90}},
+                 6}));
 
 }  // namespace
 }  // namespace flexor::identify

@@ -96,6 +96,14 @@ struct Case : RecalibratedSensor {
 Eigen::MatrixXd estimate(const model::Model& model, const std::vector<Sighting>& poses, const Seen* seen,
                          std::vector<Case>& cases);
 
+// Of a joint that a camera saw.
+struct SeenFit {
+  double alike = 0;         // correlation of its angles with the model's as it was
+  double rmse_deg = 0;      // of the lines' angles against the camera's
+  double expected_deg = 0;  // the same by the model's own error and how marks sit
+};
+std::vector<SeenFit> fits_of(const model::Model& model, const Seen& seen, const std::vector<Case>& cases);
+
 // Sensors that a joint depends on which the camera saw move by 10 degrees or more.
 std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& seen);
 

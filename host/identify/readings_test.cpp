@@ -56,8 +56,8 @@ TEST(Prior, OfAModelOfSeveralRecordingsLeansTowardsWhatTheySay) {
   EXPECT_EQ(prior_of(input, general).shift_sd, general.shift_sd);
   input.donnings = model::DonningSpread{9, 6, 0.02};  // a glove that hardly moves
   const Prior own = prior_of(input, general);
-  EXPECT_LT(own.shift_sd, 0.7 * general.shift_sd);
-  EXPECT_GT(own.shift_sd, 0.02);
+  const double of_new2 = (1 + 1. / 9) * 0.02 * 0.02;  // about the mean of nine, and the general one
+  EXPECT_NEAR(std::pow(own.shift_sd, 2), (4 * std::pow(general.shift_sd, 2) + 8 * of_new2) / 12, 1e-12);
 }
 
 TEST(Turns, CountOnlyWhatGoesFarEnoughBothWays) {

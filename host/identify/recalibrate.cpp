@@ -212,8 +212,8 @@ std::string reason_to_keep(Case& one) {
   if (!one.informed) return fmt::format("{}: nothing that was given tells it", name);
   if (!significant(one)) {
     if (is_known_unchanged(one)) return fmt::format("{}: it reads as it did where the model was made", name);
-    return fmt::format("{}: no change was found that is larger than its own error{}", name,
-                       one.other ? "; its gain is not told: " + std::string(kTellsGain) : "");
+    return fmt::format("{}: no change was found that is larger than {:g} of its standard errors{}", name,
+                       kSignificant, one.other ? "; its gain is not told: " + std::string(kTellsGain) : "");
   }
   constexpr double kClearly = 0.5;  // the other explanation is itself known from one stretch alone
   if (one.other && distance2(one.fit.line, *one.other) > kClearly * distance2({}, *one.other)) {
@@ -394,6 +394,27 @@ void decide(const RecalibrationRequest& request, bool sure, Case& one) {
   if (one.applied) one.correction = correction_of(one.fit.line, one.made);
 }
 
+// A camera whose angles are others than the model's: no line of a sensor explains them.
+void check_camera(const model::Model& model, const Seen& seen, const std::vector<Case>& cases,
+                  std::vector<std::string>& notes) {
+  constexpr double kAgainst = -0.5;
+  constexpr double kFar = 1.5;
+  const std::vector<SeenFit> fits = fits_of(model, seen, cases);
+  for (std::size_t s = 0; s < fits.size(); ++s) {
+    const SeenFit& fit = fits[s];
+    const std::string& joint = model.joints[seen.joints[s].joint].name;
+    if (fit.alike < kAgainst)
+      throw io::InputError(fmt::format(
+          "{}: the camera's angle falls where the model's rises (correlation {:.2f}): is its 180 straight?",
+          joint, fit.alike));
+    if (fit.rmse_deg > kFar * fit.expected_deg)
+      notes.push_back(fmt::format(
+          "{}: its angles still differ from the camera's by {:.1f} deg where {:.1f} are expected: is the "
+          "camera's the angle that the model was made from, from the same zero?",
+          joint, fit.rmse_deg, fit.expected_deg));
+  }
+}
+
 // Where nothing was applied though no sensor said what it wants.
 std::string wanted_instead(const Recalibration& r, bool sure) {
   if (!r.misfits.empty())
@@ -402,7 +423,7 @@ std::string wanted_instead(const Recalibration& r, bool sure) {
     return "open hand and fist once more, held as they were where the model was made, or a camera (--pair): "
            "what the poses tell may be chance";
   return "nothing where the angles are right; else a camera (--pair): no change that was told is larger than "
-         "its own error";
+         "0.7 of its standard errors";
 }
 
 }  // namespace
@@ -423,6 +444,7 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
     for (const std::size_t sensor : told_by_camera(known.model, *known.seen)) cases[sensor].informed = true;
   }
   const Eigen::MatrixXd covariance = estimate(known.model, poses, known.seen ? &*known.seen : nullptr, cases);
+  if (known.seen) check_camera(known.model, *known.seen, cases, out.notes);
   for (Case& one : cases) {
     one.other = other_line(known, one);
     one.kept = reason_to_keep(one);

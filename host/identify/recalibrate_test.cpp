@@ -321,6 +321,11 @@ TEST(RecalibrateFromACamera, SecondsOfAnglesTellShiftAndGain) {
   const Recalibration r = recalibrate(request);
   ASSERT_TRUE(r.applied);
   EXPECT_LT(left(r, moved), 0.3);
+  EXPECT_TRUE(r.notes.empty());
+  for (double& angle : request.seen->joints[1].angle_deg) angle += 40;
+  expect_says(recalibrate(request).notes, "from the same zero", 1);
+  for (double& angle : request.seen->joints[1].angle_deg) angle = 180 - angle;
+  expect_says({io::refusal_of([&] { (void)recalibrate(request); })}, "falls where the model's rises");
 }
 
 // Holds of a wearer: up to ten degrees off, each finger by itself or, in one of five, all alike; in one of five the other way round; the fist

@@ -195,7 +195,9 @@ Hardware preset(const std::string& name) {
 
 Hardware hardware(const std::string& preset_or_file) {
   std::error_code error;
-  if (!std::filesystem::exists(preset_or_file, error)) return preset(preset_or_file);
+  // A preset's name is one, whatever lies in the working folder.
+  const bool is_preset = preset_or_file == "flexor" || preset_or_file == "lucidgloves";
+  if (is_preset || !std::filesystem::exists(preset_or_file, error)) return preset(preset_or_file);
   return hardware_of(io::parse_json(io::read_document(preset_or_file), preset_or_file), preset_or_file);
 }
 

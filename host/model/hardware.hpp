@@ -90,7 +90,7 @@ Numbers numbers(const Hardware& hardware);
 
 // flexor, or lucidgloves: OpenGloves' usual pins and potentiometers.
 Hardware preset(const std::string& name);
-// A file, or else a preset.
+// A preset, or else a file.
 Hardware hardware(const std::string& preset_or_file);
 Hardware hardware_of(const nlohmann::ordered_json& document, const std::string& source);
 nlohmann::ordered_json to_json(const Hardware& hardware);

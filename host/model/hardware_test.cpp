@@ -31,6 +31,15 @@ TEST(Hardware, WhatIsLeftOutIsThePublishedGloveAndHand) {
   EXPECT_EQ(preset("flexor").pins.strip, (std::array{0, 1, 2, 3, 4}));
 }
 
+TEST(Hardware, APresetIsOneWhateverLiesInTheWorkingFolder) {
+  const std::filesystem::path before = std::filesystem::current_path();
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "hardware_preset";
+  std::filesystem::create_directories(folder / "flexor");
+  std::filesystem::current_path(folder);
+  EXPECT_EQ(io::refusal_of([] { (void)hardware("flexor"); }), "accepted");
+  std::filesystem::current_path(before);
+}
+
 TEST(Hardware, IsRefusedByFileAndKey) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {R"("pin":{})", R"(my.json: unknown key "pin")"},

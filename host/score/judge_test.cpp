@@ -71,9 +71,10 @@ TEST(Judge, PartsAreDrawnWhole) {
 }
 
 TEST(Judge, RecommendsOnlyWhatAStructureGives) {
-  const auto words = [](const char* name) {
-    return in_words(judge(errors(2, 1), {{name, errors(1, 2)}}, 0.05));
+  const auto words = [](const char* name, double size = 1) {
+    return in_words(judge(errors(2, 1), {{name, errors(size, 2)}}, 0.05));
   };
+  EXPECT_EQ(words("line_lead", 2.01).find("--structure"), std::string::npos) << "it errs more";
   EXPECT_NE(words("line_lead").find("--structure line-lead"), std::string::npos);
   EXPECT_EQ(words("static_curve").find("--structure"), std::string::npos);
   EXPECT_NE(words("published_form").find("--structure 'dead-zone > gain"), std::string::npos);

@@ -167,6 +167,11 @@ Score compare(const Angles& measured, const Angles& estimated) {
     measured_deg.push_back(io::interpolate(reference_t_s, reference_deg, now));
     estimated_deg.push_back(estimated.angle_deg[k]);
   }
+  for (const double now : reference_t_s) {
+    const auto next = std::ranges::lower_bound(estimated.t_s, now);
+    if (next == estimated.t_s.begin() || next == estimated.t_s.end()) continue;
+    left_out += *next > now && *next - *(next - 1) > estimated.max_gap_s;
+  }
   if (t_s.size() < 2 || t_s.back() - t_s.front() < kMinOverlap_s) {
     throw io::InputError(fmt::format(
         "the two overlap by less than {:g} s: measured {:.1f} to {:.1f} s, estimated {:.1f} to {:.1f} s",

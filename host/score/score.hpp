@@ -24,7 +24,7 @@ namespace flexor::score {
 
 struct Score {
   std::size_t samples = 0;
-  std::size_t left_out = 0;  // samples of the estimate inside gaps of the measured angle
+  std::size_t left_out = 0;  // samples of either inside gaps of the other
   double rmse_deg = 0;
   double max_abs_deg = 0;
   double p95_abs_deg = 0;
@@ -61,7 +61,7 @@ struct Angles {
 };
 
 // The estimate at its own instants, beside the straight line between the measured neighbours; measured rows
-// of one time count as their mean. Samples in gaps of the measured angle are left out. Throws io::InputError
+// of one time count as their mean. Samples of either in gaps of the other are left out. Throws io::InputError
 // when the two overlap by less than a second, io::JobError where the measured angle never changes.
 Score compare(const Angles& measured, const Angles& estimated);
 

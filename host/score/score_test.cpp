@@ -115,6 +115,7 @@ TEST(Compare, WhatLiesInAGapOfTheMeasuredAngleIsLeftOutAndCounted) {
   EXPECT_NEAR(s.rmse_deg, 1, 1e-9);
   EXPECT_EQ(s.samples + s.left_out, 1200u);
   EXPECT_EQ(s.left_out, 799u);
+  EXPECT_EQ(compare({t, estimate, 0.3}, {measured_t, values(measured_t, swing), 0.3}).left_out, 799u);
   EXPECT_NEAR(s.iae_deg_s, 10 + 9.95, 0.01);  // nothing is known of the forty seconds between
 }
 

@@ -24,7 +24,7 @@ LEAST_ROWS = 10 * PARTS
 OTHER_UNIT = 10  # put on again a glove reaches a few times as far at most
 GENERAL_WEIGHT = 4  # sessions that the shipped correlation counts as
 MOST_ALIKE = 0.95  # heavy tails leave room for a sensor that moved alone
-# host/identify/donning_prior.cpp: somewhat wider than nine sessions of one three-finger glove, docs/donning.md.
+# host/identify/donning_prior.cpp: somewhat narrower than nine sessions of one three-finger glove, docs/donning.md.
 SHIPPED = {"sessions": 9, "shift_sd": 0.18, "log_gain_sd": 0.13, "motion_sd": 0.05, "reach_sd": 0.08, "density_sd": 0.1, "alike": 0.8}
 
 
@@ -95,11 +95,11 @@ def _change(readings: np.ndarray, quantiles: np.ndarray, mean: np.ndarray, rando
 
 
 def prior(changes: pd.DataFrame) -> dict:
-    """How the donnings differ: standard deviations over the sessions, all sensors together, and how the shifts of two sensors
+    """How two donnings differ, as today and the one that a model was made in: standard deviations, all sensors together, and how the shifts of two sensors
     correlate, over all pairs, drawn towards the shipped value. What sessions do not tell is shipped."""
     freedom = changes.groupby("sensor")["shift"].count().sub(1).sum()
     away = changes.groupby("sensor")[["shift", "log_gain"]].transform(lambda values: values - values.mean())
-    deviation = np.sqrt((away**2).sum() / freedom).clip(lower=1e-3)
+    deviation = np.sqrt(2 * (away**2).sum() / freedom).clip(lower=1e-3)
     sessions = changes.index.get_level_values("session").nunique()
     own = (changes["shift"] ** 2).groupby("session").sum()
     products = (changes["shift"].groupby("session").sum() ** 2 - own).sum()  # of all pairs, each in both orders
@@ -119,7 +119,7 @@ def _job(o: argparse.Namespace) -> None:
     changes = compare(sessions, o.sensors)
     found = prior(changes)
     print((100 * changes).to_string(float_format="{:.1f}".format))
-    print(f"\npercent of a sensor's span; from session to session: shift {100 * found['shift_sd']:.1f} %, gain "
+    print(f"\npercent of a sensor's span; from one session to another: shift {100 * found['shift_sd']:.1f} %, gain "
           f"{100 * found['log_gain_sd']:.1f} % (standard deviations); shifts of two sensors correlate by {found['alike']:.2f}")
     if o.out:
         write_json(o.out, found)

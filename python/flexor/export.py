@@ -2,7 +2,7 @@
 
 A log is a file, a Recording or a frame with a time index, with a column NAME_deg or NAME_rad for each joint, as `flexor apply`,
 `flexor track` and `flexor posture complete` write them. The joint is NAME. Other columns are left out, standard errors
-(NAME_se_deg) too; where NAME_quality is 3, the camera lost the angle, and it is NaN. Files are written whole or not at all.
+(NAME_se_deg) too; where NAME_quality is 3, the camera lost the angle, where NAME_status is not 0, the model holds it: NaN. Files are written whole or not at all.
 Raises ValueError, one line.
 
     python -m flexor.export angles.csv --to bids --out dataset/ --subject 01
@@ -27,7 +27,7 @@ from flexor._files import run_command, write_json, write_text
 from flexor._model import Compensator
 from flexor._recording import Recording, as_recording, read
 
-LOST = 3  # a camera's quality
+UNKNOWN_FROM = {"_quality": 3, "_status": 1}  # lost by a camera; held by a model
 A_DATE_S = 1e8  # dates are seconds since 1970; no log runs for three years
 UNEVEN = 0.15  # of the mean step: clocks are written in whole milliseconds
 README = """# Joint angles of a hand
@@ -50,7 +50,7 @@ def joints_of(log, model=None) -> pd.DataFrame:
             continue
         if joint in out:
             raise ValueError(f"two columns are the joint {joint}: drop one")
-        is_lost = log.columns.get(f"{joint}_quality", np.zeros(len(log))) >= LOST
+        is_lost = np.any([log.columns.get(joint + end, np.zeros(len(log))) >= least for end, least in UNKNOWN_FROM.items()], axis=0)
         out[joint] = np.where(is_lost, np.nan, angle if unit == "deg" else np.degrees(angle))
     if not out:
         raise ValueError(f"no column is called NAME_deg or NAME_rad; there are {', '.join(log.columns)}")
@@ -64,7 +64,7 @@ def joints_of(log, model=None) -> pd.DataFrame:
 def _log(given) -> Recording:
     """Of a file the angles alone, whatever its clock does: `joints_of` leaves out what does not rise."""
     if isinstance(given, (str, os.PathLike)):
-        return read(given, lambda names: [name for name in names if name.endswith(("_deg", "_rad", "_quality"))], repair=False)
+        return read(given, lambda names: [name for name in names if name.endswith(("_deg", "_rad", *UNKNOWN_FROM))], repair=False)
     return as_recording(given)
 
 

@@ -52,6 +52,11 @@ def test_joints_are_the_columns_with_an_angles_unit():
     np.testing.assert_allclose(angles, expected_deg(), atol=1e-12)
 
 
+def test_an_angle_that_is_held_is_not_known():
+    angles = export.joints_of(small("t_s,a_deg,a_status,b_deg 0,1,0,4 .1,2,2,5 .2,3,4,6"))
+    np.testing.assert_array_equal(angles, [[1, 4], [np.nan, 5], [np.nan, 6]])
+
+
 def test_times_rise_strictly():
     angles = export.joints_of(small("t_s,a_deg 0,1 .1,2 .1,3 .05,4 .2,5"))
     assert list(angles["a"]) == [1, 2, 5]

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
 #include "host/identify/readings.hpp"
 #include "host/identify/robust.hpp"
@@ -16,13 +17,18 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Outside pauses, rising.
+// Outside pauses, rising; never empty: with pauses all over those in them.
 std::vector<double> readings(const JointResult& joint, std::size_t sensor) {
   std::vector<double> out;
   for (const JointSamples& s : joint.samples) {
     for (std::size_t k = s.begin(); k < s.own().size(); ++k) {
       if (!s.gap(k)) out.push_back(s.sensors[sensor].input[k]);
     }
+  }
+  const JointSamples& first = joint.samples.front();
+  if (out.empty()) {
+    const std::span all = std::span(first.sensors[sensor].input).subspan(first.begin());
+    out = {all.begin(), all.end()};
   }
   std::ranges::sort(out);
   return out;

@@ -57,6 +57,8 @@ Output run(const Options& o) {
   check_output(o);
   const recording::Pair pair = identify::load_pair(o.files, o.clock_offset_s.has_value());
   const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s);
+  if (!o.out.empty() && !o.clock_offset_s && aligned.alignment)
+    identify::refuse_unsure(pair.sensor.source, aligned.clock_offset_s, aligned.alignment->confidence);
   if (!o.out.empty()) io::write_file(o.out, recording::to_csv(recording::to_recording(aligned, pair)));
   if (!o.json) {
     for (const std::string& warning : aligned.warnings) log_warning(warning);

@@ -118,8 +118,8 @@ void show_structures(const identify::JointFit& joint) {
   }
   print(
       "fitted, cross: RMSE of the fitted part in degrees, as fitted and cross-validated\n"
-      "*: the smallest that can be worn of sums whose loss over the folds is within 3 %\n"
-      "   of the least, or a smaller chain within a standard error of that one\n");
+      "*: the smallest that can be worn of sums that lose at most 6.1 % and err at most 3 %\n"
+      "   (cross) more than the best of all, or a smaller chain within a standard error of it\n");
 }
 
 // RMSE in degrees, the compensator's and each baseline's under its own name.

@@ -23,9 +23,10 @@ std::string in_words(const identify::Recalibration& r, const std::string& out) {
     text += fmt::format("{:<16}{:>14.1f} deg{:>13.1f} deg\n", joint.name, joint.change_deg, joint.se_deg);
   text += "\n";
   for (const identify::RecalibratedSensor& s : r.sensors) {
-    text += s.applied ? fmt::format("corrected: {}: {:.4g} times its reading {:+.4g} (+- {:.2g})\n", s.name,
-                                    s.correction.gain, s.correction.shift, s.shift_se)
-                      : fmt::format("kept: {}\n", s.kept);
+    text += s.applied
+                ? fmt::format("corrected: {}: {:.4g} times its reading {:+.4g} (standard error {:.2g})\n",
+                              s.name, s.correction.gain, s.correction.shift, s.shift_se)
+                : fmt::format("kept: {}\n", s.kept);
   }
   for (const std::string& wanted : r.wanted) text += fmt::format("wanted: {}\n", wanted);
   if (r.clock)
@@ -49,8 +50,10 @@ Output run(Options& o) {
   const std::string old = io::read_file(o.model);
   o.request.model = model::load(o.model);
   const identify::Recalibration r = identify::recalibrate_files(o.request);
+  // Few sensors that do not fit are named, and the others stay; most are another glove.
+  const bool few_misfit = !r.misfits.empty() && 2 * r.misfits.size() < r.sensors.size();
   for (const identify::LogRanges& log : r.logs)
-    if (!r.applied) check_ranges(r.model, log.file, log.columns, log.ranges);
+    if (!r.applied && !few_misfit) check_ranges(r.model, log.file, log.columns, log.ranges);
   // Where nothing is applied the very bytes: what was signed, compared or committed stays as it was.
   io::write_file(o.out, r.applied ? model::to_json(r.model) : old);
   if (!o.json) {

@@ -614,20 +614,35 @@ void add_readings(const HandRequest& request, const Samples& samples, model::Mod
 }
 
 // Where each joint is at the open hand and at the fist: as the request says, else at the quantiles of its angles, of which the
-// one nearer to zero is taken for the open hand.
-void add_ends(const HandRequest& request, const Samples& samples, model::Model& model) {
+// one nearer to zero is taken for the open hand. Where no joint comes near zero they are inner angles, as of MediaPipe: of one
+// that reaches half a turn, which is straight, the other.
+void add_ends(const HandRequest& request, const Samples& samples, HandIdentification& r) {
   constexpr double kShare = 0.02;
+  constexpr double kNearZero_deg = 45;      // no open hand is bent more
+  constexpr double kNearStraight_deg = 30;  // of half a turn
+  std::vector<model::Ends> all;
   for (std::size_t j = 0; j < request.map.size(); ++j) {
-    model::Joint& joint = *std::ranges::find(model.joints, request.map[j].joint, &model::Joint::name);
-    if (const auto stated = request.ends.find(joint.name); stated != request.ends.end()) {
-      joint.ends = stated->second;
-      continue;
-    }
     std::vector<double> angles = used_angles(sessions_of(samples[j]));
     std::ranges::sort(angles);
-    model::Ends ends{quantile(angles, kShare), quantile(angles, 1 - kShare)};
+    model::Ends& ends = all.emplace_back(model::Ends{quantile(angles, kShare), quantile(angles, 1 - kShare)});
     if (std::abs(ends.fist_deg) < std::abs(ends.open_deg)) std::swap(ends.open_deg, ends.fist_deg);
-    if (std::abs(ends.fist_deg - ends.open_deg) >= model::kLeastEnds_deg) joint.ends = ends;
+  }
+  const bool are_inner =
+      std::ranges::all_of(all, [&](const auto& ends) { return std::abs(ends.open_deg) > kNearZero_deg; });
+  for (std::size_t j = 0; j < request.map.size(); ++j) {
+    model::Joint& joint = *std::ranges::find(r.model.joints, request.map[j].joint, &model::Joint::name);
+    model::Ends ends = all[j];
+    if (are_inner && std::abs(std::abs(ends.fist_deg) - 180) < kNearStraight_deg)
+      std::swap(ends.open_deg, ends.fist_deg);
+    if (const auto stated = request.ends.find(joint.name); stated != request.ends.end())
+      joint.ends = stated->second;
+    else if (std::abs(ends.fist_deg - ends.open_deg) >= model::kLeastEnds_deg)
+      joint.ends = ends;
+    if (joint.ends != ends || !are_inner) continue;
+    r.warnings.push_back(fmt::format(
+        "{0}: its angles never come near zero: {1:.0f} deg is taken for the open hand, {2:.0f} for the fist; "
+        "if they are the other way round, add --pose-angles {0}={2:.0f}:{1:.0f}",
+        joint.name, ends.open_deg, ends.fist_deg));
   }
 }
 
@@ -637,7 +652,7 @@ void fit_model(const HandRequest& request, const std::vector<std::string>& struc
   r.model = start_model(request, files, samples);
   request.refit ? refit_joints(request, samples, r) : fit_joints(request, structures, samples, step, r);
   add_readings(request, samples, r.model);
-  add_ends(request, samples, r.model);
+  add_ends(request, samples, r);
   std::erase_if(r.model.inputs, [&](const model::Input& input) {
     return std::ranges::none_of(r.model.blocks, [&](const auto& block) {
       return std::ranges::find(block.from, input.name) != block.from.end();
@@ -868,18 +883,6 @@ void check_held_out(const recording::Aligned& a) {
                   a.size() - a.holdout_begin, kLeastHeldOut));
 }
 
-// `why`: what the map has to do with it.
-void refuse_unsure(const Clock& clock, const Files& files, const std::string& why) {
-  if (clock.confidence >= recording::kUnsure) return;
-  throw io::JobError(fmt::format(
-      "{}: what moved does not tell its clock: {:+.2f} s is right with a probability of {:.2f}, {:g} at "
-      "least is "
-      "needed. {}; or give --clock-offset",
-      files.sensor.source, clock.offset_s, clock.confidence, recording::kUnsure,
-      why.empty() ? "Record longer, a motion that does not repeat itself, with three quick bends first"
-                  : why));
-}
-
 // All takes, each trial of a file one; `request.pairs` then name them.
 std::vector<Files> read_takes(HandRequest& request, std::vector<std::string>& warnings) {
   std::vector<Files> out;
@@ -966,7 +969,8 @@ HandIdentification identify_hand(const HandRequest& asked, const Step& step) {
     const std::size_t said = r.warnings.size();
     stuck.merge(check_map(request, request.pairs[p], files[p], r.clocks.back().offset_s, r.warnings));
     if (!request.clock_offset_s)
-      refuse_unsure(r.clocks.back(), files[p], r.warnings.size() > said ? r.warnings[said] : "");
+      refuse_unsure(files[p].sensor.source, r.clocks.back().offset_s, r.clocks.back().confidence,
+                    r.warnings.size() > said ? r.warnings[said] : "");
   }
   const Samples samples = sample_all(files, r.clocks, request);
   for (std::size_t j = 0; j < request.map.size(); ++j) {
@@ -1015,7 +1019,8 @@ std::vector<LeftOut> leave_person_out(const HandRequest& asked, const std::vecto
       std::vector<Clock> clocks;
       for (Files& take : read) {
         clocks.push_back(clock_of(request.map, request.clock_offset_s, take, r.warnings));
-        if (!request.clock_offset_s) refuse_unsure(clocks.back(), take, "");
+        if (!request.clock_offset_s)
+          refuse_unsure(take.sensor.source, clocks.back().offset_s, clocks.back().confidence);
       }
       for (std::size_t i = 0; i < read.size(); ++i) {
         if (std::ranges::find(own, p) != own.end()) unit.pairs.push_back(files.size());

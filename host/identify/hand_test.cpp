@@ -34,6 +34,22 @@ TEST_F(Hand, AllJointsOfOneRecordingAreFittedToOneModelThatCanBeWorn) {
   EXPECT_GT(r.clocks[0].confidence, 0.3);
 }
 
+// 180 degrees are straight; an angle that comes near zero is a flexion.
+TEST_F(Hand, InnerAnglesOpenAtTheGreaterOneAndItIsSaid) {
+  const auto ends_of = [&](double turn_deg, double sign, bool is_said) {
+    HandRequest request = Hand::request({write("ends", {60, 3}, [&](std::vector<double>& angle) {
+      for (double& a : angle) a = turn_deg + sign * a;
+    })});
+    request.structure = "line";
+    const HandIdentification r = identify_hand(request, {});
+    EXPECT_EQ(warned(r, "--pose-angles index="), is_said) << turn_deg;
+    return r.model.joints[0].ends.value();
+  };
+  EXPECT_NEAR(ends_of(180, -1, true).open_deg, 173, 5);
+  EXPECT_NEAR(ends_of(0, 1, false).open_deg, 7, 5);
+  EXPECT_NEAR(ends_of(180, 1, true).open_deg, 187, 5) << "a whole finger's, which was never opened";
+}
+
 TEST_F(Hand, ASecondSensorTellsWhatOneAloneCannot) {
   const PairFiles files = write("two", {90, 2});
   const JointResult both = found({files}, "thumb=b_adc+a_adc:thumb_deg").joints[0];
@@ -110,6 +126,12 @@ TEST_F(Hand, ARecordingThatStandsThereTwiceWithADifferenceSpoilsNothing) {
   fs::copy_file(one.sensor, again.sensor);
   change(again.sensor, [](recording::Recording& log) { log.columns[0].value[700] += 1; });
   EXPECT_LT(rmse_deg({one, again}), 1.15 * rmse_deg({one}));
+}
+
+TEST_F(Hand, TheColumnOfGapsIsNoSensor) {
+  const fs::path aligned = folder_ / "aligned.csv";
+  io::write_file(aligned, "t_s,index_adc,index_deg,gap\n0,1,2,0\n1,2,4,0\n");
+  EXPECT_EQ(columns_of({aligned, aligned}, false, {}), std::vector<std::string>{"index_adc"});
 }
 
 TEST_F(Hand, JointsAreFoundByName) {

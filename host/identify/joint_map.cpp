@@ -9,6 +9,7 @@
 
 #include "host/io/io.hpp"
 #include "host/model/model.hpp"
+#include "host/recording/align.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/unit.hpp"
 
@@ -56,9 +57,21 @@ std::vector<std::string> columns_of(const PairFiles& files, bool are_angles,
   std::vector<std::string> out;
   for (std::size_t i = 0; i < reader->columns().size(); ++i) {
     const bool is_angle = reader->units()[i] == "deg" || reader->units()[i] == "rad";
+    if (reader->columns()[i] == "gap") continue;  // of flexor align
     if (!is_one || is_angle == are_angles) out.push_back(reader->columns()[i]);
   }
   return out.empty() ? reader->columns() : out;
+}
+
+void refuse_unsure(const std::string& source, double clock_offset_s, double confidence,
+                   const std::string& why) {
+  if (confidence >= recording::kUnsure) return;
+  throw io::JobError(fmt::format(
+      "{}: what moved does not tell its clock: {:+.2f} s is right with a probability of {:.2f}, {:g} at "
+      "least is needed. {}; or give --clock-offset",
+      source, clock_offset_s, confidence, recording::kUnsure,
+      why.empty() ? "Record longer, a motion that does not repeat itself, with three quick bends first"
+                  : why));
 }
 
 std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeOptions& time) {

@@ -38,6 +38,10 @@ std::vector<std::string> short_names(const std::vector<std::filesystem::path>& p
 std::vector<std::string> columns_of(const PairFiles& files, bool are_angles,
                                     const recording::TimeOptions& time);
 
+// Throws io::JobError below recording::kUnsure. `why`: what the map has to do with it.
+void refuse_unsure(const std::string& source, double clock_offset_s, double confidence,
+                   const std::string& why = "");
+
 // Two logs and a column of each.
 struct SourceFiles {
   recording::Log sensor;

@@ -229,8 +229,9 @@ void tried_structures(Page& page, const Json& joint) {
     return page.paragraph(fmt::format("One alone: {}.", joint.at("structure").get<std::string>()));
   page.table(t);
   page.paragraph(
-      "Marked: the smallest of the sums whose loss over the folds of the fitted part is within 3 % of the "
-      "least, or a smaller chain within a standard error of it, that holds still when the finger does and "
+      "Marked: the smallest of the sums whose loss over the folds is at most 6.1 % and cross-validated RMSE "
+      "at most 3 % above the best of all, or a smaller chain within a standard error of it, that holds still "
+      "when the finger does and "
       "fits the glove's integers; or one that undoes a "
       "sensor's creep "
       "where that pays. Drift: of readings that are held for a minute. Parameters: how many the data "

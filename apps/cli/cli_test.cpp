@@ -80,24 +80,6 @@ TEST_F(Cli, HeldPosesNameWhatTheReaderLeavesOut) {
   EXPECT_EQ(nlohmann::json::parse(run(arguments + " --json").out).at("warnings").size(), 2U);
 }
 
-// Slow even bends and a noisy sensor, of which the camera saw twice as much.
-TEST_F(Cli, AlignWritesNothingOnAClockThatTheSignalsDoNotTell) {
-  std::string sensor = "t_s,flex_count\n";
-  std::string reference = "t_s,index_deg\n";
-  for (int k = 0; k < 400; ++k) {
-    const double angle_deg = 45 - 40 * std::cos(0.01 * M_PI * k);
-    if (k < 200) sensor += fmt::format("{:.2f},{:.0f}\n", 0.05 * k, 450 + angle_deg + 37 * k % 101);
-    reference += fmt::format("{:.2f},{:.2f}\n", 0.05 * k, angle_deg);
-  }
-  io::write_file(path("s.csv"), sensor);
-  io::write_file(path("c.csv"), reference);
-  const std::string align = "align --sensor '" + path("s.csv") + "' --reference '" + path("c.csv") +
-                            "' --out '" + path("a.csv") + "'";
-  expect_refused(align, 1, "what moved does not tell its clock");
-  EXPECT_EQ(run(align + " --clock-offset 0").exit, 0);
-}
-
-// `G`, `C`: log of the glove, of the camera; `M`: the published model; `F`: this test's folder.
 TEST_F(Cli, WhatCannotBeDoneIsRefusedBeforeTheWork) {
   write("lead.json", R"({"total": [1]})");
   write("torn.csv", "time_ms,index_count\n12,");

@@ -129,12 +129,6 @@ TEST_F(RealRecordings, TheLineOfTheVerdictIsTheLineThatItAdvises) {
   }
 }
 
-TEST_F(RealRecordings, WhatIsAdvisedForADriftIsFittedAndHoldsStill) {
-  HandRequest r = request("sensors/bender_10_14_v7.csv", "index=ADC Value:IMU Angle (deg)");
-  r.structure = "hysteresis";
-  EXPECT_LT(identify_hand(r, {}).joints[0].hold_drift_deg, kMostDrift_deg);
-}
-
 TEST_F(RealRecordings, EveryCandidateThatLooksBetterThanTheChosenOneSaysWhyItIsNot) {
   for (const char* name : {"sensors/bender_9_17.csv", "sensors/bender_10_14_v7.csv"}) {
     const JointResult joint = identify_hand(request(name, "index=ADC Value:IMU Angle (deg)"), {}).joints[0];

@@ -311,12 +311,6 @@ TEST_F(RealSessions, StartAndPeakOfGesturesFromSecondsAcrossThem) {
   expect("pieces of two seconds", folds, kPieces, 40, {.after = {10.9, 9.7}});
 }
 
-// Many of these windows show one gesture, or one state of a glove that has another half an hour later.
-TEST_F(RealSessions, WindowsInTheFilesOrderSeldomMakeASessionWorse) {
-  const auto folds = each_against_the_others("P6_", false);
-  expect("windows in file order", folds, kWindow, 100, {.of_raw = 0.85, .worse = 5, .applied = 60});
-}
-
 // Five of the nine hold transitions alone, and fewer points that others have as well.
 TEST_F(RealSessions, AllSessionsOfEachWearer) {
   const auto folds = each_against_the_others("P6_", true);

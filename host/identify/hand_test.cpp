@@ -202,6 +202,7 @@ TEST_F(Hand, ASpikeIsLeftOutAndSaid) {
   const PairFiles files = write("spike", {60, 1});
   HandRequest r = request({files});
   r.input_unit = "count";
+  r.structure = "curve(12) + motion(0.2)";
   const HandIdentification before = identify_hand(r, {});
   EXPECT_FALSE(warned(before, "outside the valid range"));
   change(files.sensor, [](recording::Recording& log) { log.columns[0].value[500] = 1e6; });

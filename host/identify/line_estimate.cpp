@@ -361,6 +361,10 @@ std::vector<SeenFit> fits_of(const model::Model& model, const Seen& seen, const 
     Eigen::Index at = 0;
     for (std::size_t k = 0; k < one.use.size(); ++k)
       if (one.use[k]) deg.row(at++) << one.angle_deg[k], was[s][k], is[s][k];
+    if (at == 0) {  // its sensor is dead
+      out.emplace_back();
+      continue;
+    }
     const double rmse_deg = std::sqrt((deg.col(2) - deg.col(0)).square().mean());
     deg.rowwise() -= deg.colwise().mean().eval();
     const double spread_deg = std::sqrt(deg.col(0).square().mean());

@@ -4,8 +4,8 @@
 // joints together and finds more; where none is so precise, the best that holds still. A candidate that creeps back after its sensor is taken in
 // its place where its cross-validated error is a tenth lower, its loss surely lower over the folds, and its
 // error wanders no more than half as much again in the holds that the reference itself shows; without a hold its drift is bounded. Then chains, over the same folds and fitted for other donnings too (Donnings): one is taken where its loss
-// is lower, by a standard error unless it is the smaller, and within one error of what creeps where it holds still. Of several
-// sensors the own one alone is tried as well, and taken where it is as good. Of readings that no board takes the integers are not asked for.
+// is lower, by a standard error unless it is the smaller; one that creeps is judged as other candidates that do. Of several
+// sensors the own one alone is tried as well, and taken where it is as good and holds as still. Of readings that no board takes the integers are not asked for.
 #pragma once
 
 #include <cmath>

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "host/identify/additive_system.hpp"
@@ -81,15 +80,18 @@ class ChainFitter {
     Options options;
     options.initial = initial;
     Options fold;  // has one minimum to find, that of the whole
-    fold.only_start = std::numeric_limits<std::size_t>::max();
+    fold.from = From::initial;
+    fold.cost_tolerance = 1e-5;  // a fold's loss is judged by per cents
     const auto finish = [&] {
       if (out.fitted_rmse_deg < least_deg) validate(chain, data, fold, out);
     };
     for (const double slowest_s : kSlowest_s) {
       fold.slowest_s = options.slowest_s = slowest_s;
       const Summary summary = fit(chain.blocks, data, options);
-      fold.initial = summary.channel;
+      fold.initial = options.initial = summary.channel;
+      options.from = From::initial;  // of what is faster
       fold.knots = summary.knots;
+      fold.deviation_deg = summary.deviation_deg;
       out = filled(chain, summary);
       if (chain.blocks.order == 0 || out.hold_drift_deg <= kMostDrift_deg) break;
       if (!creeping) {
@@ -140,7 +142,7 @@ class ChainFitter {
   // None where the chain without a lag fits as well.
   std::optional<double> best_lag_s() {
     Options quick;
-    quick.only_start = 0;
+    quick.from = From::first;
     double least = (1 - kLagIsWorth) * fit(wanted_.blocks, behind(wanted_), quick).fitted_rmse_deg;
     std::optional<double> best;
     const auto look = [&](double lag_s) {

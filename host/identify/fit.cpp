@@ -203,7 +203,7 @@ class Starts {
  public:
   Starts(const Problem& problem, const Data& data) : problem_(problem), data_(data) {}
 
-  std::vector<VectorXd> make() const {
+  std::vector<VectorXd> make(bool only_first) const {
     static const std::vector<std::vector<std::vector<double>>> kRates = {
         {{}},
         {{15}, {3}, {40}, {0.8}},
@@ -236,6 +236,7 @@ class Starts {
         solve_linear_part(theta, rows);
       }
       starts.push_back(theta);
+      if (only_first) break;
     }
     return starts;
   }
@@ -298,9 +299,14 @@ class Starts {
     VectorXd probe = theta.head(linear.layout().size);
     probe.segment(at, count).setZero();
     if (layout.affine >= 0) probe(at) = 1;
-    Jacobian all;
-    (void)linear.predict(probe, &all);
-    const MatrixXd a = all.middleCols(at, count)(rows, Eigen::all);
+    MatrixXd a = MatrixXd::Ones(std::ssize(rows), count);
+    if (layout.affine >= 0) {
+      a.col(0) = linear.predict(probe, nullptr)(rows);
+    } else {
+      Jacobian all;
+      (void)linear.predict(probe, &all);
+      a = all.middleCols(at, count)(rows, Eigen::all);
+    }
     const double damping = 1e-3 * a.norm() / std::sqrt(static_cast<double>(count));
     MatrixXd damped(a.rows() + count, count);
     damped << a, damping * MatrixXd::Identity(count, count);
@@ -371,14 +377,24 @@ Knots place_knots(const Structure& structure, const Data& data, const std::vecto
   return knots;
 }
 
+// Without the copies of the recording.
+Data own_part(Data data) {
+  for (VectorXd* of : {&data.input, &data.angle_deg, &data.weight}) of->conservativeResize(data.size());
+  data.own = 0;
+  return data;
+}
+
 class Fitter {
  public:
   Fitter(const Structure& structure, const Data& data, const Options& options)
       : data_(data),
+        own_(own_part(data)),
         options_(options),
-        predictor_(structure, place_knots(structure, data, used_rows(data, true), options), data.input,
+        predictor_(structure, place_knots(structure, data, used_rows(own_), options), data.input,
                    data.period_s),
+        own_predictor_(structure, predictor_.knots(), own_.input, data.period_s),
         problem_(predictor_, data, options),
+        own_problem_(own_predictor_, own_, options),
         free_(static_cast<std::size_t>(predictor_.layout().size)) {
     std::iota(free_.begin(), free_.end(), 0);
     if (!both_curves(structure)) return;
@@ -394,28 +410,47 @@ class Fitter {
   }
 
  private:
-  // Every start by plain least squares first; the best sets the scale of the robust loss and goes on.
+  // Every start by some steps of plain least squares to the recording alone; the best of two that go on sets the scale of the
+  // robust loss.
   void search() {
+    constexpr LmOptions kFirst{.max_iterations = 8, .cost_tolerance = 1e-4};
     constexpr LmOptions kRough{.max_iterations = 30, .cost_tolerance = 1e-4};
-    std::vector<VectorXd> starts = Starts(problem_, data_).make();
+    constexpr std::size_t kGoOn = 2;
+    deviation_deg_ = options_.deviation_deg;
+    std::vector<VectorXd> starts;
+    if (options_.from != From::initial)
+      starts = Starts(own_problem_, own_).make(options_.from == From::first);
     if (options_.initial) starts.push_back(predictor_.theta(*options_.initial));
+    std::vector<std::pair<Solution, std::size_t>> tried;
     for (std::size_t k = 0; k < starts.size(); ++k) {
-      if (options_.only_start && std::min(*options_.only_start, starts.size() - 1) != k) continue;
-      Solution s = solve(problem_, starts[k], free_, kInfinity, kRough);
+      tried.emplace_back(deviation_deg_ > 0 ? Solution{starts[k], 0, 0}
+                                            : solve(own_problem_, starts[k], free_, kInfinity, kFirst),
+                         k);
+    }
+    std::ranges::stable_sort(tried, {}, [](const auto& one) { return one.first.cost; });
+    for (std::size_t k = 0; k < std::min(kGoOn, tried.size()); ++k) {
+      auto& [s, start] = tried[k];
+      if (!(deviation_deg_ > 0) && s.iterations == kFirst.max_iterations) {
+        const int before = s.iterations;
+        s = solve(own_problem_, s.theta, free_, kInfinity, kRough);
+        s.iterations += before;
+      }
       if (!(s.cost < best_.cost)) continue;
-      best_ = std::move(s);
-      best_start_ = k;
+      best_ = s;
+      best_start_ = start;
       iterations_ = best_.iterations;
-      initial_ = starts[k];
+      initial_ = starts[start];
     }
     if (!std::isfinite(best_.cost)) {
       throw io::JobError(fmt::format("{}: {}: no start converged; is the motion rich enough?", data_.channel,
                                      text_of(predictor_.structure())));
     }
-    const VectorXd r = problem_.own_residual(best_.theta);
-    const double deviation_deg = robust_deviation(r);
-    delta_ = std::max(kRobustScale * deviation_deg, 1e-3 * root_mean_square(r));
-    problem_.expect_straight(deviation_deg / (kTurn * problem_.span_deg()));
+    if (!(deviation_deg_ > 0)) {
+      const VectorXd r = own_problem_.own_residual(best_.theta);
+      deviation_deg_ = std::max(robust_deviation(r), 1e-3 / kRobustScale * root_mean_square(r));
+    }
+    delta_ = kRobustScale * deviation_deg_;
+    problem_.expect_straight(deviation_deg_ / (kTurn * problem_.span_deg()));
     if (!(delta_ > 0) || predictor_.structure() == Structure{})
       delta_ = kInfinity;  // a line: as anybody draws it
   }
@@ -424,7 +459,7 @@ class Fitter {
   void settle() {
     hold_what_has_no_samples();
     while (true) {
-      best_ = solve(problem_, best_.theta, free_, delta_, {});
+      best_ = solve(problem_, best_.theta, free_, delta_, {.cost_tolerance = options_.cost_tolerance});
       iterations_ += best_.iterations;
       if (!std::isfinite(best_.cost)) {
         throw io::JobError(
@@ -515,6 +550,7 @@ class Fitter {
     s.start = static_cast<int>(best_start_) + 1;
     s.iterations = iterations_;
     s.fitted_rmse_deg = root_mean_square(problem_.own_residual(best_.theta));
+    s.deviation_deg = deviation_deg_;
     s.condition = uncertainty_.condition;
     const std::vector<NamedParameter> all = predictor_.named(best_.theta);
     const std::vector<NamedParameter> initial = predictor_.named(initial_);
@@ -539,13 +575,17 @@ class Fitter {
   }
 
   const Data& data_;
+  Data own_;
   const Options& options_;
   Predictor predictor_;
+  Predictor own_predictor_;
   Problem problem_;
+  Problem own_problem_;
   std::vector<int> free_;
   std::vector<int> held_;
   Solution best_;
   Uncertainty uncertainty_;
+  double deviation_deg_ = 0;
   double delta_ = kInfinity;
   VectorXd initial_;
   std::size_t best_start_ = 0;

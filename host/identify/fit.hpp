@@ -46,17 +46,23 @@ struct Data {
   Eigen::Index size() const { return own > 0 ? own : input.size(); }
 };
 
+// Where the search begins: at its own starts and `initial`, at the first of its own, or at `initial` alone.
+enum class From { all, first, initial };
+
 struct Options {
-  std::optional<std::size_t>
-      only_start;              // of four, then `initial`; the last where it is beyond them; none: all
-  double slowest_s = 0;        // no pole is slower; 0: a tenth of the recording
-  std::optional<Knots> knots;  // none: quantiles of the input
+  From from = From::all;
+  double deviation_deg =
+      0;  // of the residuals about the fit, which sets the loss; 0: that of a first fit by least squares
+  double cost_tolerance = 1e-7;           // of the last search, relative
+  double slowest_s = 0;                   // no pole is slower; 0: a tenth of the recording
+  std::optional<Knots> knots;             // none: quantiles of the input
   std::optional<model::Channel> initial;  // one start more
 };
 
 struct Summary : Fitted {
   Eigen::VectorXd theta;
   Knots knots;
+  double deviation_deg = 0;
   Eigen::VectorXd predicted_deg;  // whole recording, saturated like the model
   model::Channel channel;         // blocks, saturation and rest angle; the caller names it and its input
 };

@@ -49,7 +49,7 @@ TEST(Fit, InitialValuesAreOneStartMore) {
   const Summary first = fit(structure, data);
   Options options;
   options.initial = first.channel;
-  options.only_start = 4;  // behind the four of its own
+  options.from = From::initial;
   const Summary again = fit(structure, data, options);
   EXPECT_NEAR(again.fitted_rmse_deg, first.fitted_rmse_deg, 1e-5);
   EXPECT_LT(again.iterations, first.iterations);

@@ -261,7 +261,8 @@ void add_static_curve(const std::string& name, Takes& takes) {
 
 // A joint's baselines, as --structure gives them; one that cannot be fitted is refused.
 void add_baselines(const model::Model& inputs, const JointMap& map, const std::vector<Files>& files,
-                   Takes& takes, std::vector<std::string>& refusals) {
+                   Takes& takes, std::map<std::string, model::Model> fitted,
+                   std::vector<std::string>& refusals) {
   const std::size_t sensors = map.sensors.size();
   for (const score::Baseline& one : score::kBaselines) {
     if (one.structure == nullptr) {
@@ -273,10 +274,12 @@ void add_baselines(const model::Model& inputs, const JointMap& map, const std::v
     if (chain != nullptr && sensors > 1)
       continue;  // it has one sensor: where there are several it is no peer
     try {
-      const JointFit fit = chain != nullptr
-                               ? fit_chain(*chain, sessions_of(takes), inputs, map, {}, HUGE_VAL, {})
-                               : fit_joint(sessions_of(takes), inputs, map, one.structure, {}, {});
-      add_estimates(one.name, fit.model, files, {&takes, 1});
+      if (!fitted.contains(one.structure))
+        fitted[one.structure] =
+            (chain != nullptr ? fit_chain(*chain, sessions_of(takes), inputs, map, {}, HUGE_VAL, {})
+                              : fit_joint(sessions_of(takes), inputs, map, one.structure, {}, {}))
+                .model;
+      add_estimates(one.name, fitted.at(one.structure), files, {&takes, 1});
     } catch (const io::JobError& error) {
       refusals.push_back(fmt::format("{}: {}", one.name, error.what()));
     }
@@ -394,7 +397,7 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files, S
   const std::vector<std::string> pairs = names_of_pairs(request);
   const auto score = [&](std::size_t j) {
     JointResult joint = r.joints[j];
-    add_baselines(inputs, request.map[j], files, samples[j], joint.baseline_refusals);
+    add_baselines(inputs, request.map[j], files, samples[j], joint.baseline_models, joint.baseline_refusals);
     joint.holdout = score_of(samples[j], "");
     joint.sooner_deg = rmse_deg(samples[j], true, -kLeadOff_s);
     joint.later_deg = rmse_deg(samples[j], true, kLeadOff_s);
@@ -824,7 +827,8 @@ std::vector<HeldOut> errors_without(const Unit& unit, const HandRequest& request
   std::vector<HeldOut> out;
   for (std::size_t j = 0; j < one.joints.size(); ++j) {
     if (one.joints[j].untried > 0) throw io::Cancelled("stopped");
-    add_baselines(inputs, request.map[j], files, samples[j], one.joints[j].baseline_refusals);
+    add_baselines(inputs, request.map[j], files, samples[j], one.joints[j].baseline_models,
+                  one.joints[j].baseline_refusals);
     out.push_back(errors_of(samples[j]));
   }
   return out;

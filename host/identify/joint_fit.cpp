@@ -205,6 +205,7 @@ SumFit fit_sum(const Candidates& candidates, const std::vector<Session>& session
 void choose(JointFit one, std::size_t row, const std::string& why, JointFit& best) {
   one.rows = std::move(best.rows);
   one.untried = best.untried;
+  one.baseline_models = std::move(best.baseline_models);
   for (CandidateRow& of : one.rows) of.chosen = &of == &one.rows[row];
   for (CandidateRow& of : one.rows) explain(one.rows, of, why);
   best = std::move(one);
@@ -264,6 +265,7 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
     try {
       JointFit one = fit_chain(chain, sessions, inputs, joint, {},
                                is_baseline ? HUGE_VAL : best.cross_validated_deg, {});
+      if (is_baseline) best.baseline_models.emplace(kChains[k], one.model);
       CandidateRow& row = best.rows.emplace_back(one.row());
       row.refusal = chain_refusal(one, best);
       row.chosen = false;

@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,7 +48,8 @@ struct JointFit : Fitted {
   double cross_validated_deg = 0;    // root mean square
   std::vector<double> fold_loss;     // of the same estimates: mean of each fold (robust.hpp)
   double limits = 0;  // of the angle that a sum takes from what was seen, and that `effective` does not count
-  std::size_t untried = 0;  // structures of the search that was stopped
+  std::size_t untried = 0;                              // structures of the search that was stopped
+  std::map<std::string, model::Model> baseline_models;  // by structure, those that were fitted on the way
 
   CandidateRow row() const;  // of it, which is chosen
 };

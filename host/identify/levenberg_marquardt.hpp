@@ -95,13 +95,10 @@ LmSummary levenberg_marquardt(const Residual& residual, const Eigen::VectorXd& l
     const Eigen::VectorXd next = at.next(x, lambda, scale).cwiseMax(lower).cwiseMin(upper);
     const double promised = out.cost - (at.r + at.jacobian * (next - x)).squaredNorm() / 2;
     const bool still = (next - x).norm() <= options.step_tolerance * (x.norm() + options.step_tolerance);
-    tried.r = residual(next, nullptr);
-    const double decrease = tried.r.allFinite() ? out.cost - tried.cost() : -1;
+    tried.r = residual(next, &tried.jacobian);
+    const bool finite = tried.r.allFinite() && tried.jacobian.allFinite();
+    const double decrease = finite ? out.cost - tried.cost() : -1;
     moved = decrease > 0 && promised > 0;
-    if (moved && !still) {
-      tried.r = residual(next, &tried.jacobian);
-      moved = tried.jacobian.allFinite();
-    }
     if (!moved && still) return out;
     if (!moved) {
       lambda *= factor;

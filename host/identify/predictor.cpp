@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -126,51 +127,35 @@ void pole_pair(const Layout& layout, const VectorXd& theta, double period_s, Vec
 }
 
 // x[k+1] = A x[k] + b w[k], y = sum of taps times states, and s of each parameter: s[k+1] = A s[k] + dA x[k] + db w[k] + b dw[k].
-void lti(const Structure& structure, const Layout& layout, const VectorXd& theta, double period_s,
-         VectorXd& signal, Jacobian& j) {
-  const int n = structure.order;
-  const VectorXd rates = theta.segment(layout.log_rates, n).array().exp();
-  VectorXd taps(n);
-  taps(n - 1) = 1;
-  for (int i = 0; i + 1 < n; ++i) {
-    taps(i) = theta(layout.taps + i);
-    taps(n - 1) -= taps(i);
-  }
+template <int N>
+void lti(const Layout& layout, const VectorXd& theta, double period_s, VectorXd& signal, Jacobian& j) {
+  const VectorXd rates = theta.segment(layout.log_rates, N).array().exp();
+  Eigen::Vector<double, N> taps;
+  taps.head(N - 1) = theta.segment(std::max(layout.taps, 0), N - 1);
+  taps(N - 1) = 1 - taps.head(N - 1).sum();
   const model::ZeroOrderHold hold = model::zero_order_hold(rates, period_s);
-  std::vector<model::ZeroOrderHold> by_rate;
-  for (int i = 0; i < n && j.size() > 0; ++i)
-    by_rate.push_back(model::zero_order_hold_derivative(rates, period_s, i));
-  const Index columns = j.size() > 0 ? layout.log_rates + n : 0;
-  Jacobian s = j.topLeftCorner(1, columns).replicate(n, 1);
-  VectorXd x = VectorXd::Constant(n, signal(0));
-  const auto& a = hold.transition;
-  static_assert(compensator::kMaxOrder == 3);  // the states below
+  const Eigen::Matrix<double, N, N> a = hold.transition;
+  const Eigen::Vector<double, N> b = hold.input;
+  const Index columns = j.size() > 0 ? layout.log_rates + N : 0;
+  std::array<std::pair<Eigen::Matrix<double, N, N>, Eigen::Vector<double, N>>, N> by_rate;
+  by_rate.fill({a, b});
+  for (int i = 0; i < N && columns > 0; ++i) {
+    const model::ZeroOrderHold by = model::zero_order_hold_derivative(rates, period_s, i);
+    by_rate[static_cast<std::size_t>(i)] = {by.transition, by.input};
+  }
+  Eigen::Matrix<double, N, Eigen::Dynamic> s = j.topLeftCorner(1, columns).replicate(N, 1);
+  Eigen::Vector<double, N> x = Eigen::Vector<double, N>::Constant(signal(0));
   for (Index k = 0; k < signal.size(); ++k) {
-    auto by_signal = j.row(k).head(columns);
     const double w = signal(k);
-    // From the last state to the first: each needs the old values of those before it only.
-    for (int i = n - 1; i >= 0; --i) {
-      const auto driven = hold.input(i) * by_signal;
-      if (columns > 0 && i == 0) s.row(0) = driven + a(0, 0) * s.row(0);
-      if (columns > 0 && i == 1) s.row(1) = driven + a(1, 0) * s.row(0) + a(1, 1) * s.row(1);
-      if (columns > 0 && i == 2)
-        s.row(2) = driven + a(2, 0) * s.row(0) + a(2, 1) * s.row(1) + a(2, 2) * s.row(2);
-      for (std::size_t r = 0; r < by_rate.size(); ++r) {
-        double& own = s(i, layout.log_rates + static_cast<Index>(r));
-        own += by_rate[r].input(i) * w;
-        for (int p = 0; p <= i; ++p) own += by_rate[r].transition(i, p) * x(p);
-      }
-      double next = hold.input(i) * w;
-      for (int p = 0; p <= i; ++p) next += a(i, p) * x(p);
-      x(i) = next;
-    }
-    signal(k) = taps(0) * x(0);
-    if (columns > 0) by_signal = taps(0) * s.row(0);
-    for (int i = 1; i < n; ++i) {
-      signal(k) += taps(i) * x(i);
-      if (columns > 0) by_signal += taps(i) * s.row(i);
-    }
-    for (int i = 0; i + 1 < n && columns > 0; ++i) j(k, layout.taps + i) = x(i) - x(n - 1);
+    double* by_signal = j.data() + k * j.cols();
+    for (Index c = 0; c < columns; ++c) s.col(c) = (a * s.col(c) + b * by_signal[c]).eval();
+    Index rate = layout.log_rates;
+    for (const auto& [by_transition, by_input] : by_rate)
+      if (columns > 0) s.col(rate++) += by_transition * x + by_input * w;
+    x = (a * x + b * w).eval();
+    signal(k) = taps.dot(x);
+    for (Index c = 0; c < columns; ++c) by_signal[c] = taps.dot(s.col(c));
+    for (int i = 0; i + 1 < N && columns > 0; ++i) by_signal[layout.taps + i] = x(i) - x(N - 1);
   }
 }
 
@@ -217,6 +202,8 @@ Predictor::Predictor(const Structure& structure, Knots knots, VectorXd input, do
 }
 
 VectorXd Predictor::predict(const VectorXd& theta, Jacobian* jacobian) const {
+  static constexpr std::array kLti = {lti<1>, lti<2>, lti<3>};
+  static_assert(kLti.size() == compensator::kMaxOrder);
   assert(theta.size() == layout_.size);
   VectorXd signal = input_;
   Jacobian none(signal.size(), 0);
@@ -230,7 +217,7 @@ VectorXd Predictor::predict(const VectorXd& theta, Jacobian* jacobian) const {
   if (structure_.pair)
     pole_pair(layout_, theta, period_s_, signal, j);
   else if (structure_.order > 0)
-    lti(structure_, layout_, theta, period_s_, signal, j);
+    kLti[static_cast<std::size_t>(structure_.order - 1)](layout_, theta, period_s_, signal, j);
   if (structure_.output_knots > 0)
     curve(knots_.output, &theta(layout_.output_curve), layout_.output_curve, signal, j);
   if (structure_.saturation) saturation(layout_, theta, signal, j);

@@ -2,7 +2,7 @@
 # older glibc takes nothing else of this system's.
 set(headers ${PROJECT_BINARY_DIR}/headers)
 file(MAKE_DIRECTORY ${headers})
-foreach(library fmt/core.h nlohmann/json.hpp CLI/CLI.hpp boost/version.hpp kainjow/mustache.hpp eigen3/Eigen/Core)
+foreach(library fmt/core.h nlohmann/json.hpp CLI/CLI.hpp boost/version.hpp eigen3/Eigen/Core)
   find_path(found_${library} ${library} REQUIRED)
   get_filename_component(folder ${library} DIRECTORY)
   string(REGEX REPLACE "/.*" "" folder ${folder})

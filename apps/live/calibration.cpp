@@ -193,14 +193,14 @@ void Calibration::add(const listen::Sample& sample, const std::vector<std::strin
     log_ = std::make_unique<listen::Log>(file("log.csv"), columns);
     std::vector<std::string> names;
     for (const std::string& column : columns) names.push_back(recording::cut_name(column).name);
-    coverage_.emplace(names);
-    begun_s_ = sample.host_s;
+    motion_.coverage.emplace(names);
+    motion_.begun_s = sample.host_s;
   }
-  if (lasts_s_ > 0 && sample.host_s - begun_s_ > lasts_s_) return;
+  if (motion_.lasts_s > 0 && sample.host_s - motion_.begun_s > motion_.lasts_s) return;
   if (columns != columns_) throw io::JobError("another_glove");
-  worn_s_ += std::min(sample.host_s - begun_s_ - seconds_, kPause_s);
-  seconds_ = sample.host_s - begun_s_;
-  coverage_->add(sample.host_s, sample.value);
+  motion_.worn_s += std::min(sample.host_s - motion_.begun_s - motion_.seconds, kPause_s);
+  motion_.seconds = sample.host_s - motion_.begun_s;
+  motion_.coverage->add(sample.host_s, sample.value);
   log_->add(sample);
 }
 
@@ -211,18 +211,18 @@ bool Calibration::is_needed(const std::string& angle) const {
 
 // Rows in which what is needed was seen: a fit takes no others.
 void Calibration::add(const SeenRow& seen, const std::vector<std::string>& names) {
-  if (step_ != Step::motion || !log_ || seen.t_s < begun_s_) return;
-  is_over_ = lasts_s_ > 0 && seen.t_s - begun_s_ > lasts_s_;
-  if (is_over_) return;
+  if (step_ != Step::motion || !log_ || seen.t_s < motion_.begun_s) return;
+  motion_.is_over = motion_.lasts_s > 0 && seen.t_s - motion_.begun_s > motion_.lasts_s;
+  if (motion_.is_over) return;
   if (!camera_) camera_ = std::make_unique<listen::Log>(file("camera.csv"), names);
   angles_ = names;
-  if (seen.t_s <= newest_angle_s_ || seen.deg.size() != names.size()) return;
+  if (seen.t_s <= motion_.newest_angle_s || seen.deg.size() != names.size()) return;
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (is_needed(names[i]) && !std::isfinite(seen.deg[i])) return;
   }
-  newest_angle_s_ = seen.t_s;
-  angle_came_s_ = seconds_;
-  ++angle_rows_;
+  motion_.newest_angle_s = seen.t_s;
+  motion_.angle_came_s = motion_.seconds;
+  ++motion_.angle_rows;
   camera_->add({seen.t_s, {}, seen.deg, {}});
 }
 
@@ -241,15 +241,7 @@ void Calibration::saw_no_camera() {
 }
 
 void Calibration::begin_motion() {
-  coverage_.reset();
-  begun_s_ = -1;
-  newest_angle_s_ = -1e9;
-  angle_rows_ = 0;
-  angle_came_s_ = 0;
-  seconds_ = 0;
-  worn_s_ = 0;
-  lasts_s_ = 0;
-  is_over_ = false;
+  motion_ = {};
   failure_.clear();
   fingers_ = nullptr;
   plot_ = nullptr;
@@ -268,12 +260,12 @@ void Calibration::require_complete(bool glove_is_there) const {
   if (step_ != Step::motion) return;
   const bool poses = setup_.reference == Reference::poses;
   const double least_s = poses ? kPosesShort_s : kShort_s;
-  if (seconds_ < least_s)
+  if (motion_.seconds < least_s)
     throw Refusal(poses ? "poses_too_short" : "motion_too_short",
-                  {{"seconds", seconds_}, {"least_s", least_s}});
-  if (!poses && angle_rows_ < kLeastRows)
+                  {{"seconds", motion_.seconds}, {"least_s", least_s}});
+  if (!poses && motion_.angle_rows < kLeastRows)
     throw Refusal(is_markerless() ? "hand_too_seldom" : "marks_too_seldom",
-                  {{"angles", angle_rows_}, {"least", kLeastRows}});
+                  {{"angles", motion_.angle_rows}, {"least", kLeastRows}});
 }
 
 void Calibration::go(StepEvent event, const char* refusal) {
@@ -290,8 +282,8 @@ void Calibration::next(bool glove_is_there) {
   if (step_ == Step::motion) {
     log_->flush();
     if (camera_) camera_->flush();
-    glove_hz_ = worn_s_ > 0 ? static_cast<double>(log_->rows()) / worn_s_ : 0;
-    session_.seconds = seconds_;
+    glove_hz_ = motion_.worn_s > 0 ? static_cast<double>(log_->rows()) / motion_.worn_s : 0;
+    session_.seconds = motion_.seconds;
   }
   const bool waits = step_ == Step::identify && failure_.empty();
   go(StepEvent::next, waits ? "identifies" : step_ == Step::identify ? "not_identified" : "accept_or_repeat");
@@ -388,21 +380,21 @@ void Calibration::plot(const std::string& finger) {
 // Of some strip at two places.
 bool Calibration::has_rested() const {
   constexpr double kTwoOfThree = 0.6;
-  return coverage_ &&
-         std::ranges::any_of(coverage_->covered(), [](const Covered& c) { return c.holds > kTwoOfThree; });
+  return motion_.coverage && std::ranges::any_of(motion_.coverage->covered(),
+                                                 [](const Covered& c) { return c.holds > kTwoOfThree; });
 }
 
 const char* Calibration::motion_asks() const {
   if (!log_) return "wait";
-  if (lasts_s_ > 0) return is_over_ ? "enough" : "watch";
-  const auto now = instructions(setup_.reference, seconds_);
+  if (motion_.lasts_s > 0) return motion_.is_over ? "enough" : "watch";
+  const auto now = instructions(setup_.reference, motion_.seconds);
   if (setup_.reference == Reference::poses)
     return !now.empty() ? now.front().kind : has_rested() ? "enough" : "rest";
   if (pictures_ > 20 && recent_share_ < kSeen) return "hidden";
-  if (seconds_ - angle_came_s_ > kUnseen_s) return "no_angles";
+  if (motion_.seconds - motion_.angle_came_s > kUnseen_s) return "no_angles";
   if (!now.empty()) return now.front().kind;
-  const bool lacks =
-      coverage_ && std::ranges::any_of(coverage_->covered(), [](const Covered& c) { return !c.is_enough(); });
+  const bool lacks = motion_.coverage && std::ranges::any_of(motion_.coverage->covered(),
+                                                             [](const Covered& c) { return !c.is_enough(); });
   return lacks ? "missing" : "enough";
 }
 
@@ -437,8 +429,8 @@ Json Calibration::result_state() const {
 Json Calibration::state() const {
   const bool none = setup_.reference == Reference::poses;
   const char* camera = none ? "none" : setup_.reference == Reference::drawn ? "server" : "page";
-  const bool is_guided = step_ == Step::motion && lasts_s_ == 0;
-  const auto now = instructions(setup_.reference, is_guided ? seconds_ : INFINITY);
+  const bool is_guided = step_ == Step::motion && motion_.lasts_s == 0;
+  const auto now = instructions(setup_.reference, is_guided ? motion_.seconds : INFINITY);
   return {{"step", name_of(step_)},
           {"reference", name_of(setup_.reference)},
           {"camera", camera},
@@ -447,15 +439,15 @@ Json Calibration::state() const {
           {"side", setup_.side},
           {"session", session_.name},
           {"asks", asks()},
-          {"seconds", seconds_},
-          {"of_seconds", none           ? kPoses_s
-                         : lasts_s_ > 0 ? lasts_s_
-                                        : kLong_s},
-          {"left_s", now.empty() ? Json(nullptr) : Json(now.front().until_s - seconds_)},
+          {"seconds", motion_.seconds},
+          {"of_seconds", none                  ? kPoses_s
+                         : motion_.lasts_s > 0 ? motion_.lasts_s
+                                               : kLong_s},
+          {"left_s", now.empty() ? Json(nullptr) : Json(now.front().until_s - motion_.seconds)},
           {"then", now.size() < 2 ? Json(nullptr) : Json(now[1].kind)},
-          {"covered", coverage_ && !none ? Json(coverage_->covered()) : Json::array()},
+          {"covered", motion_.coverage && !none ? Json(motion_.coverage->covered()) : Json::array()},
           {"pictures", pictures_},
-          {"angles", angle_rows_},
+          {"angles", motion_.angle_rows},
           {"marks_found", marks_found_},
           {"marks", marks_},
           {"marks_at", marks_at_},

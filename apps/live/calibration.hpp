@@ -65,7 +65,7 @@ class Calibration {
   void back() { go(StepEvent::back, "first_step"); }
   void repeat() { go(StepEvent::repeat, "nothing_to_repeat"); }
 
-  void end_after(double seconds) { lasts_s_ = seconds; }  // of motion: what comes later is left out
+  void end_after(double seconds) { motion_.lasts_s = seconds; }  // of motion: what comes later is left out
   void set_rate(double rate_hz) { setup_.rate_hz = rate_hz; }
   // Of `flexor job identify`. `lead_s` of what follows the glove; `pose_angles` as --pose-angles has them.
   nlohmann::ordered_json identify_request(
@@ -106,21 +106,24 @@ class Calibration {
   std::unique_ptr<listen::Log> camera_;
   std::vector<std::string> columns_;  // of log.csv
   std::vector<std::string> angles_;   // of camera.csv
-  std::optional<Coverage> coverage_;
-  double begun_s_ = -1;   // host's
-  double lasts_s_ = 0;    // 0: as long as the person likes
-  bool is_over_ = false;  // that, in the camera's angles, which come later
-  double seconds_ = 0;
-  double worn_s_ = 0;  // likewise, without the glove's pauses
+  // From its begin on.
+  struct Motion {
+    std::optional<Coverage> coverage;
+    double begun_s = -1;   // host's
+    double lasts_s = 0;    // 0: as long as the person likes
+    bool is_over = false;  // that, in the camera's angles, which come later
+    double seconds = 0;
+    double worn_s = 0;  // likewise, without the glove's pauses
+    double newest_angle_s = -1e9;
+    std::uint64_t angle_rows = 0;
+    double angle_came_s = 0;  // seconds when the newest row came
+  } motion_;
   double glove_hz_ = 0;
   std::uint64_t pictures_ = 0;
   int marks_found_ = 0;  // in the newest picture
   int marks_ = 0;        // that there are
   std::vector<std::array<double, 2>> marks_at_;
   double recent_share_ = 0;  // of marks that were found, lately
-  double newest_angle_s_ = -1e9;
-  std::uint64_t angle_rows_ = 0;
-  double angle_came_s_ = 0;  // seconds_ when the newest row came
   std::string failure_;
   nlohmann::ordered_json fingers_;  // of the result
   nlohmann::ordered_json plot_;

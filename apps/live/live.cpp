@@ -29,7 +29,7 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
   handlers.binary = [this](Client, std::span<const std::uint8_t> bytes) {
     guard("page", [&] { hear(bytes); });
   };
-  server_ = Server::listen(options_.server, std::move(handlers));
+  server_.emplace(options_.server, std::move(handlers));
   glove_.emplace(options_, *server_,
                  GlovePort::Calls{
                      [this] { return now_s(); }, [this] { guard("glove", [this] { listen(); }); },

@@ -209,7 +209,7 @@ class Live {
 
   LiveOptions options_;
   Sessions sessions_;
-  std::unique_ptr<Server> server_;
+  std::optional<Server> server_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 
   std::vector<std::string> columns_;

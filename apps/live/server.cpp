@@ -4,21 +4,16 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <cmath>
 #include <deque>
-#include <map>
 #include <random>
 #include <tuple>
 #include <utility>
@@ -89,14 +84,6 @@ void rethrow(const std::exception_ptr& thrown) {
   if (thrown) std::rethrow_exception(thrown);
 }
 
-struct Watch {
-  Watch(asio::io_context& context, int descriptor) : stream(context, descriptor) {}
-  asio::posix::stream_descriptor stream;
-  bool ended = false;
-};
-
-class Connection;
-
 std::string random_token() {
   constexpr const char* kSystem = "/dev/urandom";  // whatever the library's own choice may be
   std::random_device bits(kSystem);
@@ -113,83 +100,24 @@ std::string checked_token(const std::string& token) {
   return token;
 }
 
-// The program that runs: its sockets, its requests, what it watches.
-class Hub : public Server {
- public:
-  Hub(const ServerOptions& options, Handlers handlers);
-  ~Hub() override;
+}  // namespace
 
-  std::string url() const override;
-  const std::string& token() const { return token_; }
-  const std::filesystem::path& files() const { return files_; }
-  bool is_ours(std::string_view host) const;
-
-  void enter(Client id, Connection* connection) { connections_[id] = connection; }
-  void leave(Client id) { connections_.erase(id); }
-  void opened(Client client);
-  void closed(Client client);
-  void text(Client client, std::string_view text) {
-    if (handlers_.text) handlers_.text(client, text);
-  }
-  void binary(Client client, std::span<const std::uint8_t> bytes) {
-    if (handlers_.binary) handlers_.binary(client, bytes);
-  }
-
-  void send(Client to, std::string text) override;
-  void send_all(std::string text) override { send_all(std::move(text), true); }
-  void send_all(std::span<const std::uint8_t> bytes) override {
-    send_all(std::string(bytes.begin(), bytes.end()), false);
-  }
-  void watch(int descriptor, std::function<void()> readable) override;
-  void unwatch(int descriptor) override;
-  void every(double period_s, std::function<void()> tick) override;
-  void post(std::function<void()> work) override { asio::post(context, std::move(work)); }
-  void run() override { context.run(); }
-  void stop() override {
-    asio::post(context, [this] { end(); });
-  }
-  Counts counts() const override { return {refused, dropped, clients}; }
-
-  std::atomic<std::uint64_t> refused{0};
-  std::atomic<std::uint64_t> dropped{0};
-  std::atomic<int> clients{0};
-
- private:
-  void open(unsigned short port);
-  asio::awaitable<void> accept();
-  void send_all(std::string bytes, bool text);
-  void end();
-  void accepted(Tcp::socket socket);
-  bool make_room();
-
-  // Before the context: what ends with it leaves these.
-  std::map<Client, Connection*> connections_;  // oldest first
-  Handlers handlers_;
-  std::string token_;
-  std::filesystem::path files_;
-  Tcp::endpoint here_;
-
- public:
-  asio::io_context context{1};
-
- private:
-  Tcp::acceptor acceptor_{context};
-  asio::steady_timer pause_{context};
-  std::map<int, std::shared_ptr<Watch>> watches_;
-  Client last_id_ = 0;
-  bool stopping_ = false;
+struct Watch {
+  Watch(asio::io_context& context, int descriptor) : stream(context, descriptor) {}
+  asio::posix::stream_descriptor stream;
+  bool ended = false;
 };
 
 // One connection, request after request, until it becomes a WebSocket.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(Hub& hub, Client id, Tcp::socket&& socket, bool place)
-      : has_place(place), hub_(hub), id_(id), socket_(std::move(socket)) {
-    hub_.enter(id_, this);
+  Connection(Server& server, Client id, Tcp::socket&& socket, bool place)
+      : has_place(place), server_(server), id_(id), socket_(std::move(socket)) {
+    server_.connections_[id_] = this;
   }
   ~Connection() {
-    if (is_open_) --hub_.clients;  // the program ends, or a handler threw
-    hub_.leave(id_);
+    if (is_open_) --server_.clients_;  // the program ends, or a handler threw
+    server_.connections_.erase(id_);
   }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
@@ -202,7 +130,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (!is_open_ || dropped_ || ending_) return;
     if (waiting_bytes_ + message.bytes->size() > kLongestQueue) {
       dropped_ = true;
-      ++hub_.dropped;
+      ++server_.dropped_;
       return give_up();
     }
     waiting_bytes_ += message.bytes->size();
@@ -271,7 +199,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   asio::awaitable<bool> answer(bool is_whole) {
     if (const char* why = foreign()) co_return co_await refuse(http::status::forbidden, why);
-    const Target target = read_target({head_.target().data(), head_.target().size()}, hub_.token());
+    const Target target = read_target({head_.target().data(), head_.target().size()}, server_.token_);
     if (target.kind == Target::Kind::foreign)
       co_return co_await refuse(http::status::forbidden,
                                 "the token is missing or another: open the address that the program printed");
@@ -298,7 +226,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   const char* foreign() const {
     if (head_.count(http::field::host) != 1) return "there must be one Host";
     const auto host = head_[http::field::host];
-    if (!hub_.is_ours({host.data(), host.size()}))
+    if (!server_.is_ours({host.data(), host.size()}))
       return "another Host than the one that listens: open the address that the program printed";
     const auto origins = head_.count(http::field::origin);
     if (origins == 0) return nullptr;
@@ -318,7 +246,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   asio::awaitable<bool> refuse(http::status status, const char* why) {
-    ++hub_.refused;
+    ++server_.refused_;
     return say(status, why, false);
   }
 
@@ -333,7 +261,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   asio::awaitable<bool> redirect() {
     auto out =
         response<http::string_body>(http::status::permanent_redirect, "text/plain", head_.keep_alive());
-    out.set(http::field::location, fmt::format("/{}/", hub_.token()));
+    out.set(http::field::location, fmt::format("/{}/", server_.token_));
     return give(std::move(out));
   }
 
@@ -348,7 +276,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   asio::awaitable<bool> give_file(const std::string& name) {
-    const int descriptor = hub_.files().empty() ? -1 : io::open_beneath(hub_.files(), name);
+    const int descriptor = server_.files_.empty() ? -1 : io::open_beneath(server_.files_, name);
     if (descriptor < 0) return say(http::status::not_found, "there is no such file", head_.keep_alive());
     beast::file_posix file;
     file.native_handle(descriptor);
@@ -399,23 +327,23 @@ class Connection : public std::enable_shared_from_this<Connection> {
     auto [error] = co_await socket_.async_accept(head_, kResult);
     if (error) co_return false;
     is_open_ = true;
-    hub_.opened(id_);
+    server_.opened(id_);
     for (beast::flat_buffer message;; message.clear()) {
       std::tie(error, std::ignore) = co_await socket_.async_read(message, kResult);
       if (error) break;
       take(message);
     }
     is_open_ = false;
-    hub_.closed(id_);
+    server_.closed(id_);
     co_return false;
   }
 
   void take(const beast::flat_buffer& message) {
     const auto* bytes = static_cast<const std::uint8_t*>(message.data().data());
     if (socket_.got_text())
-      hub_.text(id_, {reinterpret_cast<const char*>(bytes), message.size()});
+      server_.handlers_.text(id_, {reinterpret_cast<const char*>(bytes), message.size()});
     else
-      hub_.binary(id_, {bytes, message.size()});
+      server_.handlers_.binary(id_, {bytes, message.size()});
   }
 
   // Until nothing waits.
@@ -434,7 +362,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     socket_.async_close(websocket::close_code::going_away, [self = shared_from_this()](error_code) {});
   }
 
-  Hub& hub_;
+  Server& server_;
   const Client id_;
   websocket::stream<beast::tcp_stream> socket_;
   beast::flat_buffer buffer_{2 * kLongestHead};
@@ -447,13 +375,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool ending_ = false;
 };
 
-Hub::Hub(const ServerOptions& options, Handlers handlers)
+Server::Server(const ServerOptions& options, Handlers handlers)
     : handlers_(std::move(handlers)), token_(checked_token(options.token)), files_(options.files) {
   open(options.port);
-  asio::co_spawn(context, accept(), rethrow);
+  accept();
 }
 
-void Hub::open(unsigned short port) {
+void Server::open(unsigned short port) {
   error_code error;
   const Tcp::endpoint end(asio::ip::address_v4::loopback(), port);
   acceptor_.open(end.protocol(), error);
@@ -471,14 +399,14 @@ void Hub::open(unsigned short port) {
 }
 
 // The caller's descriptors stay open.
-Hub::~Hub() {
+Server::~Server() {
   while (!watches_.empty()) unwatch(watches_.begin()->first);
 }
 
-std::string Hub::url() const { return fmt::format("http://127.0.0.1:{}/{}/", here_.port(), token_); }
+std::string Server::url() const { return fmt::format("http://127.0.0.1:{}/{}/", here_.port(), token_); }
 
 // The name in Host, without its port: this machine's to itself. A name that somebody else points at this machine is none.
-bool Hub::is_ours(std::string_view host) const {
+bool Server::is_ours(std::string_view host) const {
   const std::string port = fmt::format(":{}", here_.port());
   if (host.ends_with(port))
     host.remove_suffix(port.size());
@@ -487,21 +415,19 @@ bool Hub::is_ours(std::string_view host) const {
   return host == "127.0.0.1" || host == "localhost" || host == "[::1]";
 }
 
-asio::awaitable<void> Hub::accept() {
-  for (;;) {
-    auto [error, socket] = co_await acceptor_.async_accept(kResult);
-    if (stopping_) co_return;
-    if (!error) {
-      accepted(std::move(socket));
-      continue;
-    }
-    pause_.expires_after(std::chrono::milliseconds(100));  // no descriptors are left, say
-    co_await pause_.async_wait(kResult);
-  }
+void Server::accept() {
+  acceptor_.async_accept([this](error_code error, Tcp::socket socket) {
+    if (stopping_) return;
+    if (!error) accepted(std::move(socket));
+    pause_.expires_after(std::chrono::milliseconds(error ? 100 : 0));  // no descriptors are left, say
+    pause_.async_wait([this](error_code) {
+      if (!stopping_) accept();
+    });
+  });
 }
 
 // Where all places are taken, the oldest connection that has not shown the token goes.
-bool Hub::make_room() {
+bool Server::make_room() {
   const auto has_place = [](const auto& entry) { return entry.second->has_place; };
   if (std::ranges::count_if(connections_, has_place) < kMostClients) return true;
   const auto unknown = std::ranges::find_if(
@@ -513,40 +439,40 @@ bool Hub::make_room() {
   return true;
 }
 
-void Hub::accepted(Tcp::socket socket) {
+void Server::accepted(Tcp::socket socket) {
   error_code ignored;
   socket.set_option(Tcp::no_delay(true), ignored);
   const bool has_place = make_room();
-  if (!has_place) ++refused;
+  if (!has_place) ++refused_;
   if (connections_.size() < kMostClients + kMostTurnedAway)
     std::make_shared<Connection>(*this, ++last_id_, std::move(socket), has_place)->start();
 }
 
-void Hub::opened(Client client) {
-  ++clients;
-  if (handlers_.opened) handlers_.opened(client);
+void Server::opened(Client client) {
+  ++clients_;
+  handlers_.opened(client);
 }
 
-void Hub::closed(Client client) {
-  --clients;
-  if (handlers_.closed) handlers_.closed(client);
-  if (stopping_ && clients == 0) context.stop();
+void Server::closed(Client client) {
+  --clients_;
+  handlers_.closed(client);
+  if (stopping_ && clients_ == 0) context_.stop();
 }
 
-void Hub::send(Client to, std::string text) {
+void Server::send(Client to, std::string text) {
   const auto found = connections_.find(to);
   if (found != connections_.end())
     found->second->send({std::make_shared<const std::string>(std::move(text)), true});
 }
 
-void Hub::send_all(std::string bytes, bool text) {
+void Server::send_all(std::string bytes, bool text) {
   const Message message{std::make_shared<const std::string>(std::move(bytes)), text};
   for (const auto& [id, connection] : connections_) connection->send(message);
 }
 
-void Hub::watch(int descriptor, std::function<void()> readable) {
+void Server::watch(int descriptor, std::function<void()> readable) {
   unwatch(descriptor);
-  const auto watch = watches_[descriptor] = std::make_shared<Watch>(context, descriptor);
+  const auto watch = watches_[descriptor] = std::make_shared<Watch>(context_, descriptor);
   const auto wait = [](std::shared_ptr<Watch> on, std::function<void()> act) -> asio::awaitable<void> {
     while (!on->ended) {
       const auto [error] = co_await on->stream.async_wait(asio::posix::stream_descriptor::wait_read, kResult);
@@ -554,10 +480,10 @@ void Hub::watch(int descriptor, std::function<void()> readable) {
       act();
     }
   };
-  asio::co_spawn(context, wait(watch, std::move(readable)), rethrow);
+  asio::co_spawn(context_, wait(watch, std::move(readable)), rethrow);
 }
 
-void Hub::unwatch(int descriptor) {
+void Server::unwatch(int descriptor) {
   const auto found = watches_.find(descriptor);
   if (found == watches_.end()) return;
   found->second->ended = true;
@@ -566,7 +492,7 @@ void Hub::unwatch(int descriptor) {
 }
 
 // Ticks that the thread had no time for are left out.
-void Hub::every(double period_s, std::function<void()> tick) {
+void Server::every(double period_s, std::function<void()> tick) {
   const auto again = [](asio::steady_timer timer, std::chrono::nanoseconds period,
                         std::function<void()> act) -> asio::awaitable<void> {
     for (;;) {
@@ -576,24 +502,24 @@ void Hub::every(double period_s, std::function<void()> tick) {
     }
   };
   const std::chrono::nanoseconds period(std::llround(std::max(period_s, 1e-3) * 1e9));
-  asio::steady_timer timer(context, std::chrono::steady_clock::now());
-  asio::co_spawn(context, again(std::move(timer), period, std::move(tick)), rethrow);
+  asio::steady_timer timer(context_, std::chrono::steady_clock::now());
+  asio::co_spawn(context_, again(std::move(timer), period, std::move(tick)), rethrow);
 }
 
-void Hub::end() {
+void Server::post(std::function<void()> work) { asio::post(context_, std::move(work)); }
+
+void Server::stop() {
+  post([this] { end(); });
+}
+
+void Server::end() {
   if (std::exchange(stopping_, true)) return;
   error_code ignored;
   acceptor_.close(ignored);
   const auto all = connections_;
   for (const auto& [id, connection] : all) connection->farewell();
-  pause_.expires_after(clients == 0 ? std::chrono::milliseconds(0) : std::chrono::milliseconds(200));
-  pause_.async_wait([this](error_code) { context.stop(); });
-}
-
-}  // namespace
-
-std::unique_ptr<Server> Server::listen(const ServerOptions& options, Handlers handlers) {
-  return std::make_unique<Hub>(options, std::move(handlers));
+  pause_.expires_after(clients_ == 0 ? std::chrono::milliseconds(0) : std::chrono::milliseconds(200));
+  pause_.async_wait([this](error_code) { context_.stop(); });
 }
 
 }  // namespace flexor::live

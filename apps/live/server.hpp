@@ -7,13 +7,19 @@
 // oldest connection that has not shown the token makes room. Everything of Boost.Beast is in server.cpp.
 #pragma once
 
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace flexor::live {
 
@@ -31,46 +37,80 @@ struct ServerOptions {
   std::filesystem::path files;  // the sessions' folder; empty: none are served
 };
 
+// What is left out does nothing.
 struct Handlers {
-  std::function<void(Client)> opened;
-  std::function<void(Client, std::string_view)> text;
-  std::function<void(Client, std::span<const std::uint8_t>)> binary;
-  std::function<void(Client)> closed;
+  std::function<void(Client)> opened = [](Client) {};
+  std::function<void(Client, std::string_view)> text = [](Client, std::string_view) {};
+  std::function<void(Client, std::span<const std::uint8_t>)> binary = [](Client, auto) {};
+  std::function<void(Client)> closed = [](Client) {};
 };
+
+class Connection;  // of server.cpp
+struct Watch;
 
 class Server {
  public:
   // Listens. Throws io::InputError, one line with the mend: the port is taken.
-  static std::unique_ptr<Server> listen(const ServerOptions& options, Handlers handlers);
-  Server() = default;
-  virtual ~Server() = default;
+  Server(const ServerOptions& options, Handlers handlers);
+  ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  virtual std::string url() const = 0;  // with the token
+  std::string url() const;  // with the token
 
   // Queued, in order; on the server's thread, that is from handlers and what follows here, or before run(). What goes to a
   // client that has gone is forgotten. One copy serves all clients. Text must be UTF-8.
-  virtual void send(Client to, std::string text) = 0;
-  virtual void send_all(std::string text) = 0;
-  virtual void send_all(std::span<const std::uint8_t> bytes) = 0;
+  void send(Client to, std::string text);
+  void send_all(std::string text) { send_all(std::move(text), true); }
+  void send_all(std::span<const std::uint8_t> bytes) {
+    send_all(std::string(bytes.begin(), bytes.end()), false);
+  }
 
   // On the server's thread: once `descriptor` is readable or has ended, again and again until unwatch, which comes before its
   // close; every so often; as soon as it can, from any thread. The descriptor stays the caller's.
-  virtual void watch(int descriptor, std::function<void()> readable) = 0;
-  virtual void unwatch(int descriptor) = 0;
-  virtual void every(double period_s, std::function<void()> tick) = 0;
-  virtual void post(std::function<void()> work) = 0;
+  void watch(int descriptor, std::function<void()> readable);
+  void unwatch(int descriptor);
+  void every(double period_s, std::function<void()> tick);
+  void post(std::function<void()> work);
 
-  virtual void run() = 0;   // until stop(). What a handler throws comes out of it
-  virtual void stop() = 0;  // from any thread, also from a signal's thread
+  void run() { context_.run(); }  // until stop(). What a handler throws comes out of it
+  void stop();                    // from any thread, also from a signal's thread
 
   struct Counts {
     std::uint64_t refused = 0;  // requests and sockets
     std::uint64_t dropped = 0;  // clients that did not read
     int clients = 0;            // open sockets
   };
-  virtual Counts counts() const = 0;
+  Counts counts() const { return {refused_, dropped_, clients_}; }
+
+ private:
+  friend class Connection;
+
+  bool is_ours(std::string_view host) const;
+  void open(unsigned short port);
+  void accept();
+  void accepted(boost::asio::ip::tcp::socket socket);
+  bool make_room();
+  void opened(Client client);
+  void closed(Client client);
+  void send_all(std::string bytes, bool text);
+  void end();
+
+  // Before the context: what ends with it leaves these.
+  std::map<Client, Connection*> connections_;  // oldest first
+  Handlers handlers_;
+  std::string token_;
+  std::filesystem::path files_;
+  boost::asio::ip::tcp::endpoint here_;
+  std::atomic<std::uint64_t> refused_{0};
+  std::atomic<std::uint64_t> dropped_{0};
+  std::atomic<int> clients_{0};
+  boost::asio::io_context context_{1};
+  boost::asio::ip::tcp::acceptor acceptor_{context_};
+  boost::asio::steady_timer pause_{context_};
+  std::map<int, std::shared_ptr<Watch>> watches_;
+  Client last_id_ = 0;
+  bool stopping_ = false;
 };
 
 }  // namespace flexor::live

@@ -16,15 +16,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(Sessions, AreFoundAgainWithTheirFiles) {
-  const io::TemporaryFolder folder;
-  Sessions sessions(folder.path() / "all");
-  Session made = sessions.create("Änne O'Neil", "left", "glove index_count", "calibration");
-  io::write_file(sessions.folder(made) / "log.csv", "t_s,index_count\n0,1\n");
+class SessionsTest : public testing::Test {
+ protected:
+  const io::TemporaryFolder folder_;
+  const fs::path root_ = folder_.path() / "all";
+  Sessions sessions_{root_};
+};
+
+TEST_F(SessionsTest, AreFoundAgainWithTheirFiles) {
+  Session made = sessions_.create("Änne O'Neil", "left", "glove index_count", "calibration");
+  io::write_file(sessions_.folder(made) / "log.csv", "t_s,index_count\n0,1\n");
   made.seconds = 12;
   made.model = "model.json";
-  sessions.save(made);
-  const std::vector<Session> list = Sessions(folder.path() / "all").list();
+  sessions_.save(made);
+  const std::vector<Session> list = Sessions(root_).list();
   ASSERT_EQ(list.size(), 1U);
   EXPECT_EQ(list[0].person, "Änne O'Neil");
   EXPECT_EQ(list[0].side, "left");
@@ -32,52 +37,44 @@ TEST(Sessions, AreFoundAgainWithTheirFiles) {
   EXPECT_EQ(list[0].files, std::vector<std::string>{"log.csv"});
 }
 
-TEST(Sessions, ColumnsAreNamedAgainWhereTheirFileIsDamaged) {
-  const io::TemporaryFolder folder;
-  const Sessions sessions(folder.path());
+TEST_F(SessionsTest, ColumnsAreNamedAgainWhereTheirFileIsDamaged) {
   for (const char* damaged : {"", "[]", R"({"g": ["thu)", R"({"g": 3})"}) {
-    io::write_file(folder.path() / "columns.json", damaged);
-    EXPECT_TRUE(sessions.column_names("g").empty()) << damaged;
-    sessions.name_columns("g", {"thumb", "index"});
-    EXPECT_EQ(sessions.column_names("g"), (std::vector<std::string>{"thumb", "index"})) << damaged;
+    io::write_file(root_ / "columns.json", damaged);
+    EXPECT_TRUE(sessions_.column_names("g").empty()) << damaged;
+    sessions_.name_columns("g", {"thumb", "index"});
+    EXPECT_EQ(sessions_.column_names("g"), (std::vector<std::string>{"thumb", "index"})) << damaged;
   }
 }
 
-TEST(Sessions, AGloveHasItsNewestAcceptedModel) {
-  const io::TemporaryFolder folder;
-  Sessions sessions(folder.path());
-  Session first = sessions.create("anna", "right", "this glove", "x");
+TEST_F(SessionsTest, AGloveHasItsNewestAcceptedModel) {
+  Session first = sessions_.create("anna", "right", "this glove", "x");
   first.model = "model.json";
-  sessions.save(first);
-  Session second = sessions.create("anna", "right", "this glove", "x");
-  sessions.save(second);
-  Session other = sessions.create("bert", "right", "another", "x");
+  sessions_.save(first);
+  Session second = sessions_.create("anna", "right", "this glove", "x");
+  sessions_.save(second);
+  Session other = sessions_.create("bert", "right", "another", "x");
   other.model = "model.json";
-  sessions.save(other);
-  ASSERT_TRUE(sessions.newest_with_model("this glove"));
-  EXPECT_EQ(sessions.newest_with_model("this glove")->name, first.name);
-  EXPECT_FALSE(sessions.newest_with_model("none"));
+  sessions_.save(other);
+  ASSERT_TRUE(sessions_.newest_with_model("this glove"));
+  EXPECT_EQ(sessions_.newest_with_model("this glove")->name, first.name);
+  EXPECT_FALSE(sessions_.newest_with_model("none"));
 }
 
 // In the hour that repeats when summer time ends, the later one has the smaller name.
-TEST(Sessions, AModelIsNewestByWhenItWasAccepted) {
-  const io::TemporaryFolder folder;
-  Sessions sessions(folder.path());
-  Session first = sessions.create("anna", "right", "this glove", "x");
-  Session second = sessions.create("anna", "right", "this glove", "x");
-  sessions.accept(second, "model.json");
-  sessions.accept(first, "model.json");
+TEST_F(SessionsTest, AModelIsNewestByWhenItWasAccepted) {
+  Session first = sessions_.create("anna", "right", "this glove", "x");
+  Session second = sessions_.create("anna", "right", "this glove", "x");
+  sessions_.accept(second, "model.json");
+  sessions_.accept(first, "model.json");
   ASSERT_GT(first.accepted_unix_s, second.accepted_unix_s);
-  EXPECT_EQ(sessions.newest_with_model("this glove")->name, first.name);
+  EXPECT_EQ(sessions_.newest_with_model("this glove")->name, first.name);
 }
 
-TEST(Sessions, ARecordingThatWasKilledIsAsLongAsItsWholeRows) {
-  const io::TemporaryFolder folder;
-  Sessions sessions(folder.path());
-  const Session made = sessions.create("anna", "right", "g", "x");
+TEST_F(SessionsTest, ARecordingThatWasKilledIsAsLongAsItsWholeRows) {
+  const Session made = sessions_.create("anna", "right", "g", "x");
   const auto seconds_of = [&](const std::string& log) {
-    io::write_file(sessions.folder(made) / "log.csv", log);
-    return sessions.list().at(0).seconds;
+    io::write_file(sessions_.folder(made) / "log.csv", log);
+    return sessions_.list().at(0).seconds;
   };
   EXPECT_EQ(seconds_of("t_s,host_s,index\n0.5,7,1\n1,7.5,1\n9.75,16,1\n11,1"), 9.25);
   std::string longer = "t_s,host_s,index\n";
@@ -87,72 +84,62 @@ TEST(Sessions, ARecordingThatWasKilledIsAsLongAsItsWholeRows) {
     EXPECT_EQ(seconds_of(log), 0) << log;
 }
 
-TEST(Sessions, WhatIsNoSessionIsLeftAlone) {
-  const io::TemporaryFolder folder;
-  Sessions sessions(folder.path());
-  fs::create_directory(folder.path() / "holiday");
-  fs::create_directory(folder.path() / "torn");
-  io::write_file(folder.path() / "torn/session.json", "{\"schema\": \"flexor-session\"");
-  EXPECT_TRUE(sessions.list().empty());
-  EXPECT_TRUE(fs::exists(folder.path() / "torn/session.json"));
+TEST_F(SessionsTest, WhatIsNoSessionIsLeftAlone) {
+  fs::create_directory(root_ / "holiday");
+  fs::create_directory(root_ / "torn");
+  io::write_file(root_ / "torn/session.json", "{\"schema\": \"flexor-session\"");
+  EXPECT_TRUE(sessions_.list().empty());
+  EXPECT_TRUE(fs::exists(root_ / "torn/session.json"));
 }
 
-TEST(Sessions, ANameCannotLeaveTheFolder) {
-  const io::TemporaryFolder folder;
-  Sessions sessions(folder.path() / "all");
-  const Session made = sessions.create("../../etc/passwd", "right", "g", "x");
+TEST_F(SessionsTest, ANameCannotLeaveTheFolder) {
+  const Session made = sessions_.create("../../etc/passwd", "right", "g", "x");
   EXPECT_EQ(made.name.find('/'), std::string::npos);
-  EXPECT_TRUE(fs::exists(folder.path() / "all" / made.name / "session.json"));
-  EXPECT_THROW(sessions.create("a\nb", "right", "g", "x"), io::InputError);
-  EXPECT_THROW(sessions.create(std::string(100, 'a'), "right", "g", "x"), io::InputError);
-  EXPECT_THROW(sessions.create("\xff\xfe", "right", "g", "x"), io::InputError);
+  EXPECT_TRUE(fs::exists(root_ / made.name / "session.json"));
+  EXPECT_THROW(sessions_.create("a\nb", "right", "g", "x"), io::InputError);
+  EXPECT_THROW(sessions_.create(std::string(100, 'a'), "right", "g", "x"), io::InputError);
+  EXPECT_THROW(sessions_.create("\xff\xfe", "right", "g", "x"), io::InputError);
 }
 
 // Whoever can write into the folder leads nobody out of it, and lets nobody wait.
-TEST(Sessions, LinksAndFifosAreNotFollowed) {
-  const io::TemporaryFolder folder;
-  Sessions outside(folder.path() / "outside");
+TEST_F(SessionsTest, LinksAndFifosAreNotFollowed) {
+  Sessions outside(folder_.path() / "outside");
   const Session foreign = outside.create("eve", "right", "g", "x");
-  Sessions sessions(folder.path() / "all");
-  fs::create_symlink(outside.folder(foreign), folder.path() / "all/linked");
-  EXPECT_TRUE(sessions.list().empty());
-  const Session own = sessions.create("anna", "right", "g", "x");
-  const fs::path document = sessions.folder(own) / "session.json";
-  io::write_file(folder.path() / "precious", "mine");
+  fs::create_symlink(outside.folder(foreign), root_ / "linked");
+  EXPECT_TRUE(sessions_.list().empty());
+  const Session own = sessions_.create("anna", "right", "g", "x");
+  const fs::path document = sessions_.folder(own) / "session.json";
+  io::write_file(folder_.path() / "precious", "mine");
   fs::remove(document);
-  fs::create_symlink(folder.path() / "precious", document);
-  EXPECT_THROW(sessions.save(own), io::InputError);
-  EXPECT_EQ(io::read_file(folder.path() / "precious"), "mine");
+  fs::create_symlink(folder_.path() / "precious", document);
+  EXPECT_THROW(sessions_.save(own), io::InputError);
+  EXPECT_EQ(io::read_file(folder_.path() / "precious"), "mine");
   fs::remove(document);
   ASSERT_EQ(mkfifo(document.c_str(), 0600), 0);
-  EXPECT_THROW(sessions.save(own), io::InputError);
+  EXPECT_THROW(sessions_.save(own), io::InputError);
 }
 
-TEST(Sessions, OfManyFilesItsOwnAreListed) {
-  const io::TemporaryFolder folder;
-  Sessions sessions(folder.path());
-  const Session made = sessions.create("anna", "right", "g", "x");
-  for (int k = 0; k < 50; ++k) io::write_file(sessions.folder(made) / fmt::format("a{}.png", k), "");
-  io::write_file(sessions.folder(made) / "log.csv", "");
-  const std::vector<std::string> files = sessions.list().at(0).files;
+TEST_F(SessionsTest, OfManyFilesItsOwnAreListed) {
+  const Session made = sessions_.create("anna", "right", "g", "x");
+  for (int k = 0; k < 50; ++k) io::write_file(sessions_.folder(made) / fmt::format("a{}.png", k), "");
+  io::write_file(sessions_.folder(made) / "log.csv", "");
+  const std::vector<std::string> files = sessions_.list().at(0).files;
   EXPECT_EQ(files.size(), 40U);
   EXPECT_EQ(files.front(), "log.csv");
 }
 
-TEST(Sessions, OfManyProgramsEachGetsOneOfItsOwn) {
-  const io::TemporaryFolder folder;
+TEST_F(SessionsTest, OfManyProgramsEachGetsOneOfItsOwn) {
   std::vector<std::string> names(8);
   {
     std::vector<std::jthread> programs;
     for (std::string& name : names)
-      programs.emplace_back([&] { name = Sessions(folder.path()).create("anna", "right", "g", "x").name; });
+      programs.emplace_back([&] { name = Sessions(root_).create("anna", "right", "g", "x").name; });
   }
   EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());
 }
 
-TEST(Sessions, ARecordingTakesNothingOfAnotherGlove) {
-  const io::TemporaryFolder folder;
-  SessionRecording recording({}, folder.path());
+TEST_F(SessionsTest, ARecordingTakesNothingOfAnotherGlove) {
+  SessionRecording recording({}, root_);
   recording.add({0, {}, {1, 2}, {}}, {"index", "middle"});
   EXPECT_THROW(recording.add({1, {}, {3, 4}, {}}, {"middle", "index"}), io::JobError);
   recording.flush();
@@ -160,20 +147,18 @@ TEST(Sessions, ARecordingTakesNothingOfAnotherGlove) {
   EXPECT_EQ(io::read_file(recording.log_file()), "t_s,host_s,index,middle\n0.000000,0.000000,1,2\n");
 }
 
-TEST(Sessions, ARecordingOfWhichTheFolderWasRemovedEnds) {
-  const io::TemporaryFolder folder;
-  fs::create_directory(folder.path() / "session");
-  SessionRecording recording({}, folder.path() / "session");
+TEST_F(SessionsTest, ARecordingOfWhichTheFolderWasRemovedEnds) {
+  fs::create_directory(root_ / "session");
+  SessionRecording recording({}, root_ / "session");
   recording.add({0, {}, {1}, {}}, {"index"});
   recording.flush_if_due(1.5);
-  fs::remove_all(folder.path() / "session");
+  fs::remove_all(root_ / "session");
   EXPECT_NO_THROW(recording.flush_if_due(2));
   EXPECT_THROW(recording.flush_if_due(2.5), io::JobError) << "a second later, also where no sample comes";
 }
 
-TEST(Sessions, ARecordingNamesWhatItLacks) {
-  const io::TemporaryFolder folder;
-  SessionRecording recording({}, folder.path());
+TEST_F(SessionsTest, ARecordingNamesWhatItLacks) {
+  SessionRecording recording({}, root_);
   recording.add({0, {}, {1}, {}}, {"index"});
   recording.add({5, {}, {1}, {}}, {"index"});
   const std::string whole = fmt::format("2 rows in {}", recording.log_file().string());

@@ -181,10 +181,7 @@ struct Tab : Wire {
 class Running {
  public:
   explicit Running(const ServerOptions& options = {}, Handlers handlers = {})
-      : owned_(Server::listen(options, std::move(handlers))),
-        server(*owned_),
-        place(server.url()),
-        thread_([this] { server.run(); }) {}
+      : server(options, std::move(handlers)), place(server.url()), thread_([this] { server.run(); }) {}
   ~Running() { stop(); }
   Running(const Running&) = delete;
   Running& operator=(const Running&) = delete;
@@ -198,8 +195,7 @@ class Running {
   }
   bool answers() const { return status_of(get(place, path(""))) == 200; }
 
-  std::unique_ptr<Server> owned_;
-  Server& server;
+  Server server;
   Place place;
 
  private:

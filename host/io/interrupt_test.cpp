@@ -1,7 +1,6 @@
 #include "host/io/interrupt.hpp"
 
 #include <gtest/gtest.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 #include <thread>
 
 #include "host/io/output.hpp"
+#include "host/io/process.hpp"
 
 namespace flexor::io {
 namespace {
@@ -156,20 +156,10 @@ TEST_F(Interrupt, AtAnyInstantNothingIsLeftBehind) {
 TEST_F(Interrupt, AProgramThatRunsIsEndedToo) {
   const fs::path ready = folder_ / "ready";
   const pid_t parent = start([&] {
-    const Child child([&](const sigset_t& mask) {
-      posix_spawnattr_t attributes;
-      posix_spawnattr_init(&attributes);
-      posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK);
-      posix_spawnattr_setsigmask(&attributes, &mask);
-      const char* const arguments[] = {"sleep", "1000", nullptr};
-      pid_t pid = 0;
-      if (::posix_spawn(&pid, "/bin/sleep", nullptr, &attributes, const_cast<char* const*>(arguments),
-                        environ) != 0) {
-        ::_exit(97);
-      }
-      return pid;
-    });
-    write_file(ready, std::to_string(child.pid()));
+    const Process sleeps("/bin/sleep", {"sleep", "1000"}, {});
+    pid_t child = 0;
+    std::ifstream("/proc/thread-self/children") >> child;
+    write_file(ready, std::to_string(child));
     for (;;) ::pause();
   });
   wait_for(ready);

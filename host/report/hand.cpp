@@ -50,7 +50,8 @@ double over_joints(const Json& joints, const std::function<double(const Json&)>&
 
 double compensator_rmse_deg(const Json& joint) { return joint.at("holdout").at("rmse_deg").get<double>(); }
 
-void hand_cards(Page& page, const Json& joints) {
+// Of all joints together.
+std::vector<Card> error_cards(const Json& joints) {
   std::vector<Card> cards = {
       {degrees(over_joints(joints, compensator_rmse_deg)),
        joints.size() > 1
@@ -63,7 +64,7 @@ void hand_cards(Page& page, const Json& joints) {
     if (!std::isnan(rmse_deg))
       cards.push_back({degrees(rmse_deg), fmt::format("the same with the {}", peer.name), true});
   }
-  page.cards(cards);
+  return cards;
 }
 
 // Results of before it was measured have none.
@@ -163,7 +164,7 @@ void overview(const Saved& saved) {
   const Json& joints = r.at("joints");
   Page page(joints.size() == 1 ? "A joint of a hand, from readings to an angle"
                                : fmt::format("{} joints of a hand, from readings to angles", joints.size()));
-  hand_cards(page, joints);
+  page.cards(error_cards(joints));
   page.paragraph(way(r));
   const auto warnings = r.at("warnings").get<std::vector<std::string>>();
   warnings.empty() ? page.good("No warnings.") : page.warnings(warnings);
@@ -175,12 +176,7 @@ void overview(const Saved& saved) {
 
 void joint_cards(Page& page, const Json& joint) {
   const Json& held = joint.at("holdout");
-  std::vector<Card> cards = {
-      {degrees(compensator_rmse_deg(joint)), "typical error of the compensator (RMSE, unseen data)"}};
-  for (const Peer& peer : kPeers) {
-    if (const double rmse_deg = peer_rmse_deg(joint, peer); !std::isnan(rmse_deg))
-      cards.push_back({degrees(rmse_deg), fmt::format("the same with the {}", peer.name), true});
-  }
+  std::vector<Card> cards = error_cards(Json::array({joint}));
   cards.push_back({fmt::format("{:.1f}°", held.at("p95_abs_deg").get<double>()),
                    fmt::format("95 % of the errors are smaller; the largest is {:.1f}°",
                                held.at("max_abs_deg").get<double>())});

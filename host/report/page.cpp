@@ -1,20 +1,15 @@
 #include "host/report/page.hpp"
 
 #include <algorithm>
-#include <kainjow/mustache.hpp>
 #include <sstream>
-#include <stdexcept>
+#include <utility>
 
 #include "host/io/base64.hpp"
 #include "host/io/io.hpp"
-#include "host/io/json.hpp"
 #include "host/report/templates.hpp"
 
 namespace flexor::report {
 namespace {
-
-using Json = nlohmann::ordered_json;
-namespace mustache = kainjow::mustache;
 
 // docs/words.md, a table of two columns.
 TableBlock words() {
@@ -29,123 +24,118 @@ TableBlock words() {
   return out;
 }
 
-mustache::data to_data(const Json& json) {
-  if (json.is_object()) {
-    mustache::data out(mustache::data::type::object);
-    for (const auto& item : json.items()) out.set(item.key(), to_data(item.value()));
-    return out;
-  }
-  if (json.is_array()) {
-    mustache::data out(mustache::data::type::list);
-    for (const Json& item : json) out.push_back(to_data(item));
-    return out;
-  }
-  if (json.is_boolean()) return mustache::data(json.get<bool>());
-  return mustache::data(io::to_utf8(json.get<std::string>()));
+// Texts of users in a format of ours.
+template <class... Texts>
+std::string filled(const char* format, const Texts&... texts) {
+  return fmt::format(fmt::runtime(format), escape_html(texts)...);
 }
 
-Json text(const std::string& value) { return {{"text", value}}; }
-
-Json texts(const std::vector<std::string>& values) {
-  Json out = Json::array();
-  for (const std::string& value : values) out.push_back(text(value));
-  return out;
-}
-
-// A block inside another must not find its parent's content: every kind that it is not is named and false.
-Json block(const char* kind, Json content) {
-  Json out;
-  for (const char* other : {"heading", "paragraph", "good", "steps", "links", "warnings", "cards", "figures",
-                            "table", "details"}) {
-    out[other] = false;
-  }
-  out[kind] = std::move(content);
+std::string each(const char* format, const std::vector<std::string>& texts) {
+  std::string out;
+  for (const std::string& text : texts) out += filled(format, text);
   return out;
 }
 
 }  // namespace
 
-void Page::add(const char* kind, Json content) {
-  (details_.empty() ? blocks_ : inner_).push_back(block(kind, std::move(content)));
+void Page::add(const std::string& html) {
+  if (std::exchange(has_figures_, false)) body_ += "</div>\n";
+  body_ += html;
 }
 
-void Page::heading(const std::string& t) { add("heading", text(t)); }
-void Page::paragraph(const std::string& t) { add("paragraph", text(t)); }
-void Page::good(const std::string& t) { add("good", text(t)); }
+void Page::heading(const std::string& text) { add(filled("<h2>{}</h2>\n", text)); }
+void Page::paragraph(const std::string& text) { add(filled("<p>{}</p>\n", text)); }
+void Page::good(const std::string& text) { add(filled("<p class=\"good\">{}</p>\n", text)); }
 
-void Page::steps(const std::vector<std::string>& lines) { add("steps", {{"lines", texts(lines)}}); }
+void Page::steps(const std::vector<std::string>& lines) {
+  add("<ol>\n" + each("<li>{}</li>\n", lines) + "</ol>\n");
+}
 
-void Page::warnings(const std::vector<std::string>& lines) { add("warnings", {{"lines", texts(lines)}}); }
+void Page::warnings(const std::vector<std::string>& lines) {
+  add("<section class=\"warnings\" aria-label=\"Worth knowing\"><b>Worth knowing</b>\n<ul>\n" +
+      each("<li>{}</li>\n", lines) + "</ul>\n</section>\n");
+}
 
 void Page::links(const std::string& name, const std::vector<Link>& links) {
-  Json list = Json::array();
-  for (const Link& l : links) list.push_back({{"file", l.file}, {"label", l.label}});
-  add("links", {{"name", name}, {"list", std::move(list)}});
+  add(filled("<nav aria-label=\"{}\">\n<ul>\n", name));
+  for (const Link& l : links) add(filled("<li><a href=\"{}\">{}</a></li>\n", l.file, l.label));
+  add("</ul>\n</nav>\n");
 }
 
 void Page::cards(const std::vector<Card>& cards) {
-  Json list = Json::array();
-  for (const Card& c : cards) list.push_back({{"value", c.value}, {"label", c.label}, {"plain", c.plain}});
-  add("cards", {{"list", std::move(list)}});
+  add("<div class=\"cards\">\n");
+  for (const Card& c : cards)
+    add(filled("<div class=\"card{}\"><b>{}</b>{}</div>\n", c.plain ? " plain" : "", c.value, c.label));
+  add("</div>\n");
 }
 
 void Page::table(const TableBlock& t) {
-  Json rows = Json::array();
+  add(filled("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{}\">\n", t.caption));
+  add(t.is_text ? "<table class=\"words\">\n" : "<table>\n");
+  add(filled("<caption>{}</caption>\n", t.caption));
+  if (!t.columns.empty())
+    add("<thead><tr>" + each("<th scope=\"col\">{}</th>", t.columns) + "</tr></thead>\n");
+  add("<tbody>\n");
   for (std::size_t r = 0; r < t.rows.size(); ++r) {
     const std::vector<std::string>& row = t.rows[r];
-    rows.push_back({{"marked", std::ranges::find(t.marked, r) != t.marked.end()},
-                    {"first", row.front()},
-                    {"cells", texts({row.begin() + 1, row.end()})}});
+    add(std::ranges::find(t.marked, r) != t.marked.end() ? "<tr class=\"marked\">" : "<tr>");
+    add(filled("<th scope=\"row\">{}</th>", row.front()) + each("<td>{}</td>", {row.begin() + 1, row.end()}) +
+        "</tr>\n");
   }
-  add("table", {{"name", t.caption},
-                {"has_head", !t.columns.empty()},
-                {"columns", texts(t.columns)},
-                {"words", t.is_text},
-                {"rows", std::move(rows)}});
+  add("</tbody>\n</table>\n</div>\n");
 }
 
-void Page::add_figure(const Figure& f, Json content) {
-  Json& list = details_.empty() ? blocks_ : inner_;
-  if (list.empty() || !list.back().at("figures").is_object()) add("figures", {{"list", Json::array()}});
-  Json out = {{"title", f.title}, {"caption", f.caption}, {"wide", f.wide},
-              {"svg", ""},        {"jpeg", false},        {"chart", false}};
-  out.update(content);
-  list.back()["figures"]["list"].push_back(std::move(out));
+void Page::add_figure(const Figure& f, const std::string& html) {
+  if (!std::exchange(has_figures_, true)) body_ += "<div class=\"figures\">\n";
+  body_ += f.wide ? "<figure class=\"wide\">\n" : "<figure>\n";
+  body_ += filled("<h2>{}</h2>\n", f.title) + html;
+  body_ += filled("<figcaption>{}</figcaption>\n</figure>\n", f.caption);
 }
 
 void Page::chart(Chart chart) {
   if (charts_.empty() && page_template("uPlot.iife.min.js").empty())
     warnings({"This page has no curves: this flexor was built without web/node_modules (script/bootstrap)."});
-  add_figure(chart.figure, {{"chart", {{"data", to_json(chart)}, {"name", chart.figure.name}}}});
+  const Figure& f = chart.figure;
+  add_figure(f, filled("<div class=\"chart\" id=\"{}\" role=\"group\" aria-label=\"{}\">", f.name, f.title) +
+                    "<script type=\"application/json\">" + to_json(chart) + "</script></div>\n");
   charts_.push_back(std::move(chart));
 }
 
 void Page::drawing(const Figure& f, const std::string& svg) {
-  add_figure(f, {{"svg", svg}});
+  constexpr const char* kScroll =
+      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{}, drawing\">";
+  add_figure(f, f.wide ? filled(kScroll, f.title) + svg + "</div>" : svg);
   drawings_.emplace_back(f.name, svg);
 }
 
 void Page::picture(const Figure& f, std::string_view jpeg) {
-  add_figure(f, {{"jpeg", {{"alt", f.title}, {"base64", io::base64(jpeg)}}}});
+  add_figure(f, filled("<img alt=\"{}\" src=\"data:image/jpeg;base64,{}\">\n", f.title, io::base64(jpeg)));
 }
 
-void Page::begin_details(const std::string& summary) { details_ = summary; }
-
-void Page::end_details() {
-  Json content = {{"summary", details_}, {"blocks", std::move(inner_)}};
-  details_.clear();
-  inner_ = Json::array();
-  add("details", std::move(content));
+void Page::begin_details(const std::string& summary) {
+  add(filled("<details><summary>{}</summary>\n", summary));
 }
 
+void Page::end_details() { add("</details>\n"); }
+
+// What stands between {{ and }} in the template, each once: nothing that comes from a user is looked through.
 std::string Page::html() const {
-  Json plots = false;
-  if (!charts_.empty()) plots = {{"script", report_script()}, {"style", page_template("uPlot.min.css")}};
-  mustache::data view = to_data({{"title", title_}, {"blocks", blocks_}, {"plots", plots}});
-  view.set("block_list", mustache::partial([] { return page_template("blocks.mustache"); }));
-  mustache::mustache page{page_template("page.mustache")};
-  if (!page.is_valid()) throw std::logic_error(page.error_message());
-  return page.render(view);
+  const auto value = [this](std::string_view name) {
+    if (name == "title") return escape_html(title_);
+    if (name == "body") return body_ + (has_figures_ ? "</div>\n" : "");
+    if (charts_.empty()) return std::string();
+    if (name == "style") return page_template("uPlot.min.css");
+    return "<script type=\"module\">" + report_script() + "</script>\n";
+  };
+  const std::string page = page_template("page.html");
+  std::string out;
+  std::size_t done = 0;
+  for (std::size_t at = 0; (at = page.find("{{", done)) != page.npos;) {
+    out += page.substr(done, at - done);
+    done = page.find("}}", at) + 2;
+    out += value(std::string_view(page).substr(at + 2, done - at - 4));
+  }
+  return out + page.substr(done);
 }
 
 void Page::write(const Saved& saved, const std::string& file) {

@@ -1,12 +1,11 @@
 // One page for all reports: blocks of plain text, tables and figures, put into one template with one style.
 //
-// Texts are plain; the template escapes them. Order, headings and names are such that a screen reader reads what an
+// Texts are plain, and are escaped here. Order, headings and names are such that a screen reader reads what an
 // eye sees; the style is for a phone first, light or dark as the reader's machine is.
 #pragma once
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -62,14 +61,12 @@ class Page {
   void write(const Saved& saved, const std::string& file = "report.html");
 
  private:
-  using Json = nlohmann::ordered_json;
-  void add(const char* kind, Json content);
-  void add_figure(const Figure& figure, Json content);
+  void add(const std::string& html);  // after the figures before it
+  void add_figure(const Figure& figure, const std::string& html);
 
   std::string title_;
-  Json blocks_ = Json::array();
-  std::string details_;  // summary, while open
-  Json inner_ = Json::array();
+  std::string body_;
+  bool has_figures_ = false;  // at its end, which others may join
   std::vector<Chart> charts_;
   std::vector<std::pair<std::string, std::string>> drawings_;  // name, SVG
 };

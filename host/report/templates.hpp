@@ -6,7 +6,7 @@
 
 namespace flexor::report {
 
-// "page.mustache", "blocks.mustache", "chart.mjs", "words.md"; of uPlot "uPlot.iife.min.js" and "uPlot.min.css", empty where web/node_modules was
+// "page.html", "chart.mjs", "words.md"; of uPlot "uPlot.iife.min.js" and "uPlot.min.css", empty where web/node_modules was
 // missing. Throws std::out_of_range for any other name.
 std::string page_template(std::string_view name);
 

@@ -1,5 +1,7 @@
 // What the tests in a browser share: the browser, the program, what they find.
 import { spawn } from 'node:child_process';
+import { readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
 import { createInterface } from 'node:readline';
 import { chromium } from 'playwright-core';
 
@@ -24,6 +26,15 @@ export function watch(page, url, where = 'the page') {
   const isOwn = (address) => [url, 'blob:', 'data:'].some((begin) => address.startsWith(begin));
   page.on('request', (request) => isOwn(request.url()) || findings.push(`${where}: fetches ${request.url()}`));
   page.on('pageerror', (error) => findings.push(`${where}: ${error.message}`));
+}
+
+// What axe-core finds serious. It runs over the debugger and not as a script of the page, which the policy would stop.
+export async function seriousFindings(page) {
+  await page.evaluate(readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8'));
+  const { violations } = await page.evaluate(() => globalThis.axe.run(document, { resultTypes: ['violations'] }));
+  return violations
+    .filter((v) => v.impact === 'serious' || v.impact === 'critical')
+    .map((v) => `${v.id}: ${v.help}: ${v.nodes[0].target.join(' ')}: ${v.nodes[0].failureSummary ?? ''}`);
 }
 
 // A page under watch, by its data-testid.

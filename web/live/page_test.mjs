@@ -5,13 +5,11 @@
 // Usage: node page_test.mjs PROGRAM PAGE [--short] [--pictures FOLDER]        CHROMIUM names another browser.
 // PAGE: the folder of the built page. --short: one screen, nothing measured in time.
 import { existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { gzipSync } from 'node:zlib';
-import { check, findings, finish, launch, start, step, View, watch } from './browser_test.mjs';
+import { check, findings, finish, launch, seriousFindings, start, step, View, watch } from './browser_test.mjs';
 
-const require = createRequire(import.meta.url);
 const [program, built, ...rest] = process.argv.slice(2);
 const isShort = rest.includes('--short');
 const pictures = rest.includes('--pictures') ? rest.at(-1) : undefined;
@@ -50,12 +48,8 @@ class Screen extends View {
     this.check(`${name}: ${wide} px wide on ${screen} px`, wide <= screen);
     const cut = await this.page.$$eval('.scroll', (all) => all.filter((one) => one.scrollWidth > one.clientWidth).length);
     this.check(`${name}: ${cut} tables wider than the screen`, cut === 0);
-    // Over the debugger and not as a script of the page, which the policy would stop.
-    await this.page.evaluate(readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8'));
-    const { violations } = await this.page.evaluate(() => globalThis.axe.run(document, { resultTypes: ['violations'] }));
-    const serious = violations.filter((v) => v.impact === 'serious' || v.impact === 'critical');
-    for (const v of serious)
-      findings.push(`${this.where}: ${name}: ${v.id}: ${v.help}: ${v.nodes[0].target.join(' ')}: ${v.nodes[0].failureSummary ?? ''}`);
+    const serious = await seriousFindings(this.page);
+    findings.push(...serious.map((finding) => `${this.where}: ${name}: ${finding}`));
     this.check(`${name}: axe finds nothing serious`, serious.length === 0);
     if (pictures)
       await this.page.screenshot({ path: join(pictures, `${name}_${this.where.replace(/[^a-z0-9]+/g, '_')}.png`), fullPage: true });

@@ -6,48 +6,38 @@ import { defineConfig, type Plugin } from 'vite';
 
 const here = fileURLToPath(new URL('.', import.meta.url));
 
-// The two hands of npm's `@webxr-input-profiles/assets`, and nothing else of its 93 MB.
-function hands(): Plugin {
-  return {
-    name: 'hands',
-    generateBundle() {
-      const require = createRequire(import.meta.url);
-      for (const side of ['left', 'right']) {
-        const file = require.resolve(`@webxr-input-profiles/assets/dist/profiles/generic-hand/${side}.glb`);
-        this.emitFile({ type: 'asset', fileName: `hand/${side}.glb`, source: readFileSync(file) });
-      }
-    },
-  };
-}
+const require = createRequire(import.meta.url);
 
 // The model that script/hand_landmarker makes. Without it the page has no markerless reference, and carries nothing of it; nor in
 // the Python wheel, of which model and program would be the larger part.
 const model = resolve(here, '../../build/markerless/hand_landmarker.task');
 const hasModel = process.env['FLEXOR_MARKERLESS'] !== 'OFF' && existsSync(model);
 
-// What is loaded only when somebody chooses the markerless reference: the program that runs the model, for processors with SIMD,
-// which every browser of today has.
-function markerless(): Plugin {
-  return {
-    name: 'markerless',
-    generateBundle() {
-      if (!hasModel) return;
-      const require = createRequire(import.meta.url);
-      const files = {
-        'vision.js': require.resolve('@mediapipe/tasks-vision/vision_wasm_module_internal.js'),
-        'vision.wasm': require.resolve('@mediapipe/tasks-vision/vision_wasm_module_internal.wasm'),
-        'hand_landmarker.task': model,
-      };
-      for (const [name, file] of Object.entries(files))
-        this.emitFile({ type: 'asset', fileName: `markerless/${name}`, source: readFileSync(file) });
-    },
-  };
-}
+// Beside what Vite builds: of npm's `@webxr-input-profiles/assets` the two hands, and nothing else of its 93 MB; and what is loaded
+// only when somebody chooses the markerless reference: the program that runs the model, for processors with SIMD, which every
+// browser of today has.
+const hands = '@webxr-input-profiles/assets/dist/profiles/generic-hand';
+const carried = {
+  'hand/left.glb': require.resolve(`${hands}/left.glb`),
+  'hand/right.glb': require.resolve(`${hands}/right.glb`),
+  ...(hasModel && {
+    'markerless/vision.js': require.resolve('@mediapipe/tasks-vision/vision_wasm_module_internal.js'),
+    'markerless/vision.wasm': require.resolve('@mediapipe/tasks-vision/vision_wasm_module_internal.wasm'),
+    'markerless/hand_landmarker.task': model,
+  }),
+};
+const carry: Plugin = {
+  name: 'carry',
+  generateBundle() {
+    for (const [fileName, file] of Object.entries(carried))
+      this.emitFile({ type: 'asset', fileName, source: readFileSync(file) });
+  },
+};
 
 export default defineConfig({
   root: here,
   base: './', // the page lies at /TOKEN/, which no build knows
-  plugins: [hands(), markerless()],
+  plugins: [carry],
   define: { __MARKERLESS__: JSON.stringify(hasModel) },
   worker: { format: 'es', rollupOptions: { output: { entryFileNames: 'markerless/[name].js' } } },
   build: {

@@ -9,11 +9,9 @@ import {
   Float32BufferAttribute,
   Group,
   HemisphereLight,
-  InstancedMesh,
-  Matrix4,
+  Mesh,
   MeshStandardMaterial,
   PerspectiveCamera,
-  Quaternion,
   Scene,
   SkinnedMesh,
   SphereGeometry,
@@ -73,41 +71,33 @@ function markTexture(kind: MarkKind, dark: boolean): CanvasTexture {
   return texture;
 }
 
+const kRod = new CylinderGeometry(1, 1, 1, 20);
+const kBall = new SphereGeometry(1, 24, 16);
+const kAlongRod = new Vector3(0, 1, 0);
+
 // The other hand's rods and balls, placed by the same skeleton.
 class Bionic {
   readonly group = new Group();
   private readonly frame = new MeshStandardMaterial({ roughness: 0.42, metalness: 0.25 });
   private readonly hinge = new MeshStandardMaterial({ roughness: 0.5, metalness: 0.3 });
-  private readonly rods: InstancedMesh;
-  private readonly balls: InstancedMesh;
-  private readonly caps: InstancedMesh;
-  private readonly ends: [string, string, number][] = [];
-  private readonly joints: [string, number][] = [];
-  private readonly tips: [string, number][] = [];
+  private readonly rods: { mesh: Mesh; from: string; to: string }[] = [];
+  private readonly balls: { mesh: Mesh; bone: string }[] = [];
 
   constructor(private readonly skeleton: Skeleton) {
+    const rubber = new MeshStandardMaterial({ color: 0x5d6a76, roughness: 0.85 });
     for (const finger of kFingers) {
       const bones = chainOf(finger);
       const thick = finger === 'pinky' ? 0.0052 : finger === 'thumb' ? 0.0068 : 0.006;
-      this.ends.push(['wrist', bones[0]!, thick * 0.9]);
-      bones.slice(1).forEach((bone, i) => this.ends.push([bones[i]!, bone, thick * (i === 0 ? 0.9 : 1 - 0.07 * i)]));
-      bones.slice(finger === 'thumb' ? 0 : 1, -1).forEach((bone) => this.joints.push([bone, thick * 1.22]));
-      this.tips.push([bones[bones.length - 1]!, thick * 1.02]);
+      this.addRod('wrist', bones[0]!, thick * 0.9);
+      bones.slice(1).forEach((bone, i) => this.addRod(bones[i]!, bone, thick * (i === 0 ? 0.9 : 1 - 0.07 * i)));
+      bones.slice(finger === 'thumb' ? 0 : 1, -1).forEach((bone) => this.addBall(bone, thick * 1.22, this.hinge));
+      this.addBall(bones.at(-1)!, thick * 1.02, rubber);
     }
-    const knuckles = ['index', 'middle', 'ring', 'pinky'].map((f) => `${f}-finger-phalanx-proximal`);
-    const roots = ['index', 'middle', 'ring', 'pinky'].map((f) => `${f}-finger-metacarpal`);
-    for (const row of [knuckles, roots]) {
-      row.slice(1).forEach((bone, i) => this.ends.push([row[i]!, bone, 0.0042]));
+    for (const part of ['phalanx-proximal', 'metacarpal']) {
+      const row = kFingers.slice(1).map((finger) => `${finger}-finger-${part}`);
+      row.slice(1).forEach((bone, i) => this.addRod(row[i]!, bone, 0.0042));
     }
-    this.joints.push(['wrist', 0.011]);
-    const rubber = new MeshStandardMaterial({ color: 0x5d6a76, roughness: 0.85 });
-    this.rods = new InstancedMesh(new CylinderGeometry(1, 1, 1, 20), this.frame, this.ends.length);
-    this.balls = new InstancedMesh(new SphereGeometry(1, 24, 16), this.hinge, this.joints.length);
-    this.caps = new InstancedMesh(new SphereGeometry(1, 20, 14), rubber, this.tips.length);
-    for (const mesh of [this.rods, this.balls, this.caps]) {
-      mesh.frustumCulled = false;
-      this.group.add(mesh);
-    }
+    this.addBall('wrist', 0.011, this.hinge);
   }
 
   setDark(dark: boolean): void {
@@ -117,30 +107,28 @@ class Bionic {
 
   apply(pose: HandPose): void {
     this.skeleton.apply(pose);
-    const matrix = new Matrix4();
-    const a = new Vector3();
-    const b = new Vector3();
-    const up = new Vector3(0, 1, 0);
-    const turn = new Quaternion();
-    this.ends.forEach(([from, to, radius], i) => {
-      a.setFromMatrixPosition(this.skeleton.world.get(from)!);
-      b.setFromMatrixPosition(this.skeleton.world.get(to)!);
-      const length = a.distanceTo(b);
-      turn.setFromUnitVectors(up, b.clone().sub(a).normalize());
-      matrix.compose(a.clone().add(b).multiplyScalar(0.5), turn, new Vector3(radius, length, radius));
-      this.rods.setMatrixAt(i, matrix);
-    });
-    const balls = (mesh: InstancedMesh, places: [string, number][]): void => {
-      places.forEach(([bone, radius], i) => {
-        a.setFromMatrixPosition(this.skeleton.world.get(bone)!);
-        matrix.compose(a, turn.identity(), new Vector3(radius, radius, radius));
-        mesh.setMatrixAt(i, matrix);
-      });
-      mesh.instanceMatrix.needsUpdate = true;
-    };
-    this.rods.instanceMatrix.needsUpdate = true;
-    balls(this.balls, this.joints);
-    balls(this.caps, this.tips);
+    const at = (bone: string): Vector3 => new Vector3().setFromMatrixPosition(this.skeleton.world.get(bone)!);
+    for (const { mesh, from, to } of this.rods) {
+      const [a, b] = [at(from), at(to)];
+      mesh.scale.y = a.distanceTo(b);
+      mesh.position.lerpVectors(a, b, 0.5);
+      mesh.quaternion.setFromUnitVectors(kAlongRod, b.sub(a).normalize());
+    }
+    for (const { mesh, bone } of this.balls) mesh.position.copy(at(bone));
+  }
+
+  private addRod(from: string, to: string, radius: number): void {
+    const mesh = new Mesh(kRod, this.frame);
+    mesh.scale.set(radius, 1, radius);
+    this.group.add(mesh);
+    this.rods.push({ mesh, from, to });
+  }
+
+  private addBall(bone: string, radius: number, material: MeshStandardMaterial): void {
+    const mesh = new Mesh(kBall, material);
+    mesh.scale.setScalar(radius);
+    this.group.add(mesh);
+    this.balls.push({ mesh, bone });
   }
 }
 

@@ -1,33 +1,18 @@
 import { describe, expect, it } from 'vitest';
 import { decode, encodePicture, kHandSamples, kPosture, kSamples, type Samples } from './wire';
 
-function message(kind: number, rows: [number, number[], number[]][]): ArrayBuffer {
-  const n = rows[0]?.[1].length ?? 0;
-  const buffer = new ArrayBuffer(4 + rows.length * (8 + 8 * n));
-  const view = new DataView(buffer);
-  view.setUint8(0, kind);
-  view.setUint8(1, n);
-  view.setUint16(2, rows.length, true);
-  let at = 4;
-  for (const [t, raw, angle] of rows) {
-    view.setFloat64(at, t, true);
-    at += 8;
-    for (const v of [...raw, ...angle]) {
-      view.setFloat32(at, v, true);
-      at += 4;
-    }
-  }
-  return buffer;
-}
+const bytesOf = (numbers: Float64Array | Float32Array): number[] => [...new Uint8Array(numbers.buffer)];
+const row = (t_s: number, ...values: number[]): number[] => [
+  ...bytesOf(Float64Array.of(t_s)),
+  ...bytesOf(Float32Array.from(values)),
+];
+const message = (kind: number, channels: number, ...rows: number[][]): ArrayBuffer =>
+  Uint8Array.from([kind, channels, rows.length, 0, ...rows.flat()]).buffer;
 
 describe('decode', () => {
   it('reads rows in order, each with its channels', () => {
-    const samples = decode(
-      message(kSamples, [
-        [1.25, [512, 300], [34.5, NaN]],
-        [1.26, [513, 301], [35, 2]],
-      ]),
-    ) as Samples;
+    const rows = [row(1.25, 512, 300, 34.5, NaN), row(1.26, 513, 301, 35, 2)];
+    const samples = decode(message(kSamples, 2, ...rows)) as Samples;
     expect(samples.kind).toBe(kSamples);
     expect(samples.channels).toBe(2);
     expect(samples.rows).toBe(2);
@@ -43,23 +28,23 @@ describe('decode', () => {
   });
 
   it('knows the hand and the posture by the first byte', () => {
-    expect(decode(message(kHandSamples, [[0, [1], [2]]]))?.kind).toBe(kHandSamples);
-    expect(decode(message(kPosture, [[0, [1], [2]]]))?.kind).toBe(kPosture);
+    expect(decode(message(kHandSamples, 1, row(0, 1, 2)))?.kind).toBe(kHandSamples);
+    expect(decode(message(kPosture, 1, row(0, 1, 2)))?.kind).toBe(kPosture);
   });
 
   it('takes no rows and no fingers', () => {
-    expect((decode(message(kSamples, [])) as Samples).rows).toBe(0);
+    expect((decode(message(kSamples, 0)) as Samples).rows).toBe(0);
   });
 
   it('refuses what is cut, too long, empty or unknown', () => {
-    const whole = message(kSamples, [[0, [1], [2]]]);
+    const whole = message(kSamples, 1, row(0, 1, 2));
     expect(decode(whole.slice(0, -1))).toBeNull();
     expect(decode(new ArrayBuffer(0))).toBeNull();
     expect(decode(new ArrayBuffer(3))).toBeNull();
     const longer = new Uint8Array(whole.byteLength + 1);
     longer.set(new Uint8Array(whole));
     expect(decode(longer.buffer)).toBeNull();
-    expect(decode(message(9, [[0, [1], [2]]]))).toBeNull();
+    expect(decode(message(9, 1, row(0, 1, 2)))).toBeNull();
   });
 
   it('reads a picture of the server', () => {

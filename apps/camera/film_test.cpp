@@ -11,6 +11,7 @@
 #include <map>
 #include <numbers>
 
+#include "apps/camera/boards_test.hpp"
 #include "host/camera/printed_tracker.hpp"
 #include "host/camera/tracker.hpp"
 #include "host/camera/video.hpp"
@@ -323,43 +324,6 @@ TEST(Rendered, GloveAndHandInOnePictureByTheirColours) {
     EXPECT_NEAR(row.angles[1].deg, pinch(row.t_s).index_pip, 1);
     EXPECT_NEAR(row.angles[7].deg, pinch(row.t_s - 0.2).index_pip, 1);
   }
-}
-
-// Pictures of a board, as a user takes them to calibrate a camera.
-std::vector<std::filesystem::path> board_pictures(const twin::View& bent,
-                                                  const std::filesystem::path& folder) {
-  twin::Pattern board;
-  board.columns = 10;
-  board.rows = 7;
-  board.cell_mm = 22;
-  for (int i = 0; i < 70; ++i) board.cells.push_back((i / 10 + i % 10) % 2 == 0 ? 1 : 0);
-  twin::Look look;
-  look.background = {235, 235, 235};
-  look.noise = 2;
-  std::vector<std::filesystem::path> pictures;
-  const std::array<std::array<double, 5>, 9> poses = {{{0, 0, 430, 0, 0},
-                                                       {30, 0, 460, -20, 0},
-                                                       {-30, 5, 460, 20, 10},
-                                                       {0, 30, 450, 0, -15},
-                                                       {5, -30, 450, 0, 15},
-                                                       {20, 20, 520, -60, -25},
-                                                       {-20, -25, 520, 60, 25},
-                                                       {25, -15, 500, 50, -25},
-                                                       {-25, 15, 500, -50, 25}}};
-  for (const auto& [turn, tilt, distance, x, y] : poses) {
-    twin::View v = bent;
-    v.turn_deg = turn;
-    v.tilt_deg = tilt;
-    v.distance_mm = distance;
-    twin::Scene scene;
-    board.centre = {x, y};
-    scene.patterns.push_back(board);
-    camera::Picture picture(v.width, v.height);
-    twin::Renderer(v, look, pictures.size()).draw(scene, 0, picture.bgr);
-    pictures.push_back(folder / fmt::format("{}.png", pictures.size()));
-    camera::write_picture(pictures.back(), picture);
-  }
-  return pictures;
 }
 
 // The camera is calibrated from pictures of a board; then its distortion is gone.

@@ -27,7 +27,7 @@ camera::Joints joints_of(io::JsonReader& arguments) {
   return filming::drawn_hand(camera::joints_from_json(arguments.member("joints").dump(), "joints"));
 }
 
-// A video may state another size in any picture, and FFmpeg asks nobody: memory that it does not get is the video's end. Each
+// A picture or a video may state any size, and its decoder asks nobody: memory that it does not get is the video's end. Each
 // core's threads have their stacks beside.
 void bound_memory() {
   constexpr rlim_t kMostBytes = 850 << 20;
@@ -107,6 +107,7 @@ Json fit_lens(const Json& json, const io::JobProgress& progress) {
     request.pictures.emplace_back(io::bytes_from_json(picture));
   request.out = path_of(arguments, "out");
   arguments.done();
+  bound_memory();
   progress(0, request.pictures.size());
   return filming::to_json(filming::fit_lens(request), request);
 }

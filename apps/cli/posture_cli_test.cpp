@@ -12,18 +12,6 @@ class PostureCli : public Command {
  protected:
   PostureCli() { runs_in_ = folder_; }
 
-  static std::string table_of(const posture::test::Recorded& person, Eigen::Index rows) {
-    std::string text = "t_s";
-    for (const auto name : kJointNames) text += fmt::format(",{}_deg", name);
-    text += "\n";
-    for (Eigen::Index row = 0; row < rows; ++row) {
-      text += fmt::format("{:.1f}", person.t_s[static_cast<std::size_t>(row)]);
-      for (const double angle_deg : person.hands_deg.row(row)) text += fmt::format(",{:.2f}", angle_deg);
-      text += "\n";
-    }
-    return text;
-  }
-
   int run(const std::string& arguments) {
     const Finished r = Command::run("posture " + arguments);
     said_ = r.err;
@@ -32,7 +20,7 @@ class PostureCli : public Command {
 
   void SetUp() override {
     fs::copy_file(FLEXOR_SOURCE_DIR "/models/posture.json", path("p.json"));
-    write("new.csv", table_of(posture::test::person(5), 90));
+    write("new.csv", posture::test::table_of(posture::test::person(5), 90));
   }
 
   void expect_refusal(const std::string& arguments, const std::string& what) {
@@ -60,18 +48,13 @@ TEST_F(PostureCli, WritesEveryJointWithItsErrorOnTheRowsOfTheFile) {
 
 TEST_F(PostureCli, RefusesInOneLineAndLeavesNothing) {
   const std::string complete = "complete p.json new.csv --out never.csv ";
-  expect_refusal(complete + "--from toe_deg", "\"toe\" is no joint");
   expect_refusal(complete + "--from index_mcp_deg --rest -1", "--rest must be from 0 to 3600");
   expect_refusal(complete + "--from index_mcp_deg --rest nan", "--rest");
   expect_refusal("complete p.json none.csv --from index_mcp_deg --out never.csv", "none.csv");
   expect_refusal("complete new.csv new.csv --from index_mcp_deg --out never.csv", "new.csv");
-  write("head.csv", "t_s,index_mcp_deg\n");
-  expect_refusal("complete p.json head.csv --from index_mcp_deg --out never.csv", "has a header but no data");
   write("text.csv", "t_s,index_mcp_deg\n1,-20\n2,inf\n");
   expect_refusal("complete p.json text.csv --from index_mcp_deg --out never.csv",
                  "row 3: column \"index_mcp_deg\"");
-  expect_refusal("complete p.json text.csv --from ring_mcp_deg --out never.csv",
-                 "no column \"ring_mcp_deg\"");
   expect_refusal("learn a.csv b.csv c.csv --out p.json", "python -m flexor.posture_learning");
 }
 

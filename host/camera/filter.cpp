@@ -1,5 +1,6 @@
 #include "host/camera/filter.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,11 +18,6 @@ constexpr double kFarthest = 5;       // standard deviations
 constexpr double kClearlyMore = 1.5;  // variance that the marks did not announce
 
 }  // namespace
-
-AngleFilter::Gauss AngleFilter::predict(const Gauss& x, double h, double q) {
-  return {x.deg + h * x.rate, x.rate, x.p00 + 2 * h * x.p01 + h * h * x.p11 + q * h * h * h / 3,
-          x.p01 + h * x.p11 + q * h * h / 2, x.p11 + q * h};
-}
 
 std::optional<FilteredRow> AngleFilter::push(double t_s, std::vector<Measurement> measured) {
   window_.push_back({t_s, std::move(measured)});
@@ -137,18 +133,11 @@ std::size_t AngleFilter::filter_forward(const State& state, std::size_t k, doubl
     const auto& z = window_[i].measured[k].angle;
     if (!x) {
       if (!z) continue;
-      x = Gauss{z->deg, 0, factor * z->variance_deg2, 0, kUnknownRate};
-      predicted_[i] = *x;
+      x = predicted_[i] =
+          Gauss{{z->deg, 0}, Eigen::Vector2d(factor * z->variance_deg2, kUnknownRate).asDiagonal()};
     } else {
-      x = predicted_[i] = predict(*x, window_[i].t_s - t, q);
-      if (z) {
-        const double s = x->p00 + factor * z->variance_deg2;
-        const double g0 = x->p00 / s;
-        const double g1 = x->p01 / s;
-        const double innovation = z->deg - x->deg;
-        x = Gauss{x->deg + g0 * innovation, x->rate + g1 * innovation, x->p00 * (1 - g0), x->p01 * (1 - g0),
-                  x->p11 - g1 * x->p01};
-      }
+      x = predicted_[i] = x->after(window_[i].t_s - t, q);
+      if (z) x->update(Gauss::Place(z->deg), factor * z->variance_deg2);
     }
     filtered_[i] = *x;
     t = window_[i].t_s;
@@ -164,24 +153,9 @@ AngleFilter::Gauss AngleFilter::smooth_backward() const {
   for (std::size_t i = n - 1; i-- > 0;) {
     const Gauss& f = filtered_[i];
     const Gauss& p = predicted_[i + 1];
-    const double h = window_[i + 1].t_s - window_[i].t_s;
-    // C = P F' (P-)^-1, 2 x 2.
-    const double a = f.p00 + h * f.p01;
-    const double b = f.p01 + h * f.p11;
-    const double det = p.p00 * p.p11 - p.p01 * p.p01;
-    const double c00 = (a * p.p11 - f.p01 * p.p01) / det;
-    const double c01 = (f.p01 * p.p00 - a * p.p01) / det;
-    const double c10 = (b * p.p11 - f.p11 * p.p01) / det;
-    const double c11 = (f.p11 * p.p00 - b * p.p01) / det;
-    const double d0 = s.deg - p.deg;
-    const double d1 = s.rate - p.rate;
-    const double e00 = s.p00 - p.p00;
-    const double e01 = s.p01 - p.p01;
-    const double e11 = s.p11 - p.p11;
-    s = {f.deg + c00 * d0 + c01 * d1, f.rate + c10 * d0 + c11 * d1,
-         f.p00 + c00 * c00 * e00 + 2 * c00 * c01 * e01 + c01 * c01 * e11,
-         f.p01 + c00 * c10 * e00 + (c00 * c11 + c01 * c10) * e01 + c01 * c11 * e11,
-         f.p11 + c10 * c10 * e00 + 2 * c10 * c11 * e01 + c11 * c11 * e11};
+    const Eigen::Matrix2d step = Gauss::step(window_[i + 1].t_s - window_[i].t_s);
+    const Eigen::Matrix2d c = f.covariance * step.transpose() * p.covariance.inverse();
+    s = {f.state + c * (s.state - p.state), f.covariance + c * (s.covariance - p.covariance) * c.transpose()};
   }
   return s;
 }
@@ -206,8 +180,8 @@ FilteredAngle AngleFilter::pop(State& state, std::size_t k) {
     return {state.last_deg, kUnknown_deg, Quality::lost};
   }
   const Gauss s = smooth_backward();
-  state.last_deg = out.deg = s.deg;
-  out.se_deg = std::min(kUnknown_deg, std::sqrt(std::max(s.p00, 0.0)));
+  state.last_deg = out.deg = s.state(0);
+  out.se_deg = std::min(kUnknown_deg, std::sqrt(std::max(s.covariance(0, 0), 0.0)));
   out.quality = !now.angle ? Quality::hidden : now.doubtful ? Quality::doubtful : Quality::good;
   return out;
 }

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "host/camera/angles.hpp"
+#include "host/camera/motion.hpp"
 
 namespace flexor::camera {
 
@@ -56,13 +57,7 @@ class AngleFilter {
   std::vector<FilteredRow> flush();
 
  private:
-  struct Gauss {
-    double deg = 0;
-    double rate = 0;
-    double p00 = 0;
-    double p01 = 0;
-    double p11 = 0;
-  };
+  using Gauss = Motion<1>;
   struct State {
     std::optional<Gauss> past;  // after the last frame that came out
     double past_s = 0;
@@ -87,7 +82,6 @@ class AngleFilter {
   Gauss smooth_backward() const;
   static double noise_factor(const State& state);
   double density(std::size_t k, double factor) const;
-  static Gauss predict(const Gauss& from, double dt_s, double density);
 
   std::deque<Frame> window_;
   std::vector<State> state_;

@@ -4,6 +4,7 @@
 // innovations: after nu^2 / S on average 1 it stays, above it grows.
 #pragma once
 
+#include "host/camera/motion.hpp"
 #include "host/camera/picture.hpp"
 
 namespace flexor::camera {
@@ -21,14 +22,10 @@ class MarkPredictor {
   void skip(double t_s);
 
  private:
-  void predict(double t_s);
+  Motion<2> after(double t_s) const { return motion_.after(t_s - t_s_, density_); }
 
   double t_s_ = 0;
-  Point position_;
-  Point velocity_;
-  double p00_ = 0;
-  double p01_ = 0;
-  double p11_ = 0;
+  Motion<2> motion_;
   double density_ = 0;
 };
 

@@ -24,10 +24,4 @@ Picture from_jpeg(std::string_view bytes);
 // `quality` 1 to 100.
 std::string to_jpeg(const Picture& picture, int quality = kUsualQuality);
 
-inline constexpr double kMostPixels = 36e6;  // of a picture, and of a video's frame
-
-// What may be decoded, by the first bytes of a file: false where they are of no kind of picture whose size is known here
-// (PNG, JPEG, BMP, GIF, WebP, TIFF). Throws io::InputError where they state more than kMostPixels.
-bool states_few_pixels(std::string_view start, const std::string& source);
-
 }  // namespace flexor::camera

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
 #include "host/camera/opencv.hpp"
+#include "host/io/numbers.hpp"
 
 namespace flexor::camera {
 namespace {
@@ -58,9 +60,7 @@ double median_score(const Picture& picture, const ColourModel& colour, const Win
                       colour.weight[2] * pixel[2]);
     }
   }
-  const auto half = score.begin() + static_cast<std::ptrdiff_t>(score.size() / 2);
-  std::ranges::nth_element(score, half);
-  return *half;
+  return io::median(std::move(score));
 }
 
 // 255 where a pixel of `region` scores more than `threshold`. In integers, which is enough to find by: what
@@ -141,78 +141,54 @@ void MarkMeter::look(const Picture& picture, const ColourModel& colour, const Ex
     }
   }
   // Every third pixel is plenty for a median.
-  scratch_.clear();
-  for (std::size_t i = 0; i < count; i += 3) scratch_.push_back(patch.score[i]);
-  const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
-  std::ranges::nth_element(scratch_, middle);
-  patch.background = static_cast<double>(*middle);
-  scratch_.clear();
-  for (std::size_t i = 1; i < count; i += 3)
-    scratch_.push_back(std::abs(patch.score[i] - patch.score[i - 1]));
-  if (!scratch_.empty()) {
-    const auto half = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
-    std::ranges::nth_element(scratch_, half);
-    patch.noise = std::max(kRounding, static_cast<double>(*half) / 0.6745 / std::sqrt(2.0));
-  }
+  std::vector<double> scores;
+  std::vector<double> steps;
+  for (std::size_t i = 0; i < count; i += 3) scores.push_back(patch.score[i]);
+  for (std::size_t i = 1; i < count; i += 3) steps.push_back(std::abs(patch.score[i] - patch.score[i - 1]));
+  patch.background = io::median(std::move(scores));
+  if (!steps.empty())
+    patch.noise = std::max(kRounding, io::median(std::move(steps)) / 0.6745 / std::sqrt(2.0));
 }
 
-// Of the blobs that are kAbove makes the one nearest to `at` kMark; returns its size.
-int MarkMeter::flood(Point at) {
+// Of the blobs of the expected size the one nearest to where it is expected becomes kMark; returns its size, 0: there is none.
+int MarkMeter::find_blob(const Expected& e, double threshold) {
   const Window& w = patch_.window;
-  int seed = -1;
-  double nearest = 0;
+  const cv::Mat score(w.height, w.width, CV_32F, patch_.score.data());
+  cv::Mat labels;
+  cv::Mat stats;
+  cv::Mat centres;
+  const int n = cv::connectedComponentsWithStats(score > threshold, labels, stats, centres, 4, CV_32S);
+  std::vector<double> distance(static_cast<std::size_t>(n), std::numeric_limits<double>::infinity());
   for (int y = 0; y < w.height; ++y) {
     for (int x = 0; x < w.width; ++x) {
-      const int i = y * w.width + x;
-      if (patch_.label[at_index(i)] != kAbove) continue;
-      const double distance = squared(w.x + x - at.x) + squared(w.y + y - at.y);
-      if (seed >= 0 && distance >= nearest) continue;
-      seed = i;
-      nearest = distance;
+      double& nearest = distance[at_index(labels.at<int>(y, x))];
+      nearest = std::min(nearest, squared(w.x + x - e.at.x) + squared(w.y + y - e.at.y));
     }
   }
-  if (seed < 0) return 0;
-  int count = 0;
-  stack_.assign(1, seed);
-  patch_.label[at_index(seed)] = kMark;
-  const auto visit = [&](int i) {
-    if (patch_.label[at_index(i)] != kAbove) return;
-    patch_.label[at_index(i)] = kMark;
-    stack_.push_back(i);
-  };
-  while (!stack_.empty()) {
-    const int i = stack_.back();
-    stack_.pop_back();
-    ++count;
-    if (i % w.width > 0) visit(i - 1);
-    if (i % w.width + 1 < w.width) visit(i + 1);
-    if (i >= w.width) visit(i - w.width);
-    if (i + w.width < w.width * w.height) visit(i + w.width);
-  }
-  return count;
-}
-
-// The blob of the expected size nearest to where it is expected; its pixels have label kMark. 0: none.
-int MarkMeter::find_blob(const Expected& e, double threshold) {
-  for (std::size_t i = 0; i < patch_.label.size(); ++i) {
-    patch_.label[i] = static_cast<double>(patch_.score[i]) > threshold ? kAbove : kBelow;
-  }
+  const auto area = [&](int blob) { return stats.at<int>(blob, cv::CC_STAT_AREA); };
   const double least = std::max(3.0, kLeastArea * e.area_px);
-  for (;;) {
-    const int count = flood(e.at);
-    if (count == 0 || count >= least) return count;
-    std::ranges::replace(patch_.label, kMark, kTooSmall);
+  int mark = 0;
+  for (int blob = 1; blob < n; ++blob) {
+    if (area(blob) >= least && (mark == 0 || distance[at_index(blob)] < distance[at_index(mark)]))
+      mark = blob;
   }
+  if (mark == 0) return 0;
+  for (std::size_t i = 0; i < patch_.label.size(); ++i) {
+    const int blob = labels.ptr<int>()[i];
+    const bool is_speck = area(blob) < least && distance[at_index(blob)] < distance[at_index(mark)];
+    patch_.label[i] = blob == 0 ? kBelow : blob == mark ? kMark : is_speck ? kTooSmall : kAbove;
+  }
+  return area(mark);
 }
 
-double MarkMeter::level() {
-  scratch_.clear();
+double MarkMeter::level() const {
+  std::vector<float> scores;
   for (std::size_t i = 0; i < patch_.label.size(); ++i) {
-    if (patch_.label[i] == kMark) scratch_.push_back(patch_.score[i]);
+    if (patch_.label[i] == kMark) scores.push_back(patch_.score[i]);
   }
   // Above the median: the edge is part of the blob, too.
-  const auto at = scratch_.begin() + static_cast<std::ptrdiff_t>(7 * scratch_.size() / 10);
-  std::ranges::nth_element(scratch_, at);
+  const auto at = scores.begin() + static_cast<std::ptrdiff_t>(7 * scores.size() / 10);
+  std::ranges::nth_element(scores, at);
   return static_cast<double>(*at) - patch_.background;
 }
 

@@ -64,9 +64,8 @@ class MarkMeter {
   std::optional<Mark> measure_one(const Picture& picture, const ColourModel& colour,
                                   const std::vector<Expected>& expected, std::size_t k);
   void look(const Picture& picture, const ColourModel& colour, const Expected& expected);
-  int flood(Point at);
   int find_blob(const Expected& expected, double threshold);
-  double level();
+  double level() const;
   void part(const std::vector<Expected>& expected, std::size_t k);
   bool add_rim();
   Mark centre(double level) const;
@@ -74,8 +73,6 @@ class MarkMeter {
   bool at_border() const;
 
   Patch patch_;
-  std::vector<float> scratch_;
-  std::vector<int> stack_;
 };
 
 }  // namespace flexor::camera

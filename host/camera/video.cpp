@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <new>
@@ -11,8 +12,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "host/camera/container.hpp"
-#include "host/camera/jpeg.hpp"
 #include "host/camera/opencv.hpp"
 #include "host/io/numbers.hpp"
 #include "host/io/output.hpp"
@@ -22,6 +21,7 @@ namespace {
 
 constexpr double kMost_s = 1e9;
 constexpr std::uintmax_t kMostPictureBytes = 256 << 20;
+constexpr double kMostPixels = 36e6;  // of a picture, and of a video's frame
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -49,6 +49,20 @@ void be_silent() {
     return true;
   }();
   (void)done;
+}
+
+void require_few_pixels(double pixels, const char* of, const std::string& source) {
+  if (pixels <= kMostPixels) return;
+  throw io::InputError(fmt::format("{}: {} of {:.4g} million pixels; at most {:.0f} million are taken",
+                                   source, of, pixels / 1e6, kMostPixels / 1e6));
+}
+
+// By the first bytes: OpenCV may have been built with readers of much else.
+bool is_picture(std::string_view bytes) {
+  using std::literals::operator""sv;
+  static constexpr std::array kBegin = {"\x89PNG\r\n"sv, "\xff\xd8\xff"sv, "BM"sv,  "RIFF"sv, "II*\0"sv,
+                                        "MM\0*"sv,       "P5 "sv,          "P6 "sv, "P5\n"sv, "P6\n"sv};
+  return std::ranges::any_of(kBegin, [&](std::string_view begin) { return bytes.starts_with(begin); });
 }
 
 void copy(const cv::Mat& from, Picture& to) {
@@ -100,10 +114,7 @@ VideoReader::VideoReader(const std::filesystem::path& path)
         "{}: its frames are PNG pictures, which are not taken: MP4 with H.264 always works", source_));
   const double pixels =
       capture_->capture.get(cv::CAP_PROP_FRAME_WIDTH) * capture_->capture.get(cv::CAP_PROP_FRAME_HEIGHT);
-  if (pixels > kMostPixels) {
-    throw io::InputError(fmt::format("{}: frames of {:.4g} million pixels; at most {:.0f} million are taken",
-                                     source_, pixels / 1e6, kMostPixels / 1e6));
-  }
+  require_few_pixels(pixels, "frames", source_);
 }
 
 VideoReader::~VideoReader() = default;
@@ -268,30 +279,36 @@ void VideoWriter::add(const Picture& picture) {
   ++writer_->frames;
 }
 
+// FFmpeg does not say what the disk refused, such as the index at the end, but a disk that did has no room for more.
 void VideoWriter::finish() {
   writer_->writer.release();
-  const std::size_t n = packets(writer_->output.name());
-  if (n != writer_->frames || !is_whole(writer_->output.name())) {
-    writer_->output.require_room();
+  const std::filesystem::path& name = writer_->output.name();
+  std::error_code ignored;
+  const std::uintmax_t size = std::filesystem::file_size(name, ignored);
+  writer_->output.require_room();
+  std::filesystem::resize_file(name, size, ignored);
+  if (const std::size_t n = packets(name); n != writer_->frames)
     throw io::JobError(fmt::format("{}: cannot be written: holds {} of {} frames", writer_->path.string(), n,
                                    writer_->frames));
-  }
   writer_->output.commit();
 }
 
 Picture read_picture(const std::filesystem::path& path) {
   be_silent();
   const std::string bytes = io::read_file(path);
-  if (!states_few_pixels(bytes, path.string()))
-    throw io::InputError(
-        fmt::format("{}: no picture that can be read: is it a PNG or a JPEG?", path.string()));
   cv::Mat picture;
   try {
-    picture = cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
-                           cv::IMREAD_COLOR);
-  } catch (const cv::Exception&) {
+    if (is_picture(bytes))
+      picture =
+          cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
+                       cv::IMREAD_COLOR);
+  } catch (const std::exception&) {  // a size beyond OpenCV's bound, or the process's memory, among them
   }
-  if (picture.empty()) throw io::InputError(fmt::format("{}: no picture that can be read", path.string()));
+  if (picture.empty())
+    throw io::InputError(fmt::format(
+        "{}: no picture that can be read: is it a PNG or a JPEG, of at most {:.0f} million pixels?",
+        path.string(), kMostPixels / 1e6));
+  require_few_pixels(static_cast<double>(picture.total()), "a picture", path.string());
   Picture out;
   copy(picture, out);
   return out;

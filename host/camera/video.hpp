@@ -83,7 +83,7 @@ class VideoWriter {
   std::unique_ptr<Writer> writer_;
 };
 
-// PNG, JPEG, BMP, WebP or TIFF of at most kMostPixels, 16 bits brought to 8. Throws io::InputError.
+// PNG, JPEG, BMP, WebP or TIFF of at most 36 million pixels, 16 bits brought to 8. Throws io::InputError.
 Picture read_picture(const std::filesystem::path& path);
 // In one step; the format by the name. Throws io::InputError.
 void write_picture(const std::filesystem::path& path, const Picture& picture);

@@ -323,15 +323,6 @@ TEST(Lines, HaveColumnsThatNoOtherColumnOfARecordingIsCalled) {
   EXPECT_EQ(columns_of("t_s,t_s,t_s-2"), (Names{"t_s-3", "t_s-2"}));
 }
 
-// As host/recording refuses them: one such value, and nothing could read the whole recording.
-TEST(Lines, WithAValueThatIsNoMeasurementAreTorn) {
-  const auto decoder = make_decoder(Format::lines);
-  const auto samples = decoded(*decoder, bytes_of("a,b\n1e308,1\n-1.0001e30,1\ninf,1\n1e30,2\n"));
-  ASSERT_EQ(samples.size(), 1U);
-  EXPECT_EQ(samples[0].value, (std::vector<double>{1e30, 2}));
-  EXPECT_EQ(decoder->tally().torn, 3U);
-}
-
 TEST(Detection, KnowsEachFormatFromItsMiddleAndNoiseFromAll) {
   link::GloveEnd glove(nullptr);
   std::vector<std::uint8_t> frames;

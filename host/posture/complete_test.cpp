@@ -16,6 +16,7 @@ namespace {
 
 using Eigen::Index;
 using test::Recorded;
+using test::table_of;
 
 const Posture& known() {
   static const Posture posture = test::posture(5, 1);
@@ -196,20 +197,6 @@ TEST(Completing, WeighsANoisyFingerAgainstItsNeighbours) {
   EXPECT_LT(weighed, 0.5 * taken);
 }
 
-std::string table_of(const Recorded& r, Index rows, const std::string& hole = "") {
-  std::string text = "t_s";
-  for (const auto name : kJointNames) text += fmt::format(",{}_deg", name);
-  text += "\n";
-  for (Index row = 0; row < rows; ++row) {
-    text += fmt::format("{:.1f}", r.t_s[static_cast<std::size_t>(row)]);
-    for (int j = 0; j < kJoints; ++j) {
-      text += row == 40 && j == 4 && !hole.empty() ? "," : fmt::format(",{:.2f}", r.hands_deg(row, j));
-    }
-    text += "\n";
-  }
-  return text;
-}
-
 const CompleteOptions kFive = {
     {"index_mcp_deg", "index_pip_deg", "thumb", "middle"},
     {"thumb=thumb_mcp+thumb_ip", "index=index_mcp+index_pip", "middle=middle_mcp+middle_pip"},
@@ -238,8 +225,8 @@ std::vector<double> cells_of(const std::string& line) {
 
 TEST(CompletingTables, KnowsOnlyThePast) {
   const Recorded r = test::person(82);
-  const auto whole = lines_of(table_of(r, 90, "hole"), kFive);
-  const auto part = lines_of(table_of(r, 50, "hole"), kFive);
+  const auto whole = lines_of(table_of(r, 90, true), kFive);
+  const auto part = lines_of(table_of(r, 50, true), kFive);
   ASSERT_EQ(whole.size(), 91U);
   ASSERT_EQ(part.size(), 51U);
   for (std::size_t i = 0; i < part.size(); ++i) EXPECT_EQ(part[i], whole[i]) << i;

@@ -2,7 +2,10 @@
 // joint, DIP follows PIP, and every angle has noise of one degree.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <random>
+#include <string>
 #include <vector>
 
 #include "host/posture/posture.hpp"
@@ -87,6 +90,20 @@ inline Posture posture(int count, std::uint64_t seed) {
     out.curves.push_back(curve);
   }
   return out;
+}
+
+// The table of its first rows; `has_hole`: index_mcp is missing in the 41st.
+inline std::string table_of(const Recorded& r, Eigen::Index rows, bool has_hole = false) {
+  std::string text = "t_s";
+  for (const auto name : kJointNames) text += fmt::format(",{}_deg", name);
+  text += "\n";
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    text += fmt::format("{:.1f}", r.t_s[static_cast<std::size_t>(row)]);
+    for (int j = 0; j < kJoints; ++j)
+      text += has_hole && row == 40 && j == 4 ? "," : fmt::format(",{:.2f}", r.hands_deg(row, j));
+    text += "\n";
+  }
+  return text;
 }
 
 }  // namespace flexor::posture::test

@@ -3,12 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <sstream>
 
 #include "host/io/io.hpp"
 #include "host/io/refusal_test.hpp"
 #include "host/posture/regression.hpp"
-#include "host/recording/csv.hpp"
 
 namespace flexor::posture {
 namespace {
@@ -67,18 +65,7 @@ TEST(StandardErrors, CoverWhatTheyClaim) {
   EXPECT_NEAR(standard_error(errors), 2.08, 0.06);
 }
 
-TEST(TablesOfAngles, KeepEveryRow) {
-  std::istringstream text("object;t_s;a_deg;b_deg\ncup;1;2;\ncup;1;nan;4\ncup;0.5;5;6\n");
-  recording::CsvReader table(text, "x.csv", {{"b_deg", "a_deg"}, {}, recording::Holes::all});
-  recording::Row row;
-  ASSERT_TRUE(table.next(row));
-  EXPECT_TRUE(std::isnan(row.value[0]));
-  EXPECT_EQ(row.value[1], 2);
-  ASSERT_TRUE(table.next(row));
-  EXPECT_TRUE(std::isnan(row.value[1]));
-  ASSERT_TRUE(table.next(row));
-  EXPECT_EQ(row.t_s, 0.5);
-  EXPECT_FALSE(table.next(row));
+TEST(Steps, OfAClockThatGoesBackAreNothing) {
   EXPECT_EQ(step_s(1, 0.5), 0);
   EXPECT_EQ(step_s(1, 1.25), 0.25);
 }

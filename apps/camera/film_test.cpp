@@ -64,10 +64,10 @@ camera::Lens lens_of(const twin::View& v) {
   return lens;
 }
 
-std::array<twin::Print, 4> prints() {
-  std::array<twin::Print, 4> out;
+std::array<twin::Pattern, 4> prints() {
+  std::array<twin::Pattern, 4> out;
   for (int i = 0; i < 4; ++i) {
-    twin::Print& p = out[static_cast<std::size_t>(i)];
+    twin::Pattern& p = out[static_cast<std::size_t>(i)];
     p.columns = p.rows = camera::kPrintCells;
     p.cells = camera::print_cells(i);
     p.cell_mm = 1.5;  // a black square of 12 mm

@@ -10,8 +10,8 @@ namespace flexor::twin {
 namespace {
 
 // Of an adult's hand, mm: metacarpal, proximal, middle, distal.
-constexpr std::array<double, 4> kIndex = {68, 40, 23, 20};
-constexpr std::array<double, 3> kThumb = {46, 32, 24};
+const std::vector<double> kIndex = {68, 40, 23, 20};
+const std::vector<double> kThumb = {46, 32, 24};
 constexpr std::array<double, 4> kRadius = {11, 9, 8, 7};
 
 // A chain of rods with a mark at each end.
@@ -37,6 +37,16 @@ class Chain {
     drawn_.scene.patterns.push_back(std::move(print));
   }
 
+  // Each turned against the one before, with a mark where it ends: finger and one of `names`.
+  void links(const std::string& finger, const std::vector<double>& length_mm,
+             const std::vector<double>& turn_deg, const std::vector<const char*>& names) {
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      turn(turn_deg[k]);
+      link(length_mm[k], kRadius[k]);
+      mark(finger + names[k]);
+    }
+  }
+
   void mark(const std::string& name) {
     drawn_.names.push_back(name);
     drawn_.marks.push_back(at_);
@@ -57,50 +67,28 @@ double index_heading(const Stance& s) {
   return (s.mirror ? 180.0 - kHeading_deg : kHeading_deg) + s.turn_deg;
 }
 
+std::vector<double> flexed(const PinchPose& p) { return {0, -p.index_mcp, -p.index_pip, -p.index_dip}; }
+
 }  // namespace
 
 Drawn draw_pinch(const PinchPose& pose, const Stance& stance) {
   Drawn out;
   Chain index(out, stance.at, index_heading(stance), stance);
   index.mark("wrist");
-  index.link(kIndex[0], kRadius[0]);
-  index.mark("index_mcp");
-  index.turn(-pose.index_mcp);
-  index.link(kIndex[1], kRadius[1]);
-  index.mark("index_pip");
-  index.turn(-pose.index_pip);
-  index.link(kIndex[2], kRadius[2]);
-  index.mark("index_dip");
-  index.turn(-pose.index_dip);
-  index.link(kIndex[3], kRadius[3]);
-  index.mark("index_tip");
+  index.links("index_", kIndex, flexed(pose), {"mcp", "pip", "dip", "tip"});
   Chain thumb(out, stance.at, index_heading(stance), stance);
-  thumb.turn(-pose.thumb_cmc);
-  thumb.link(kThumb[0], kRadius[0]);
-  thumb.mark("thumb_mcp");
-  thumb.turn(pose.thumb_mcp);
-  thumb.link(kThumb[1], kRadius[1]);
-  thumb.mark("thumb_ip");
-  thumb.turn(pose.thumb_ip);
-  thumb.link(kThumb[2], kRadius[2]);
-  thumb.mark("thumb_tip");
+  thumb.links("thumb_", kThumb, {-pose.thumb_cmc, pose.thumb_mcp, pose.thumb_ip}, {"mcp", "ip", "tip"});
   return out;
 }
 
-Drawn draw_printed(const PinchPose& pose, const Stance& stance, const std::array<Print, 4>& prints) {
+Drawn draw_printed(const PinchPose& pose, const Stance& stance, const std::array<Pattern, 4>& prints) {
   Drawn out;
   Chain index(out, stance.at, index_heading(stance), stance);
-  index.link(kIndex[0], kRadius[0]);
-  index.print(prints[0]);
-  index.turn(-pose.index_mcp);
-  index.link(kIndex[1], kRadius[1]);
-  index.print(prints[1]);
-  index.turn(-pose.index_pip);
-  index.link(kIndex[2], kRadius[2]);
-  index.print(prints[2]);
-  index.turn(-pose.index_dip);
-  index.link(kIndex[3], kRadius[3]);
-  index.print(prints[3]);
+  for (std::size_t k = 0; k < prints.size(); ++k) {
+    index.turn(flexed(pose)[k]);
+    index.link(kIndex[k], kRadius[k]);
+    index.print(prints[k]);
+  }
   return out;
 }
 
@@ -120,18 +108,12 @@ Drawn draw_spread(const PerFinger& mcp_deg, Bgr paint) {
     const Posture joints = posture(i, mcp);
     Chain chain(out, {(i - 2) * kColumn_mm - kLeft_mm, kBase_mm}, -90, stance);
     chain.mark(finger + "_palm");
-    chain.link(kPalm_mm, kRadius[0]);
-    chain.mark(finger + "_mcp");
-    chain.turn(joints.mcp_deg);
-    chain.link(is_thumb ? kThumb[1] : kIndex[1], kRadius[1]);
-    chain.mark(finger + (is_thumb ? "_ip" : "_pip"));
-    chain.turn(joints.pip_deg);
-    chain.link(is_thumb ? kThumb[2] : kIndex[2], kRadius[2]);
-    chain.mark(finger + (is_thumb ? "_tip" : "_dip"));
-    if (is_thumb) continue;
-    chain.turn(joints.dip_deg);
-    chain.link(kIndex[3], kRadius[3]);
-    chain.mark(finger + "_tip");
+    if (is_thumb)
+      chain.links("thumb_", {kPalm_mm, kThumb[1], kThumb[2]}, {0, joints.mcp_deg, joints.pip_deg},
+                  {"mcp", "ip", "tip"});
+    else
+      chain.links(finger + "_", {kPalm_mm, kIndex[1], kIndex[2], kIndex[3]},
+                  {0, joints.mcp_deg, joints.pip_deg, joints.dip_deg}, {"mcp", "pip", "dip", "tip"});
   }
   return out;
 }

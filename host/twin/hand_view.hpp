@@ -31,9 +31,6 @@ struct PinchPose {
   double thumb_ip = 0;
 };
 
-// A printed mark's cells with its white rim, by number.
-using Print = Pattern;
-
 struct Drawn {
   Scene scene;
   std::vector<std::string> names;
@@ -53,7 +50,7 @@ Drawn draw_pinch(const PinchPose& pose, const Stance& stance);
 
 // The index finger of the same hand with `prints` on metacarpal, proximal, middle and distal link; `cell_mm`
 // of each is taken as it is, place and turn are set.
-Drawn draw_printed(const PinchPose& pose, const Stance& stance, const std::array<Print, 4>& prints);
+Drawn draw_printed(const PinchPose& pose, const Stance& stance, const std::array<Pattern, 4>& prints);
 
 // Five MCP angles in the article's convention (thumb 90 when straight, others 0); the other joints follow by
 // its eqs. 4 and 5. Marks finger by finger: palm, mcp, pip, dip, tip (thumb: palm, mcp, ip, tip).

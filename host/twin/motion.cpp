@@ -60,11 +60,8 @@ class GestureReader {
   io::JsonReader reader_;
 };
 
-void require_speed(const io::JsonReader& reader, double speed_deg_s) {
-  if (!(speed_deg_s >= 0.1 && speed_deg_s <= 10000)) {
-    reader.fail(fmt::format("speed_deg_s is {:g}; it must lie between 0.1 and 10000", speed_deg_s));
-  }
-}
+constexpr double kLeastSpeed_deg_s = 0.1;
+constexpr double kMostSpeed_deg_s = 10000;
 
 std::size_t finger_of(const std::string& name, const io::JsonReader& reader) {
   try {
@@ -85,18 +82,10 @@ struct Motion::Reader {
     io::JsonReader& reader = gesture.reader();
     motion.name_ = reader.text("name");
     motion.description_ = reader.text_or_empty("description");
-    const double number = reader.number_or("number", 0);
-    if (!(number >= 0 && number <= 6 && number == std::floor(number)))
-      reader.fail("\"number\" must be 1 to 6, for the published gestures, or 0");
-    motion.number_ = static_cast<int>(number);
-    motion.duration_s_ = reader.number("duration_s");
-    motion.corner_s_ = reader.number("corner_s");
-    usual_speed_deg_s = reader.number("speed_deg_s");
-    if (!(motion.duration_s_ >= 0.01 && motion.duration_s_ <= kMaxDuration_s))
-      reader.fail(fmt::format("duration_s must lie between 0.01 and {:g}", kMaxDuration_s));
-    if (!(motion.corner_s_ >= 0.001 && motion.corner_s_ <= kMaxDuration_s))
-      reader.fail(fmt::format("corner_s must lie between 0.001 and {:g}", kMaxDuration_s));
-    require_speed(reader, usual_speed_deg_s);
+    motion.number_ = reader.has("number") ? reader.whole_within("number", 0, 6) : 0;
+    motion.duration_s_ = reader.number_within("duration_s", 0.01, kMaxDuration_s);
+    motion.corner_s_ = reader.number_within("corner_s", 0.001, kMaxDuration_s);
+    usual_speed_deg_s = reader.number_within("speed_deg_s", kLeastSpeed_deg_s, kMostSpeed_deg_s);
     const Json& start = reader.member("start");
     for (std::size_t i = 0; i < kFingers; ++i) {
       const std::string& name = model::finger_names()[i];
@@ -113,13 +102,10 @@ struct Motion::Reader {
     if (!list.is_array()) gesture.reader().fail("\"moves\" must be a list");
     for (const Json& entry : list) {
       io::JsonReader move(entry, fmt::format("{}: moves", source));
-      const double start_s = move.number("start_s");
-      const double speed = move.number_or("speed_deg_s", usual_speed_deg_s);
-      require_speed(move, speed);
-      if (!(start_s >= 0 && start_s <= motion.duration_s_)) {
-        move.fail(fmt::format("start_s is {:g}; it must lie between 0 and duration_s, {:g}", start_s,
-                              motion.duration_s_));
-      }
+      const double start_s = move.number_within("start_s", 0, motion.duration_s_);
+      const double speed = move.has("speed_deg_s")
+                               ? move.number_within("speed_deg_s", kLeastSpeed_deg_s, kMostSpeed_deg_s)
+                               : usual_speed_deg_s;
       const Json& to = move.member("to");
       for (const Json& finger : move.list("fingers")) {
         if (!finger.is_string()) move.fail("\"fingers\" must be names");

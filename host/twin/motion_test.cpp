@@ -55,11 +55,6 @@ TEST(Motion, ATurnTooSmallToTakeTimeIsNone) {
   for (const double t : {0.5, 1.05, 3.0}) EXPECT_EQ(m.angle(3, t, {}), 0) << t;
 }
 
-TEST(Motion, AnUnknownFingerIsNamedWithItsFile) {
-  const std::string why = message(std::string(kStart) + R"({"start_s":1,"fingers":["toe"],"to":90}]})");
-  EXPECT_TRUE(why.starts_with("g.json: moves: unknown finger \"toe\"")) << why;
-}
-
 TEST(Motion, EveryGestureStaysInsideTheHandsLimits) {
   for (const char* name : {"1", "2", "3", "4", "5", "6", "calibration", "protocol"}) {
     const Motion m = gesture(name);
@@ -127,8 +122,8 @@ TEST(Motion, RefusesAbsurdNumbersInOneLineThatNamesThem) {
       {with("moves", "{}"), "must be a list"},
       {with("moves", "7"), "must be a list"},
       {with("name", "7"), "must be a text"},
-      {moved(R"({"start_s":1e308,"fingers":["index"],"to":90})"), "start_s is 1e+308"},
-      {moved(R"({"start_s":-1,"fingers":["index"],"to":90})"), "start_s is -1"},
+      {moved(R"({"start_s":1e308,"fingers":["index"],"to":90})"), "\"start_s\" is 1e+308"},
+      {moved(R"({"start_s":-1,"fingers":["index"],"to":90})"), "\"start_s\" is -1"},
       {moved(R"({"start_s":1,"fingers":["index"],"to":1e308})"), "1e+308 degrees"},
       {moved(R"({"start_s":1,"fingers":["index"],"to":90,"speed_deg_s":1e-300})"), "speed_deg_s"},
       {moved(R"({"start_s":1,"fingers":"index","to":90})"), "must be a list"},
@@ -144,8 +139,9 @@ TEST(Motion, RefusesAbsurdNumbersInOneLineThatNamesThem) {
 TEST(Motion, RefusesWhatMakesNoSense) {
   const std::string start = kStart;
   EXPECT_NE(message("{}").find("flexor-gesture"), std::string::npos);
-  EXPECT_NE(message(start + R"({"start_s":1,"fingers":["toe"],"to":90}]})").find("unknown finger"),
-            std::string::npos);
+  EXPECT_EQ(message(start + R"({"start_s":1,"fingers":["toe"],"to":90}]})")
+                .find("g.json: moves: unknown finger \"toe\""),
+            0U);
   EXPECT_NE(message(start + R"({"start_s":1,"fingers":["index"],"to":"fist"}]})").find("neither an angle"),
             std::string::npos);
   EXPECT_NE(

@@ -22,14 +22,10 @@ Renderer::Renderer(const View& view, const Look& look, std::uint64_t seed)
     : view_(view), look_(look), seed_(seed) {
   const double a = view.turn_deg * kRadians;
   const double b = view.tilt_deg * kRadians;
-  const double c = view.roll_deg * kRadians;
-  // R = turn about y, tilt about x, roll about z, the roll first.
-  turn_ = {
-      {{std::cos(a) * std::cos(c) + std::sin(a) * std::sin(b) * std::sin(c),
-        -std::cos(a) * std::sin(c) + std::sin(a) * std::sin(b) * std::cos(c), std::sin(a) * std::cos(b)},
-       {std::cos(b) * std::sin(c), std::cos(b) * std::cos(c), -std::sin(b)},
-       {-std::sin(a) * std::cos(c) + std::cos(a) * std::sin(b) * std::sin(c),
-        std::sin(a) * std::sin(c) + std::cos(a) * std::sin(b) * std::cos(c), std::cos(a) * std::cos(b)}}};
+  // R = turn about y, then tilt about x.
+  turn_ = {{{std::cos(a), std::sin(a) * std::sin(b), std::sin(a) * std::cos(b)},
+            {0, std::cos(b), -std::sin(b)},
+            {-std::sin(a), std::cos(a) * std::sin(b), std::cos(a) * std::cos(b)}}};
   const auto pixels = index(view.width) * index(view.height);
   plane_.resize(pixels);
   empty_.resize(3 * pixels);

@@ -1,6 +1,6 @@
 // Pictures of flat things under a pinhole camera with a real lens: discs, rods and patterns in one plane.
 //
-// A point (X, Y) of the plane, millimetres, Y downwards, is turned by turn, tilt and roll about the plane's
+// A point (X, Y) of the plane, millimetres, Y downwards, is turned by turn and tilt about the plane's
 // origin and put distance_mm in front of the camera:
 //   (x, y, z)' = R (X, Y, 0)' + (0, 0, distance)',   p = (x / z, y / z),   r = |p|
 //   pixel = focal p (1 + k1 r^2 + k2 r^4) + centre
@@ -62,7 +62,6 @@ struct View {
   double distance_mm = 420;
   double turn_deg = 0;  // about the picture's vertical axis
   double tilt_deg = 0;  // about its horizontal axis
-  double roll_deg = 0;
   Place centre_px = {639.5, 359.5};
   double k1 = 0;
   double k2 = 0;

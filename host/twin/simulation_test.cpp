@@ -229,7 +229,8 @@ TEST(Simulation, RefusesWhatDoesNotFit) {
             std::string::npos);
   EXPECT_NE(message({Parameters(), gesture(1), identity(1e-4), 1, false}).find("runs at 1000 Hz"),
             std::string::npos);
-  EXPECT_NE(message({Parameters(), gesture(1), identity(0.01), 1, false}).find("do not fit 9600 baud"),
+  EXPECT_NE(message({Parameters(), gesture(1), identity(0.01), 1, false})
+                .find("do not fit 9600 baud: set radio.frame_rate_hz to at most 80"),
             std::string::npos);
   EXPECT_EQ(message({Parameters(), gesture(1), identity(0.1), 1, false}), "accepted");
 }

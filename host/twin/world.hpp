@@ -7,9 +7,7 @@
 
 #include <functional>
 
-#include "host/twin/laboratory.hpp"
-#include "host/twin/plant.hpp"
-#include "host/twin/simulation.hpp"
+#include "host/twin/lanes.hpp"
 
 namespace flexor::twin {
 
@@ -22,13 +20,13 @@ class World {
   World(const TrialInput& input, std::uint64_t trial);
 
   std::int64_t now_ms() const { return now_ms_; }
-  std::int64_t end_ms() const { return end_ms_; }
+  std::int64_t end_ms() const { return lanes_.end_ms; }
 
   // An instant at which simulate() samples this trial's glove; the others are whole periods away.
-  double sample_phase_s() const { return phase_s_; }
+  double sample_phase_s() const { return lanes_.phase_s[0]; }
 
   // ADC counts of the strip; one call a sample and finger.
-  int glove_counts(int finger, double t_s);
+  int glove_counts(int finger, double t_s) { return lanes_.sample(finger, t_s); }
 
   // ADC counts of the potentiometer over the next step.
   int potentiometer_counts(int finger) const { return potentiometer_[static_cast<std::size_t>(finger)]; }
@@ -37,7 +35,9 @@ class World {
   std::function<double(int finger, std::int64_t t_ms)> finger_at;
 
   // A strip moves on its finger: degrees of bend beside what the donning drew, until the next call.
-  void shift_strip(int finger, double bend_deg) { strip_[static_cast<std::size_t>(finger)].shift(bend_deg); }
+  void shift_strip(int finger, double bend_deg) {
+    lanes_.strip[static_cast<std::size_t>(finger)].shift(bend_deg);
+  }
 
   // The rest before a trial, in no time: what creeps has crept, and the cloth is where the finger is.
   void settle();
@@ -48,51 +48,30 @@ class World {
   void step();
   void command(const std::array<std::int16_t, kFingers>& angle_q4);
 
-  double finger_deg(int finger) const { return static_cast<double>(x_.reference[finger]); }
-  double joint_deg(int finger) const { return static_cast<double>(x_.joint[finger]); }
+  double finger_deg(int finger) const { return static_cast<double>(lanes_.x.reference[finger]); }
+  double joint_deg(int finger) const { return static_cast<double>(lanes_.x.joint[finger]); }
   double speed_deg_s(int finger) const {
-    return static_cast<double>(x_.speed[finger]);
+    return static_cast<double>(lanes_.x.speed[finger]);
   }  // of the motor, behind the gear
 
   // How long a motor has pressed against a stop so far; see plant.hpp.
-  int pressed_ms(int finger) const { return x_.pressed_ms[finger]; }
+  int pressed_ms(int finger) const { return lanes_.x.pressed_ms[finger]; }
 
   // The loop's integral after person.rest_s of this command in the first pose, as LoopState has it.
-  std::int32_t settled_integral(int finger, std::int16_t command_q4) const;
+  std::int32_t settled_integral(int finger, std::int16_t command_q4) const {
+    return lanes_.settled_integral(finger, command_q4);
+  }
 
   // What the cameras saw; the world is over.
-  Trial finish();
+  Trial finish() { return std::move(lanes_.finish().front()); }
 
  private:
   void begin_step();
   void end_step();
-  void begin_block();
-  void look();
-  void shoot(std::array<std::vector<float>, kFingers> Trial::*view, const float* angle);
 
-  const TrialInput& input_;
-  const Parameters& p_;
-  PlantConstants constants_;
-  Divider divider_;
-  Variation variation_;
-  PlantState<kFingers> x_{};
-  std::array<Strip, kFingers> strip_;
-  std::array<Disturbance, kFingers> disturbance_;
-  std::array<double, kFingers> reference_{};
-  std::array<double, kFingers> total_error_{};
+  Lanes<1> lanes_;
   std::array<int, kFingers> potentiometer_{};
-  Random camera_noise_;
-  Trial trial_;
-  double phase_s_ = 0;
   std::int64_t now_ms_ = kStart_ms;
-  std::int64_t end_ms_ = 0;
-  std::size_t frames_ = 0;
-  std::size_t glove_frame_ = 0;
-  std::size_t hand_frame_ = 0;
 };
-
-// The same for the vector code.
-std::int32_t settled_integral(const hand::LoopSettings& loop, double rest_s, std::int32_t command_q4,
-                              float lower_deg, float upper_deg);
 
 }  // namespace flexor::twin

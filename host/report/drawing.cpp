@@ -22,7 +22,7 @@ std::string escape_html(std::string_view text) {
                                : c == '<'  ? "&lt;"
                                : c == '>'  ? "&gt;"
                                : c == '"'  ? "&quot;"
-                               : c == '\'' ? "&#39;"
+                               : c == '\'' ? "&apos;"
                                            : nullptr;
     if (entity != nullptr) {
       out += entity;

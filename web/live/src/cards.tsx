@@ -1,7 +1,7 @@
 // A card for each finger: angle with its uncertainty, quality, range covered, and the last seconds as a line.
 import { useRef } from 'preact/hooks';
 import { store, useFrame } from './app';
-import { fingerColour, known, kQualityWords } from './colours';
+import { fingerColour, known, qualityWords } from './colours';
 import { keep } from './kept';
 import { Meter, QualityShape } from './parts';
 import type { Finger } from './state';
@@ -37,7 +37,7 @@ function Card({ finger, channel }: { finger: Finger; channel: number }) {
           <span class="card-shape">
             <QualityShape quality={quality} />
           </span>
-          <span>{kQualityWords[quality]}</span>
+          <span>{qualityWords(quality)}</span>
         </span>
       </div>
       <p class="card-value">

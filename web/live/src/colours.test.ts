@@ -1,6 +1,6 @@
 import { readFileSync } from 'node:fs';
 import { describe, expect, it } from 'vitest';
-import { fingerColour, kFingerColours, kQualityColours, known } from './colours';
+import { fingerColour, kFingerColours, known } from './colours';
 
 function luminance(hex: string): number {
   const part = (at: number): number => {
@@ -16,11 +16,12 @@ function contrast(a: string, b: string): number {
 }
 
 const css = readFileSync(new URL('./style.css', import.meta.url), 'utf8');
+const qualities = [...css.matchAll(/--(good|fair|poor|none): (#[0-9a-f]{6})/g)].map((match) => [match[1]!, match[2]!] as const);
 const surfaces = [...css.matchAll(/--surface: (#[0-9a-f]{6})/g)].map((match) => match[1]!);
 
 describe('colours', () => {
-  it('reads both surfaces of the style sheet', () => expect(surfaces.length).toBe(2));
-  it.each(Object.entries({ ...kFingerColours, ...kQualityColours }))(
+  it('reads both surfaces and the four qualities of the style sheet', () => expect([surfaces.length, qualities.length]).toEqual([2, 4]));
+  it.each([...Object.entries(kFingerColours), ...qualities])(
     '%s can be seen on the light and on the dark surface',
     (_, colour) => {
       for (const surface of surfaces) expect(contrast(colour, surface)).toBeGreaterThanOrEqual(3);

@@ -16,19 +16,7 @@ export function fingerColour(channel: string): string {
   return at ? kFingerColours[at.finger]! : '#7a828c';
 }
 
-export const kQualityColours: Record<Quality, string> = {
-  good: '#1a9b5f',
-  fair: '#c98500',
-  poor: '#d6453d',
-  none: '#7a828c',
-};
-
-export const kQualityWords: Record<Quality, string> = {
-  good: 'good',
-  fair: 'fair',
-  poor: 'poor',
-  none: 'not known',
-};
+export const qualityWords = (quality: Quality): string => (quality === 'none' ? 'not known' : quality);
 
 export function known(quality: string | null | undefined): Quality {
   return quality === 'good' || quality === 'fair' || quality === 'poor' ? quality : 'none';

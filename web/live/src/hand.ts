@@ -22,8 +22,9 @@ import {
   WebGLRenderer,
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { kFingerColours, kQualityColours, kShapes } from './colours';
+import { kFingerColours, kShapes } from './colours';
 import { kFingers, restPose, type FingerName, type HandPose } from './mapping';
+import { css } from './plots';
 import { chainOf, jointAt, Skeleton } from './skeleton';
 import type { Quality, Side } from './state';
 
@@ -60,9 +61,9 @@ function markTexture(kind: MarkKind, dark: boolean): CanvasTexture {
     stroke(dark ? '#3a424a' : '#59626d', 1.2); // the hand is light in both schemes
   } else if (kind === 'none') {
     stroke('#ffffff', 2.7);
-    stroke(kQualityColours.none, 1.5);
+    stroke(css('--none'), 1.5);
   } else {
-    c.fillStyle = kQualityColours[kind];
+    c.fillStyle = css(`--${kind}`);
     c.fill(shape);
     stroke('#ffffff', 1.3);
   }

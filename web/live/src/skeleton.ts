@@ -79,15 +79,11 @@ export class Skeleton {
         own.multiplyMatrices(parent, link.fromParent);
         if (link.joint >= 0 && link.joint < 3) {
           const bend = (flex_deg[link.joint]! * Math.PI) / 180 - link.restBend_rad;
-          if (link.joint === 0) own.multiply(this.tilt.makeRotationY(this.side() * ((abduct_deg * Math.PI) / 180)));
+          if (link.joint === 0) own.multiply(this.tilt.makeRotationY(((this.mirrored ? -abduct_deg : abduct_deg) * Math.PI) / 180));
           own.multiply(this.turn.makeRotationX(-bend));
         }
         parent = own;
       }
     }
-  }
-
-  private side(): number {
-    return this.mirrored ? -1 : 1;
   }
 }

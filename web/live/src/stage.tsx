@@ -1,7 +1,7 @@
 // The hand's place on the page: the drawing, which hand and from where, what the marks mean, and what the hand complains of.
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { place as shownPlace, store, useFrame } from './app';
-import { known, kQualityWords } from './colours';
+import { known, qualityWords } from './colours';
 import { wantFrame } from './frames';
 import type { HandScene, View } from './hand';
 import { fingerOf, type FingerName } from './mapping';
@@ -87,7 +87,7 @@ export function Stage() {
         {kQualities.map((quality) => (
           <li>
             <QualityShape quality={quality} />
-            {kQualityWords[quality]}
+            {qualityWords(quality)}
           </li>
         ))}
         <li>

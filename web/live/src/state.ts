@@ -20,8 +20,6 @@ export interface Finger {
   sd_deg: Maybe;
   open_deg: Maybe; // its ends: of a joint that a model has
   fist_deg: Maybe;
-  least: Maybe;
-  most: Maybe;
   covered: Maybe;
   quality: Quality;
   remark: string | null;
@@ -99,7 +97,6 @@ export interface Model {
   name: string | null;
   person: string | null;
   side: Side | null;
-  joints?: string[] | null;
 }
 
 export interface Session {

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "host/export/recording_test.hpp"
+#include "host/io/io.hpp"
 #include "host/io/refusal_test.hpp"
 #include "host/io/terminal_test.hpp"
 
@@ -55,9 +55,9 @@ std::vector<link::GloveLine> lines_of(const std::string& text) {
 class ToFifo : public testing::Test {
  protected:
   ToFifo() { ::mkfifo(fifo().c_str(), 0600); }
-  std::filesystem::path fifo() const { return place_.beside("gloves"); }
+  std::filesystem::path fifo() const { return folder_.path() / "gloves"; }
   int reader() const { return ::open(fifo().c_str(), O_RDONLY | O_NONBLOCK); }
-  TestRecording place_{"x"};
+  io::TemporaryFolder folder_;
 };
 
 TEST_F(ToFifo, AnglesBecomeBendAndTheGesturesOfTheGlovesFirmware) {
@@ -146,13 +146,14 @@ TEST(ToPort, ThatIsNotReadOrHasGoneDoesNotHoldItUp) {
 }
 
 TEST(OpenGloves, RefusesWhatIsNoPort) {
-  const TestRecording place("x");
+  const io::TemporaryFolder folder;
   const auto expect_refused = [](const std::filesystem::path& path, const std::string& part) {
     const std::string what = io::refusal_of([&] { const OpenGloves out(path, index_and_thumb()); });
     EXPECT_NE(what.find(part), std::string::npos) << what;
   };
-  expect_refused(place.beside("none"), "mkfifo");
-  expect_refused(place.path(), "neither a serial port nor a FIFO");
+  io::write_file(folder.path() / "file", "x");
+  expect_refused(folder.path() / "none", "mkfifo");
+  expect_refused(folder.path() / "file", "neither a serial port nor a FIFO");
   expect_refused("/dev/null", "neither a serial port nor a FIFO");
 }
 

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "host/io/io.hpp"
+#include "host/io/numbers.hpp"
 #include "host/recording/clock.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/resample.hpp"
@@ -76,19 +77,11 @@ void hold_over_holes(Aligned& a) {
 // The reference at the sensor's instants; a gap where its neighbours are far apart or missing.
 void sample_reference(const Series& reference, double shift_s, double max_gap_s, Aligned& a) {
   const auto t = reference.t_s;
-  std::size_t next = 0;
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    const double now = a.t_s[k] + shift_s;
-    while (next < t.size() && t[next] < now) ++next;
-    if (next == 0 || next == t.size()) {
-      a.angle_deg.push_back(reference.value[next == 0 ? 0 : t.size() - 1]);
-      a.unseen.push_back(1);
-      continue;
-    }
-    const double share = (now - t[next - 1]) / (t[next] - t[next - 1]);
-    a.angle_deg.push_back(reference.value[next - 1] +
-                          share * (reference.value[next] - reference.value[next - 1]));
-    a.unseen.push_back(t[next] - t[next - 1] > max_gap_s);
+  for (const double sensor_s : a.t_s) {
+    const double now = sensor_s + shift_s;
+    const auto next = std::ranges::lower_bound(t, now);
+    a.angle_deg.push_back(io::interpolate(t, reference.value, now));
+    a.unseen.push_back(next == t.begin() || next == t.end() || *next - *(next - 1) > max_gap_s);
   }
 }
 

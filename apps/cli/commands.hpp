@@ -106,8 +106,6 @@ void add_time_options(CLI::App& command, recording::TimeOptions& time);
 // Of each joint of the model in `file`: its angles at the open hand and at the fist. None where no file is given.
 std::map<std::string, std::pair<double, double>> ends_deg(const std::string& file);
 
-// A check for --seed: CLI11 alone takes -1 for 2^64 - 1. Empty, or what is wrong.
-std::string seed_fault(const std::string& text);
 void add_seed(CLI::App& command, std::uint64_t& seed,
               const char* about = "everything random follows from it");
 // --compensator and --rate of simulated boards; --for; --port of one board.

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
-#include <cstdint>
 #include <optional>
 
 #include "apps/cli/commands.hpp"
@@ -12,7 +10,6 @@
 #include "host/report/render.hpp"
 #include "host/study/boards.hpp"
 #include "host/study/cohort.hpp"
-#include "host/study/null_model.hpp"
 #include "host/study/rendered_cameras.hpp"
 #include "host/study/results.hpp"
 #include "host/study/shape_check.hpp"
@@ -288,15 +285,6 @@ void run(Options& o) {
 
 }  // namespace experiment_command
 
-std::string seed_fault(const std::string& text) {
-  using namespace experiment_command;
-  std::uint64_t seed = 0;
-  const char* const end = text.data() + text.size();
-  const auto [at, error] = std::from_chars(text.data(), end, seed);
-  if (error == std::errc() && at == end) return {};
-  return fmt::format("{} is no whole number from 0 to {}", text, UINT64_MAX);
-}
-
 void set_rate(model::Model& model, std::optional<double> rate_hz) {
   using namespace experiment_command;
   if (!rate_hz) return;
@@ -333,9 +321,7 @@ void add_experiment(CLI::App& app) {
                    "raw, published-w, published-hw, or model files, with commas")
       ->delimiter(',')
       ->capture_default_str();
-  command->add_option("--seed", o->plan.seed, "everything random follows from it")
-      ->check(seed_fault)
-      ->capture_default_str();
+  add_seed(*command, o->plan.seed);
   command
       ->add_option(
           "--out", o->folder,

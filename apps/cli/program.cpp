@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -52,7 +54,16 @@ void add_hardware(CLI::App& command, std::string& hardware) {
 }
 
 void add_seed(CLI::App& command, std::uint64_t& seed, const char* about) {
-  command.add_option("--seed", seed, about)->check(seed_fault)->capture_default_str();
+  // CLI11 alone takes -1 for 2^64 - 1.
+  const auto fault = [](const std::string& text) {
+    std::uint64_t value = 0;
+    const char* const end = text.data() + text.size();
+    const auto [at, error] = std::from_chars(text.data(), end, value);
+    return error == std::errc() && at == end
+               ? std::string()
+               : fmt::format("{} is no whole number from 0 to {}", text, UINT64_MAX);
+  };
+  command.add_option("--seed", seed, about)->check(fault)->capture_default_str();
 }
 
 void add_compensator(CLI::App& command, std::string& model, double& rate_hz) {

@@ -103,53 +103,50 @@ std::string map_of(const std::string& cell, const fs::path& folder) {
   return text.substr(0, text.find_last_not_of(" \r\n") + 1);
 }
 
-class ManifestRow {
- public:
-  ManifestRow(std::string source, std::size_t row) : place_(fmt::format("{}, row {}", source, row)) {}
+std::string model_file(const std::string& subject, const std::string& session) {
+  return fmt::format("models/{}_{}.json", subject, session);
+}
 
-  [[noreturn]] void fail(std::size_t column, const std::string& what) const {
-    throw InputError(fmt::format("{}, column \"{}\": {}", place_, kNames[column], what));
-  }
-
-  void require_cells(std::size_t count, std::size_t header) const {
-    if (count != header)
-      throw InputError(fmt::format("{}: has {} cells, the header {}", place_, count, header));
-  }
-
-  void fill(Take& take, const Cells& cells, const std::vector<std::size_t>& columns,
-            const fs::path& folder) const {
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      const std::string& cell = cells[columns[i]];
-      if (std::ranges::any_of(cell, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 0x7f; }))
-        throw InputError(fmt::format("{}, column {}: bytes that are no text", place_, columns[i] + 1));
-      if (i < kMap && cell.empty()) fail(i, "is empty");
-      if (i <= kSession && (cell.front() == '.' || cell.find_first_of("/\\") != std::string::npos))
-        fail(i, fmt::format("\"{}\" cannot be a part of a file's name", cell));
-    }
-    for (const std::size_t i : {kGlove, kReference}) {
-      const fs::path file = folder / cells[columns[i]];
-      (i == kGlove ? take.files.sensor : take.files.reference) = file;
-      within(i, [&] { io::require_readable(file); });
-      io::note_input(file);
-    }
-    within(kMap, [&] {
-      take.map = map_of(cells[columns[kMap]], folder);
-      if (!take.map.empty()) (void)identify::parse_map(take.map);
-    });
-  }
-
- private:
-  template <class Work>
-  void within(std::size_t column, const Work& work) const {
+// A row's files and map. `rows`: those before it by their model's name. Throws io::InputError: what is wrong with it.
+void fill(Take& take, Cells cells, const std::vector<std::size_t>& columns, std::size_t header,
+          const fs::path& folder, const std::string& place, std::map<std::string, std::size_t>& rows) {
+  const auto fail = [&](std::size_t column, const std::string& what) {
+    throw InputError(fmt::format("{}, column \"{}\": {}", place, kNames[column], what));
+  };
+  const auto within = [&](std::size_t column, const auto& work) {
     try {
       work();
     } catch (const InputError& error) {
       fail(column, error.what());
     }
+  };
+  const auto [other, is_new] = rows.emplace(model_file(take.subject, take.session), take.row);
+  if (!is_new && !take.subject.empty())
+    fail(kSession,
+         fmt::format("subject \"{}\" and session \"{}\" are those of row {}, or their model's file is",
+                     take.subject, take.session, other->second));
+  if (cells.size() != header)
+    throw InputError(fmt::format("{}: has {} cells, the header {}", place, cells.size(), header));
+  cells.resize(columns.size());
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const std::string& cell = cells[columns[i]];
+    if (std::ranges::any_of(cell, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 0x7f; }))
+      throw InputError(fmt::format("{}, column {}: bytes that are no text", place, columns[i] + 1));
+    if (i < kMap && cell.empty()) fail(i, "is empty");
+    if (i <= kSession && (cell.front() == '.' || cell.find_first_of("/\\") != std::string::npos))
+      fail(i, fmt::format("\"{}\" cannot be a part of a file's name", cell));
   }
-
-  std::string place_;
-};
+  for (const std::size_t i : {kGlove, kReference}) {
+    const fs::path file = folder / cells[columns[i]];
+    (i == kGlove ? take.files.sensor : take.files.reference) = file;
+    within(i, [&] { io::require_readable(file); });
+    io::note_input(file);
+  }
+  within(kMap, [&] {
+    take.map = map_of(cells[columns[kMap]], folder);
+    if (!take.map.empty()) (void)identify::parse_map(take.map);
+  });
+}
 
 // Names in the table and in messages are the manifest's own, wherever that lies.
 std::string reason_of(const std::exception& error, const fs::path& folder) {
@@ -189,10 +186,6 @@ void write_part(const fs::path& folder, std::size_t job, const Part& part) {
   Json joints = Json::object();
   for (const auto& [joint, cells] : part.joints) joints[joint] = cells;
   io::write_file(part_file(folder, job), io::dump({{"reason", part.reason}, {"joints", std::move(joints)}}));
-}
-
-std::string model_file(const std::string& subject, const std::string& session) {
-  return fmt::format("models/{}_{}.json", subject, session);
 }
 
 Json settings_of(const identify::HandRequest& o) {
@@ -441,17 +434,8 @@ Manifest read_manifest(const fs::path& path) {
     take.subject = cell(kSubject);
     take.session = cell(kSession);
     for (std::size_t i = kOwnColumns; i < columns.size(); ++i) take.covariates.push_back(cell(i));
-    const ManifestRow row(source, take.row);
     try {
-      const auto [other, is_new] = rows.emplace(model_file(take.subject, take.session), take.row);
-      if (!is_new && !take.subject.empty())
-        row.fail(
-            kSession,
-            fmt::format("subject \"{}\" and session \"{}\" are those of row {}, or their model's file is",
-                        take.subject, take.session, other->second));
-      row.require_cells(cells.size(), header);
-      cells.resize(columns.size());
-      row.fill(take, cells, columns, out.folder);
+      fill(take, cells, columns, header, out.folder, fmt::format("{}, row {}", source, take.row), rows);
       out.digest += take.map;
     } catch (const InputError& error) {
       take.fault = reason_of(error, out.folder);

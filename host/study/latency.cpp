@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
@@ -13,39 +14,29 @@ using Json = nlohmann::ordered_json;
 
 LatencyBudget budget_of(const std::vector<Latency>& edges, int asked) {
   if (edges.empty()) throw io::JobError("no edge came through to the motor");
-  const auto over = [&](const auto& value) {
-    LatencyBudget::Stage s{0, 1e9, 0};
-    for (const Latency& edge : edges) {
-      const double ms = value(edge);
-      s.mean_ms += ms / static_cast<double>(edges.size());
-      s.min_ms = std::min(s.min_ms, ms);
-      s.max_ms = std::max(s.max_ms, ms);
+  LatencyBudget out{static_cast<int>(edges.size()), asked - static_cast<int>(edges.size()), {}};
+  for (const char* name : kLatencyStages) out.rows.push_back({name});
+  out.rows.push_back({"total"});
+  for (const Latency& edge : edges) {
+    std::vector<double> ms(edge.begin(), edge.end());
+    ms.push_back(std::accumulate(edge.begin(), edge.end(), 0.0));
+    for (std::size_t i = 0; i < ms.size(); ++i) {
+      LatencyBudget::Row& row = out.rows[i];
+      row.mean_ms += ms[i] / static_cast<double>(edges.size());
+      row.min_ms = std::min(row.min_ms, ms[i]);
+      row.max_ms = std::max(row.max_ms, ms[i]);
     }
-    return s;
-  };
-  LatencyBudget out;
-  out.edges = static_cast<int>(edges.size());
-  out.lost = asked - out.edges;
-  for (std::size_t i = 0; i < out.stage.size(); ++i)
-    out.stage[i] = over([i](const Latency& edge) { return edge[i]; });
-  out.total = over([](const Latency& edge) {
-    double sum = 0;
-    for (const double ms : edge) sum += ms;
-    return sum;
-  });
+  }
   return out;
 }
 
 namespace {
 
-// Each stage, then the total, by this format: name, mean, least, most.
+// By this format: name, mean, least, most.
 std::string rows(const LatencyBudget& b, const char* format) {
   std::string out;
-  const auto row = [&](const char* name, const LatencyBudget::Stage& s) {
-    out += fmt::format(fmt::runtime(format), name, s.mean_ms, s.min_ms, s.max_ms);
-  };
-  for (std::size_t i = 0; i < b.stage.size(); ++i) row(kLatencyStages[i], b.stage[i]);
-  row("total", b.total);
+  for (const LatencyBudget::Row& r : b.rows)
+    out += fmt::format(fmt::runtime(format), r.name, r.mean_ms, r.min_ms, r.max_ms);
   return out;
 }
 
@@ -57,16 +48,13 @@ std::string latency_table(const LatencyBudget& b) {
 }
 
 Json to_json(const LatencyBudget& b) {
-  const auto stage = [](const LatencyBudget::Stage& s) {
-    return Json{{"mean_ms", s.mean_ms}, {"min_ms", s.min_ms}, {"max_ms", s.max_ms}};
-  };
   Json stages = Json::array();
-  for (std::size_t i = 0; i < b.stage.size(); ++i) {
-    Json row = stage(b.stage[i]);
-    row["name"] = kLatencyStages[i];
-    stages.push_back(std::move(row));
-  }
-  return {{"edges", b.edges}, {"lost", b.lost}, {"stages", std::move(stages)}, {"total", stage(b.total)}};
+  for (const LatencyBudget::Row& r : b.rows)
+    stages.push_back({{"mean_ms", r.mean_ms}, {"min_ms", r.min_ms}, {"max_ms", r.max_ms}, {"name", r.name}});
+  Json total = std::move(stages.back());
+  stages.erase(stages.size() - 1);
+  total.erase("name");
+  return {{"edges", b.edges}, {"lost", b.lost}, {"stages", std::move(stages)}, {"total", std::move(total)}};
 }
 
 void save_results(const LatencyBudget& b, const std::string& title, const std::filesystem::path& folder) {

@@ -7,15 +7,15 @@
 namespace flexor::study {
 
 struct LatencyBudget {
-  struct Stage {
+  struct Row {
+    std::string name;
     double mean_ms = 0;
-    double min_ms = 0;
+    double min_ms = 1e9;
     double max_ms = 0;
   };
-  int edges = 0;  // that came through
-  int lost = 0;   // of which the frame that told them first was lost on the way
-  std::array<Stage, kLatencyStages.size()> stage{};
-  Stage total;
+  int edges = 0;          // that came through
+  int lost = 0;           // of which the frame that told them first was lost on the way
+  std::vector<Row> rows;  // stage by stage, and their sum: "total"
 };
 // Of those that came through out of `asked`.
 LatencyBudget budget_of(const std::vector<Latency>& edges, int asked);

@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "host/io/io.hpp"
@@ -116,28 +115,6 @@ TEST(Trials, ThreadsDoNotChangeABit) {
   EXPECT_EQ(a.cells[3].total_deg_s.mean(), b.cells[3].total_deg_s.mean());
   fs::remove_all(one);
   fs::remove_all(four);
-}
-
-TEST(Trials, ARunThatWasCutOffGoesOnToTheSameEnd) {
-  const fs::path folder = trials_folder("cut");
-  const Plan p = plan("2,3", 40, folder.string());
-  const Result whole = run(p, {});
-  const std::string text = io::read_file(folder / "trials.csv");
-  for (const std::size_t keep :
-       {std::size_t{0}, std::size_t{10}, text.size() / 3, text.size() - 5, text.size()}) {
-    std::ofstream(folder / "trials.csv", std::ios::trunc | std::ios::binary) << text.substr(0, keep);
-    if (keep == 0) fs::remove(folder / "trials.csv");
-    const Result again = run(p, {});
-    EXPECT_EQ(io::read_file(folder / "trials.csv"), text) << keep;
-    EXPECT_EQ(again.cells[1].total_deg_s.mean(), whole.cells[1].total_deg_s.mean());
-    EXPECT_EQ(again.cells[1].lag_removed_deg_s.ci95(), whole.cells[1].lag_removed_deg_s.ci95());
-  }
-  Plan other = p;
-  other.seed = 4;
-  EXPECT_NE(io::refusal_of([&] { (void)run(other, {}); }).find("results of other settings"),
-            std::string::npos);
-  EXPECT_EQ(io::read_file(folder / "trials.csv"), text);
-  fs::remove_all(folder);
 }
 
 TEST(Trials, CompensatorsMeetTheSamePeople) {
@@ -266,20 +243,6 @@ TEST(Trials, TheArticlesWordsAreChecked) {
   EXPECT_TRUE(large.agrees());
   const ShapeCheck significant{4, "", "", kSignificant_deg + 0.1, kSignificant_deg, false};
   EXPECT_FALSE(significant.agrees());
-}
-
-TEST(Trials, ARateAboveTheRadioSaysWhatFits) {
-  Plan p = plan("1", 1);
-  p.compensators = {compensator("raw", 100)};
-  EXPECT_NE(io::refusal_of([&] { (void)run(p, {}); }).find("at most 80"), std::string::npos);
-}
-
-TEST(Trials, UnknownNamesListTheKnown) {
-  EXPECT_NE(io::refusal_of([] { (void)motions("1-7"); }).find("1 to 6"), std::string::npos);
-  EXPECT_NE(io::refusal_of([] { (void)motions("wave"); }).find("known"), std::string::npos);
-  EXPECT_NE(io::refusal_of([] { (void)compensator("kalman", 10); }).find("published-hw"), std::string::npos);
-  EXPECT_NE(io::refusal_of([] { (void)compensator("raw", 0); }).find("must lie between"), std::string::npos);
-  EXPECT_EQ(motions("1-6").size(), 6U);
 }
 
 TEST(Trials, ReadsWideCsvAsMotionAndNamesWhatIsMissing) {

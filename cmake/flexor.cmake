@@ -4,7 +4,6 @@
 #   flexor_test(NAME SOURCES ... USES ...)              GoogleTest program; runs in the root
 #   flexor_script_test(NAME COMMAND ...)                any other program that tests
 #   flexor_test_runs(NAME DEFINITION TARGET ...)        a program that it runs, as DEFINITION
-#   flexor_avr_test(NAME file)                          builds for the ATmega328P
 #   flexor_fuzzer(NAME SOURCES ... USES ...)            libFuzzer program (preset asan)
 # Includes are written from the repository root: "host/model/model.hpp".
 
@@ -237,16 +236,6 @@ function(flexor_test_runs name)
       PRIVATE ${definition}="$<PATH:RELATIVE_PATH,$<TARGET_FILE:${target}>,${PROJECT_SOURCE_DIR}>")
     add_dependencies(${name} ${target})
   endwhile()
-endfunction()
-
-# The same headers on the microcontroller's compiler: built, and its symbols searched for heap and soft-float.
-function(flexor_avr_test name source)
-  find_program(AVR_CXX avr-g++)
-  find_program(AVR_NM avr-nm)
-  add_test(NAME ${name}
-    COMMAND ${CMAKE_COMMAND} -DCXX=${AVR_CXX} -DNM=${AVR_NM} -DROOT=${PROJECT_SOURCE_DIR}
-            -DSOURCE=${CMAKE_CURRENT_SOURCE_DIR}/${source} -DTO=${CMAKE_CURRENT_BINARY_DIR}/${name}.elf
-            -P ${PROJECT_SOURCE_DIR}/cmake/avr_build_test.cmake)
 endfunction()
 
 function(flexor_fuzzer name)

@@ -214,39 +214,6 @@ TEST_P(BrownOut, OfEitherBoardInTheMiddleOfAGesture) {
 }
 INSTANTIATE_TEST_SUITE_P(Fault, BrownOut, testing::Values(1.0, 3.9, 4.2, 5.9));
 
-std::vector<std::uint8_t> sealed(const link::Frame& frame, const link::Key* session) {
-  std::vector<std::uint8_t> wire(link::kMaxWire);
-  wire.resize(link::encode(frame, true, session, wire.data()));
-  return wire;
-}
-
-// It hears the hand's challenges, too.
-TEST(Fault, ASenderWithAWrongKeyMovesNothing) {
-  Watched w;
-  deploy::Key wrong = study::bench_key();
-  wrong->bytes[3] ^= 1;
-  RadioEar forger(wrong);
-  w.simulation.on_answer = [&](Cycles, std::uint8_t byte) { forger.hand_said(byte); };
-  link::Frame frame{};
-  std::uint32_t accepted = 0;
-  w.disturb = [&](std::int64_t now) {
-    w.simulation.radio_on = now < 500 || now >= 2500;
-    if (now == 700) accepted = w.simulation.link_statistics().received;
-    if (now < 700 || now >= 2500 || now % 50 != 0) return;
-    for (auto& angle : frame.angle) angle = 113 * 16;
-    ++frame.counter;
-    w.simulation.inject(sealed(frame, forger.session_key()));
-    if (now == 2450) {
-      EXPECT_EQ(w.simulation.link_statistics().received, accepted);
-      EXPECT_GT(w.simulation.link_statistics().not_trusted, 30U);
-    }
-  };
-  const Path path = w.run();
-  for (std::size_t i = 0; i < 5; ++i)
-    EXPECT_NEAR(path[2450][i], i == 0 ? 90 : 29, 3) << "at rest, whatever the forger says";
-  expect_recovery(path, 2.5, kOtherProbe_deg);  // frames are left out at other instants
-}
-
 // Cuts what was heard into frames, and plays them.
 class Recorder {
  public:
@@ -553,19 +520,6 @@ TEST(Link, ASlowRadioIsNoOutage) {
   }
 }
 
-TEST(Fault, AnUnpluggedPotentiometerStopsItsMotor) {
-  Watched w;
-  bool blind = false;
-  w.simulation.on_potentiometer = [&](std::int64_t now, int finger, int counts) {
-    return finger == 2 && now >= 3000 && now < 5000 ? 1023 : counts;
-  };
-  w.disturb = [&](std::int64_t now) {
-    if (now == 4000) blind = w.simulation.hand_status().fault[2] == 2 && w.simulation.hand().duty(2) == 0;
-  };
-  expect_recovery(w.run(), 5);
-  EXPECT_TRUE(blind);
-}
-
 // A glove on a cable, as the sender has it: a line of 9600 baud that loses frames of either direction.
 class Cable {
  public:
@@ -616,16 +570,6 @@ deploy::Glove data_glove(double rest_deg = 0) {
       deploy::glove_for(parameters(), study::compensator("published-hw", 10).model, study::bench_key());
   for (auto& joint : glove.model.joints) joint.rest_deg += rest_deg;
   return glove;
-}
-
-TEST(Send, ARunningGloveTakesAModelInLessThanFiveSeconds) {
-  const Firmware firmware{deploy::glove_flash(data_glove())};
-  Board board(firmware);
-  Cable cable(board, 0, 1);
-  const deploy::Sent sent = deploy::send_model(cable.line(), data_glove(1), {});
-  std::printf("%d bytes in %d pieces, %.2f s\n", sent.bytes, sent.pieces.value(), sent.took_s);
-  EXPECT_LT(sent.took_s, 5);
-  EXPECT_GT(sent.took_s, sent.bytes * 0.0034) << "what its EEPROM takes";
 }
 
 TEST(Send, ALineThatLosesThirtyPercentIsOvercomeFiftyTimesOfFifty) {

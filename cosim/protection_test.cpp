@@ -162,15 +162,5 @@ TEST(Protection, ASupplyThatDipsAndAConverterThatStopsLetGoUntilTheyAreBack) {
   }
 }
 
-TEST(Protection, TheCauseOfAResetIsKept) {
-  constexpr std::uint16_t kMcusr = 0x54;
-  constexpr std::uint8_t kWdrf = 1U << 3;
-  Board board(soft_images().hand);
-  board.write(kMcusr, kWdrf);
-  board.run_until(100 * kCyclesPerMs);
-  const auto status = board.peek<HandStatus>(soft_images().hand.address("hand_status"));
-  EXPECT_EQ(status.board & hand::kWatchdogReset, hand::kWatchdogReset);
-}
-
 }  // namespace
 }  // namespace flexor::cosim

@@ -300,7 +300,8 @@ deploy::HandFigures measure_hand(const deploy::Hand& settings, double seconds) {
     if (board.now() + kCyclesPerMs > free) {
       std::array<std::uint8_t, link::kMaxWire> wire{};
       const std::uint8_t size = link::encode(frame, true, hand.session_key(), wire.data());
-      for (std::uint8_t k = 0; k < size; ++k) board.receive(free += byte_cycles(settings.baud), wire[k]);
+      for (std::uint8_t k = 0; k < size; ++k)
+        board.receive(free += byte_cycles(settings.hardware.baud), wire[k]);
       ++frame.counter;
     }
     board.run_until(board.now() + kCyclesPerMs);

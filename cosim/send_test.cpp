@@ -159,14 +159,5 @@ TEST_F(SendOverUsb, OfManyAtOnceOneGetsThePortAndTheBoardIsReachableAfterwards) 
   }
 }
 
-TEST_F(SendOverUsb, NobodyThereIsOneLine) {
-  deploy::FlashContent loop{std::vector<std::uint8_t>(0x7e02, 0xff), 0x7e00};
-  loop.bytes[0x7e01] = 0xcf;  // rjmp .-2
-  write(boot(), loop);
-  UsbBoard helper(board());
-  expect_says(send(helper.port()), 1, "nothing answers: is it the glove's port, and --baud its rate?");
-  expect_says(send((folder_ / "ttyNone").string()), 2, "no such port: is the board plugged in?");
-}
-
 }  // namespace
 }  // namespace flexor::cosim

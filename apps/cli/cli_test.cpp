@@ -119,7 +119,7 @@ TEST_F(Cli, WhatCannotBeDoneIsRefusedBeforeTheWork) {
       {"deploy F/none.json --out F/d", "none.json"},
       {"experiment --engine avr --set radio.baud=2400", "which wants 4800: raise radio.baud"},
       {"experiment --engine avr --rate 30", "10, 20, 50 or 100 Hz"},
-      {"flash /dev/zero", "no plain file"},
+      {"flash /dev/zero", "is a device"},
       {"live --from twin --opengloves F/none", "make a FIFO"}};
   const std::map<char, std::string> names = {{'G', glove()}, {'C', camera()}, {'M', model}, {'F', folder_}};
   for (const auto& [text, reason] : cases) {

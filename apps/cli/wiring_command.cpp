@@ -27,7 +27,7 @@ void refuse_deployment(const std::string& folder) {
 Output run(const Options& o) {
   const model::Hardware hardware = model::hardware(o.hardware);
   const deploy::Output output = deploy::kOutputs.at(o.output);
-  nlohmann::ordered_json json = to_json(deploy::wiring_plan(hardware, output));
+  nlohmann::ordered_json json = deploy::wiring_plan(hardware, output);
   io::require_folder(o.out);
   refuse_deployment(o.out);
   io::make_folder(o.out);

@@ -26,13 +26,11 @@ constexpr double kGap_deg = 1.25;        // between what the motor must have don
 constexpr double kForget_deg_s = 4;      // of it: what noise leaves behind
 constexpr double kKick = 3.2;            // times the duty that may move a finger: it must
 constexpr double kPwmStep = 1.0 / 256;
-constexpr double kSafeIntegralLimit = 0.25;  // of full duty: four times the friction
-constexpr double kSafeSpeed_deg_s = 400;
-constexpr double kTopSpeed_deg_s = 440;  // of a motor that the greatest load helps
-constexpr double kSoftStop_deg = 2;      // before the joint's own
-constexpr double kReach_deg = 15;        // past which a reading is none
+constexpr double kTick_s = 0.001;
 
 int frame_bytes(const Key& key) { return link::frame_bytes(key.has_value()); }
+
+std::int16_t int16(double v) { return static_cast<std::int16_t>(std::lround(std::clamp(v, 0.0, 32767.0))); }
 
 std::int16_t q4(double deg) { return static_cast<std::int16_t>(std::lround(deg * 16)); }
 
@@ -266,10 +264,6 @@ model::ChainParts chain_parts(const Glove& glove) {
 namespace {
 
 hand::MotorSettings motor_settings(const HandMotor& motor) {
-  constexpr double kTick_s = 0.001;
-  const auto int16 = [](double v) {
-    return static_cast<std::int16_t>(std::lround(std::clamp(v, 0.0, 32767.0)));
-  };
   constexpr double kTurn_s = kTick_s * hand::kTurn_ticks;
   const auto speed = [&](double deg_s) { return int16(deg_s * kTurn_s * (1 << hand::kSumFraction)); };
   const double rate = -std::expm1(-kTurn_s / motor.time_s);
@@ -288,43 +282,24 @@ hand::MotorSettings motor_settings(const HandMotor& motor) {
 
 }  // namespace
 
-Hand within_safe_limits(Hand hand) {
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    const double soft_deg = std::min(kSoftStop_deg, (hand.upper_deg[i] - hand.lower_deg[i]) / 4);
-    hand.lower_deg[i] += soft_deg;
-    hand.upper_deg[i] -= soft_deg;
-  }
-  hand.reach_deg = kReach_deg;
-  // The fastest motor of this kind, and the one with the least friction.
-  const double fastest_deg_s = (1 + kMotorSpeedShare) * hand.motor.full_speed_deg_s;
-  const double least_friction = (1 - kMotorFrictionShare) * hand.motor.friction;
-  hand.duty = std::min(hand.duty, kTopSpeed_deg_s / fastest_deg_s + least_friction - hand.motor.load);
-  hand.integral_limit = std::min(hand.integral_limit, kSafeIntegralLimit);
-  hand.speed_deg_s = std::min(hand.speed_deg_s, kSafeSpeed_deg_s);
-  return hand;
-}
-
 hand::Settings hand_settings(const Hand& hand) {
-  constexpr double kTick_s = 0.001;
-  const auto int16 = [](double v) {
-    return static_cast<std::int16_t>(std::lround(std::clamp(v, 0.0, 32767.0)));
-  };
+  const model::Hardware& h = hand.hardware;
   const auto step = [](double deg_s) {
     return static_cast<std::int32_t>(std::lround(std::min(deg_s * kTick_s, 1000.0) * (1 << 20)));
   };
   hand::Settings c{};
   c.kind = hand::Settings::kKind;
-  c.uart_divisor = static_cast<std::uint16_t>(uart_divisor(hand.baud));
-  c.max_step = step(hand.speed_deg_s);
-  c.proportional = int16(hand.proportional_per_deg * hand::kFullDuty);
-  c.integral = int16(hand.integral_per_deg_s * kTick_s * hand::kFullDuty * 256);
-  c.integral_limit = static_cast<std::int32_t>(std::lround(hand.integral_limit * hand::kFullDuty * 256));
-  c.duty_limit = int16(hand.duty * hand::kFullDuty);
-  c.feed_forward = int16(hand.feed_forward_s_per_deg / kTick_s * hand::kFullDuty);
-  c.scale = static_cast<std::uint32_t>(std::lround(16 * hand.potentiometer_range_deg / 1023 * 65536));
+  c.uart_divisor = static_cast<std::uint16_t>(uart_divisor(h.baud));
+  c.max_step = step(h.loop_speed_deg_s);
+  c.proportional = int16(h.loop_proportional_per_deg * hand::kFullDuty);
+  c.integral = int16(h.loop_integral_per_deg_s * kTick_s * hand::kFullDuty * 256);
+  c.integral_limit = static_cast<std::int32_t>(std::lround(h.loop_integral_limit * hand::kFullDuty * 256));
+  c.duty_limit = int16(h.loop_duty * hand::kFullDuty);
+  c.feed_forward = int16(h.loop_feed_forward_s_per_deg / kTick_s * hand::kFullDuty);
+  c.scale = static_cast<std::uint32_t>(std::lround(16 * h.potentiometer_range_deg / 1023 * 65536));
   c.careful_step = step(hand.careful_deg_s);
   if (hand.motor.full_speed_deg_s > 0) c.motor = motor_settings(hand.motor);
-  const double counts_per_deg = sensor::kAdcTop / hand.potentiometer_range_deg;
+  const double counts_per_deg = sensor::kAdcTop / h.potentiometer_range_deg;
   const auto counts = [&](double deg) {
     return static_cast<std::uint16_t>(std::lround(std::clamp<double>(
         deg * counts_per_deg, kPotentiometerMargin, sensor::kAdcTop - kPotentiometerMargin)));

@@ -84,25 +84,15 @@ struct HandMotor {
 
 // Degrees, degrees a second, and duties as shares of the supply.
 struct Hand {
+  model::Hardware hardware;                  // its loop, potentiometers and radio
   std::array<double, kFingers> lower_deg{};  // of the command
   std::array<double, kFingers> upper_deg{};
   std::array<double, kFingers> rest_deg{};
-  double potentiometer_range_deg = 250;
-  double proportional_per_deg = 0.05;
-  double integral_per_deg_s = 0.28;
-  double integral_limit = 0.25;
-  double feed_forward_s_per_deg = 0;
-  double speed_deg_s = 400;
   double careful_deg_s = 150;
-  double duty = 1;
   double reach_deg = 1e9;  // a reading further outside of the limits is none
   HandMotor motor;
-  double baud = 9600;
   Key key;
 };
-
-// Away from the joints' ends, which its limits are, and at bounded effort and speed, whatever it asks for.
-Hand within_safe_limits(Hand hand);
 
 // Everything below throws io::InputError, one line with the figure and the mend.
 

@@ -1,7 +1,6 @@
 #include "host/deploy/config.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 
@@ -9,11 +8,12 @@
 #include "host/deploy/compensator_text.hpp"
 #include "host/deploy/images.hpp"
 #include "host/deploy/pair_key.hpp"
+#include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "host/model/channel.hpp"
-#include "host/model/compensator.hpp"
 #include "host/model/correction.hpp"
+#include "host/model/random_glove.hpp"
 #include "runtime/core/flash_map.hpp"
 #include "runtime/glove/glove_text.hpp"
 
@@ -21,6 +21,7 @@ namespace flexor::deploy {
 namespace {
 
 namespace fs = std::filesystem;
+using io::expect_refused;
 
 Glove glove(double rate_hz = 10) {
   Glove g;
@@ -42,48 +43,54 @@ Hand hand() {
 
 class Deploy : public testing::Test {
  protected:
-  Deploy() : folder_(fs::path(testing::TempDir()) / ("flexor_deploy_" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~Deploy() override { fs::remove_all(folder_); }
-  fs::path folder_;
+  const io::TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
-void expect_refused(const std::function<void()>& call, const std::string& says) {
-  try {
-    call();
-    ADD_FAILURE() << "not refused: " << says;
-  } catch (const io::InputError& error) {
-    EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+// Of every kind of block, compiled for the board, and run on this machine.
+TEST_F(Deploy, AModelsHeaderIsItsFixedPointToTheBit) {
+  std::vector<model::Model> models = {glove().model};
+  for (std::size_t kind = 0; kind < std::variant_size_v<model::Kind>; ++kind)
+    models.push_back(model::RandomGlove(1).make_with(kind));
+  std::string includes, calls;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    const std::string name = fmt::format("m{}", i);
+    io::write_file(folder_ / (name + ".hpp"), header_text(models[i], name));
+    includes += fmt::format("#include \"{}.hpp\"\n", name);
+    calls += fmt::format("run<{}::Compensator>();", name);
+  }
+  const std::string program = (folder_ / "m").string();
+  io::write_file(program + ".cpp", includes + R"(#include <stdio.h>
+template <class Compensator>
+void run() {
+  Compensator c;
+  for (long k = 0; k < 400; ++k) {
+    for (int f = 0; f < 5; ++f) c.alpha[f] = 37 * k * (f + 1) % 5760;
+    c.step();
+    for (int f = 0; f < 5; ++f) printf("%d ", c.angle[f]);
   }
 }
-
-// Compiled alone for the board, and run on this machine.
-TEST_F(Deploy, AModelsHeaderIsItsFixedPointToTheBit) {
-  const model::Model m = glove().model;
-  io::write_file(folder_ / "m.hpp", header_text(m, "m"));
-  io::write_file(folder_ / "m.cpp",
-                 "#include \"m.hpp\"\n#include <stdio.h>\nint main() {\n  m::Compensator c;\n"
-                 "  for (int k = 0; k < 400; ++k) {\n    for (int f = 0; f < 5; ++f) c.alpha[f] = 37 * k * "
-                 "(f + 1) % 5760;\n"
-                 "    c.step();\n    printf(\"%d %d \", c.angle[0], c.angle[4]);\n  }\n}\n");
-  const std::string program = (folder_ / "m").string();
+int main() {)" + calls + "}\n");
   for (std::vector<std::string> argv :
-       {std::vector<std::string>{"avr-g++", "-mmcu=atmega328p", "-fsyntax-only"}, {"g++", "-o", program}}) {
+       {std::vector<std::string>{"avr-g++", "-mmcu=atmega328p", "-Os", "-c", "-o", program + ".o"},
+        {"g++", "-o", program}}) {
     argv.insert(argv.end(), {"-std=c++14", "-Wall", "-Wextra", "-Werror", program + ".cpp"});
-    EXPECT_EQ(io::run_process(argv).status, 0) << argv.front();
+    const io::ProcessResult result = io::run_process(argv);
+    ASSERT_EQ(result.status, 0) << argv.front() << result.err;
   }
   std::istringstream said(io::run_process({program}).out);
-  model::Compensator<model::FixedArithmetic> exact(m);
-  for (int k = 0; k < 400; ++k) {
-    std::vector<double> u;
-    for (int f = 0; f < 5; ++f) u.push_back(37 * k * (f + 1) % 5760 / 32.0);
-    const auto samples = exact.step(u);
-    int thumb = 0, pinky = 0;
-    said >> thumb >> pinky;
-    ASSERT_EQ(thumb, 16 * samples[0].angle_deg) << k;
-    ASSERT_EQ(pinky, 16 * samples[4].angle_deg) << k;
+  for (const model::Model& model : models) {
+    model::HostCompensator exact(model);
+    for (int k = 0; k < 400; ++k) {
+      for (int f = 0; f < 5; ++f)
+        exact.alpha[static_cast<std::size_t>(f)] = static_cast<std::int16_t>(37 * k * (f + 1) % 5760);
+      exact.step();
+      for (const std::int16_t angle : exact.angle) {
+        int is = 0;
+        said >> is;
+        ASSERT_EQ(is, angle) << model.blocks[model.blocks.size() / 2].to << ", sample " << k;
+      }
+    }
   }
 }
 

@@ -300,7 +300,7 @@ Json to_json(const Deployment& d) {
   json["joints_left_out"] = joints_left_out(d.glove);
   json["fingers"] = {{"covered", covered_fingers(d.glove.model)},
                      {"missing", missing_fingers(d.glove.model)}};
-  json["wiring"] = to_json(plan_of(d));
+  json["wiring"] = plan_of(d);
   json["calibration"] = d.calibration;
   json["next"] = next_of(d);
   json["budget"] = {{"time_share", time_share(t)}, {"flash_share", flash_share(d)}};

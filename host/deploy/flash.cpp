@@ -111,12 +111,10 @@ std::vector<std::string> find_ports(const fs::path& dev) {
   std::vector<std::string> out;
   std::set<fs::path> known;
   std::error_code error;
-  for (const fs::path& name : entries(dev / "serial" / "by-id", "")) {
-    if (known.insert(fs::canonical(name, error)).second && !error) out.push_back(name.string());
-  }
-  for (const char* prefix : {"ttyUSB", "ttyACM"}) {
-    for (const fs::path& name : entries(dev, prefix)) {
-      if (known.insert(fs::canonical(name, error)).second) out.push_back(name.string());
+  for (const auto& [folder, prefix] :
+       {std::pair(dev / "serial" / "by-id", ""), {dev, "ttyUSB"}, {dev, "ttyACM"}}) {
+    for (const fs::path& name : entries(folder, prefix)) {
+      if (known.insert(fs::canonical(name, error)).second && !error) out.push_back(name.string());
     }
   }
   return out;
@@ -212,14 +210,10 @@ void Bootloader::run_at_any_rate(const std::string& operation, const fs::path& f
     if (answer.kind == Answer::failed) throw JobError(fmt::format("{}: {}", port_, answer.why));
     rates_Bd_.erase(rates_Bd_.begin());
   }
-  throw JobError(nobody(tried));
-}
-
-std::string Bootloader::nobody(const std::string& tried) const {
-  return fmt::format(
-      "{}: no bootloader answers at {} baud: is it this port, is the radio unplugged from the "
-      "board's RX (D0), does the board's reset reach DTR, has it a bootloader?",
-      port_, tried);
+  throw JobError(
+      fmt::format("{}: no bootloader answers at {} baud: is it this port, is the radio unplugged from the "
+                  "board's RX (D0), does the board's reset reach DTR, has it a bootloader?",
+                  port_, tried));
 }
 
 void Bootloader::write(const FlashContent& image) {

@@ -54,7 +54,6 @@ class Bootloader {
  private:
   struct Answer;
   Answer run(const std::string& operation, const std::filesystem::path& folder);
-  std::string nobody(const std::string& tried) const;
   void run_at_any_rate(const std::string& operation, const std::filesystem::path& folder, std::size_t end);
 
   std::string port_;

@@ -1,29 +1,19 @@
 #include "host/deploy/flash.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <functional>
 
 #include "host/deploy/key_patch.hpp"
 #include "host/deploy/pair_key.hpp"
-#include "host/io/io.hpp"
+#include "host/io/expect_test.hpp"
 #include "runtime/core/flash_map.hpp"
 
 namespace flexor::deploy {
 namespace {
 
 namespace fs = std::filesystem;
-
-void expect_flash_refused(const std::function<void()>& call, const std::string& says) {
-  try {
-    call();
-    ADD_FAILURE() << "not refused: " << says;
-  } catch (const io::InputError& error) {
-    EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
-  }
-}
+using io::expect_refused;
 
 FlashContent parse(const std::string& text) { return parse_intel_hex(text, "x.hex", kOptibootBegin); }
 
@@ -47,35 +37,32 @@ TEST(IntelHex, IsAsTheSpecificationSays) {
 TEST(IntelHex, WhatIsDamagedIsRefusedByLine) {
   const std::string data = ":10010000214601360121470136007EFE09D2190140\n";
   const std::string end = ":00000001FF\n";
-  expect_flash_refused([&] { parse(data); }, "x.hex: is cut off");
-  expect_flash_refused([&] { parse(end); }, "holds no program");
-  expect_flash_refused([&] { parse(data + data + end); }, "line 2 writes address 0x100 a second time");
-  expect_flash_refused([&] { parse(data + end + data); }, "line 3 goes on after its end");
-  expect_flash_refused([&] { parse(":10010000214601360121470136007EFE09D2190141\n" + end); },
-                       "line 1 has a wrong checksum");
-  expect_flash_refused([&] { parse(":107E0000214601360121470136007EFE09D21901C3\n" + end); },
-                       "lies at 0x7e00");
-  expect_flash_refused([&] { parse(":0100\n" + end); }, "no Intel HEX");
-  expect_flash_refused([&] { parse(":020000000g00FE\n" + end); }, "no Intel HEX");
-  expect_flash_refused(
+  expect_refused([&] { parse(data); }, "x.hex: is cut off");
+  expect_refused([&] { parse(end); }, "holds no program");
+  expect_refused([&] { parse(data + data + end); }, "line 2 writes address 0x100 a second time");
+  expect_refused([&] { parse(data + end + data); }, "line 3 goes on after its end");
+  expect_refused([&] { parse(":10010000214601360121470136007EFE09D2190141\n" + end); },
+                 "line 1 has a wrong checksum");
+  expect_refused([&] { parse(":107E0000214601360121470136007EFE09D21901C3\n" + end); }, "lies at 0x7e00");
+  expect_refused([&] { parse(":0100\n" + end); }, "no Intel HEX");
+  expect_refused([&] { parse(":020000000g00FE\n" + end); }, "no Intel HEX");
+  expect_refused(
       [&] {
         parse(
             "\x7f"
             "ELF\n");
       },
       "no Intel HEX");
-  expect_flash_refused([&] { parse(":0300000000FE\n" + end); }, "has not the size");
-  expect_flash_refused([&] { parse(":00000009F7\n" + end); }, "unknown type 9");
+  expect_refused([&] { parse(":0300000000FE\n" + end); }, "has not the size");
+  expect_refused([&] { parse(":00000009F7\n" + end); }, "unknown type 9");
 }
 
 class Ports : public testing::Test {
  protected:
-  Ports() : dev_(fs::path(testing::TempDir()) / ("flexor_dev_" + std::to_string(::getpid()))) {
-    fs::create_directories(dev_ / "serial/by-id");
-  }
-  ~Ports() override { fs::remove_all(dev_); }
+  Ports() { fs::create_directories(dev_ / "serial/by-id"); }
   void add(const std::string& name) const { io::write_file(dev_ / name, "x"); }
-  fs::path dev_;
+  const io::TemporaryFolder temporary_;
+  const fs::path dev_ = temporary_.path();
 };
 
 TEST_F(Ports, EachBoardIsFoundOnceByItsLastingName) {
@@ -89,12 +76,12 @@ TEST_F(Ports, EachBoardIsFoundOnceByItsLastingName) {
 }
 
 TEST_F(Ports, NoneSeveralAndWhatIsNoPortAreRefused) {
-  expect_flash_refused([&] { choose_port("auto", dev_); }, "no board found");
-  expect_flash_refused([&] { choose_port("/dev/no_such_port", dev_); }, "/dev/no_such_port: no such port");
+  expect_refused([&] { choose_port("auto", dev_); }, "no board found");
+  expect_refused([&] { choose_port("/dev/no_such_port", dev_); }, "/dev/no_such_port: no such port");
   add("ttyUSB0");
-  expect_flash_refused([&] { choose_port("auto", dev_); }, "ttyUSB0: is no serial port");
+  expect_refused([&] { choose_port("auto", dev_); }, "ttyUSB0: is no serial port");
   add("ttyUSB1");
-  expect_flash_refused([&] { choose_port("auto", dev_); }, "2 ports may be the board");
+  expect_refused([&] { choose_port("auto", dev_); }, "2 ports may be the board");
 }
 
 TEST_F(Ports, TheOnlyOneIsTaken) {
@@ -104,9 +91,9 @@ TEST_F(Ports, TheOnlyOneIsTaken) {
 
 TEST_F(Ports, ImagesEndBelowTheBootloaderAndBeginAtZero) {
   io::write_file(dev_ / "late.hex", to_intel_hex({std::vector<std::uint8_t>(600, 1), 512}));
-  expect_flash_refused([&] { read_image(dev_ / "late.hex"); }, "begins at 0x200");
+  expect_refused([&] { read_image(dev_ / "late.hex"); }, "begins at 0x200");
   io::write_file(dev_ / "long.hex", to_intel_hex({std::vector<std::uint8_t>(kOptibootBegin + 1, 1), 0}));
-  expect_flash_refused([&] { read_image(dev_ / "long.hex"); }, "lies at 0x7e00");
+  expect_refused([&] { read_image(dev_ / "long.hex"); }, "lies at 0x7e00");
   io::write_file(dev_ / "fits.hex", to_intel_hex({std::vector<std::uint8_t>(kOptibootBegin, 1), 0}));
   EXPECT_EQ(read_image(dev_ / "fits.hex").bytes.size(), kOptibootBegin);
 }
@@ -118,17 +105,13 @@ TEST(KeyRecords, AreReadAndReplacedInTheirPage) {
   EXPECT_EQ(page.bytes.size(), core::kKeyBegin + core::kFlashPage);
   EXPECT_EQ(to_hex(*key_in(page, "x")), to_hex(key));
   EXPECT_FALSE(key_in(page_with_key({}), "x").has_value()) << "zeros are no key";
-  expect_flash_refused(
-      [&] {
-        key_in({std::vector<std::uint8_t>(32768, 0xff), 0}, "x");
-      },
-      "x: holds no key record");
+  expect_refused([&] { key_in({std::vector<std::uint8_t>(32768, 0xff), 0}, "x"); }, "x: holds no key record");
   // Whichever bit falls over.
   for (std::size_t bit = 64; bit < 8 * 26; ++bit) {
     FlashContent damaged = page;
     std::uint8_t& byte = damaged.bytes[core::kKeyBegin + bit / 8];
     byte = static_cast<std::uint8_t>(byte ^ 1U << bit % 8);
-    expect_flash_refused([&] { key_in(damaged, "x"); }, "is damaged");
+    expect_refused([&] { key_in(damaged, "x"); }, "is damaged");
   }
 }
 

@@ -11,7 +11,12 @@
 namespace flexor::deploy {
 namespace {
 
-constexpr double kSameEnds = 0.1;  // of the hand's range, within which a model's ends are the hand's
+constexpr double kSafeIntegralLimit = 0.25;  // of full duty: four times the friction
+constexpr double kSafeSpeed_deg_s = 400;
+constexpr double kTopSpeed_deg_s = 440;  // of a motor that the greatest load helps
+constexpr double kSoftStop_deg = 2;      // before the joint's own
+constexpr double kReach_deg = 15;        // past which a reading is none
+constexpr double kSameEnds = 0.1;        // of the hand's range, within which a model's ends are the hand's
 
 // Each finger's rest angle by the model; where it has no channel, the hand's lower limit.
 std::array<double, kFingers> rests(const model::Hardware& p, const model::Model& model) {
@@ -35,6 +40,25 @@ HandMotor motor_of(const model::Hardware& p) {
       (p.rotor_inertia_gcm2 * p.gear_ratio * p.gear_ratio + p.finger_inertia_gcm2) * 1e-4;
   return {stall_mNm / damping_mNms * kDeg_per_rad, inertia_mNms2 / damping_mNms, p.coulomb_mNm / stall_mNm,
           p.disturbance_mNm / stall_mNm};
+}
+
+// Away from the joints' ends, which its limits are, and at bounded effort and speed, whatever it asks for.
+void limit(Hand& hand) {
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    const double soft_deg = std::min(kSoftStop_deg, (hand.upper_deg[i] - hand.lower_deg[i]) / 4);
+    hand.lower_deg[i] += soft_deg;
+    hand.upper_deg[i] -= soft_deg;
+  }
+  hand.reach_deg = kReach_deg;
+  // The fastest motor of this kind, and the one with the least friction.
+  const double fastest_deg_s = (1 + kMotorSpeedShare) * hand.motor.full_speed_deg_s;
+  const double least_friction = (1 - kMotorFrictionShare) * hand.motor.friction;
+  double& duty = hand.hardware.loop_duty;
+  duty = std::min(duty, kTopSpeed_deg_s / fastest_deg_s + least_friction - hand.motor.load);
+  double& integral_limit = hand.hardware.loop_integral_limit;
+  integral_limit = std::min(integral_limit, kSafeIntegralLimit);
+  double& speed_deg_s = hand.hardware.loop_speed_deg_s;
+  speed_deg_s = std::min(speed_deg_s, kSafeSpeed_deg_s);
 }
 
 // A board's converter counts to 1023, whatever the one of the log counted to.
@@ -74,17 +98,10 @@ Glove glove_for(const model::Hardware& p, const model::Model& model, const Key& 
 
 Hand unprotected_hand(const model::Hardware& p, const model::Model& model, const Key& key) {
   Hand hand;
+  hand.hardware = p;
   hand.lower_deg.fill(p.loop_lower_deg);
   hand.upper_deg.fill(p.loop_upper_deg);
   hand.rest_deg = rests(p, model);
-  hand.potentiometer_range_deg = p.potentiometer_range_deg;
-  hand.proportional_per_deg = p.loop_proportional_per_deg;
-  hand.integral_per_deg_s = p.loop_integral_per_deg_s;
-  hand.integral_limit = p.loop_integral_limit;
-  hand.feed_forward_s_per_deg = p.loop_feed_forward_s_per_deg;
-  hand.speed_deg_s = p.loop_speed_deg_s;
-  hand.duty = p.loop_duty;
-  hand.baud = p.baud;
   hand.key = key;
   return hand;
 }
@@ -96,14 +113,15 @@ Hand safe_hand(const model::Hardware& p, const model::Model& model, const Key& k
     hand.upper_deg[i] = std::min(hand.upper_deg[i], p.hand_upper_deg[i]);
   }
   hand.motor = motor_of(p);
-  hand.feed_forward_s_per_deg =
+  hand.hardware.loop_feed_forward_s_per_deg =
       p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.motor_V * std::numbers::pi / 180;
-  hand = within_safe_limits(hand);
-  if (hand.duty > hand.motor.friction + hand.motor.load) return hand;
+  limit(hand);
+  const double duty = hand.hardware.loop_duty;
+  if (duty > hand.motor.friction + hand.motor.load) return hand;
   throw io::InputError(fmt::format(
       "{}: motor.*: within the safe speed a motor gets {:.0f} % of its supply, and friction and load "
       "take {:.0f} %: less motor.coulomb_mNm or motor.disturbance_mNm, or more motor.gear_ratio",
-      p.source, 100 * std::max(hand.duty, 0.0), 100 * (hand.motor.friction + hand.motor.load)));
+      p.source, 100 * std::max(duty, 0.0), 100 * (hand.motor.friction + hand.motor.load)));
 }
 
 model::Model on_hand(model::Model model, const model::Hardware& p, std::vector<std::string>& notes) {

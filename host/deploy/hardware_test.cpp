@@ -46,9 +46,9 @@ TEST(SafeHand, StaysOffItsEndsAndBelowTheSafeSpeed) {
     EXPECT_EQ(hand.lower_deg[i], hardware.hand_lower_deg[i] + 2);
     EXPECT_EQ(hand.upper_deg[i], hardware.hand_upper_deg[i] - 2);
   }
-  EXPECT_EQ(hand.speed_deg_s, 400);
-  EXPECT_LT(hand.duty, hardware.loop_duty);
-  EXPECT_EQ(unprotected_hand(hardware, published_model(), {}).speed_deg_s, 800);
+  EXPECT_EQ(hand.hardware.loop_speed_deg_s, 400);
+  EXPECT_LT(hand.hardware.loop_duty, hardware.loop_duty);
+  EXPECT_EQ(unprotected_hand(hardware, published_model(), {}).hardware.loop_speed_deg_s, 800);
 }
 
 TEST(SafeHand, StaysWithinTheLoopsLimits) {

@@ -53,7 +53,7 @@ FlashContent with_generation(FlashContent flash, std::uint16_t generation) {
   return flash;
 }
 
-std::vector<std::uint8_t> copy_of(const std::vector<std::uint8_t>& block, std::uint16_t generation) {
+Bytes copy_of(const Bytes& block, std::uint16_t generation) {
   const std::size_t size = block.size();
   Bytes out(core::kCopyHead, 0);
   const auto word = [&](std::size_t at, std::size_t value) {

@@ -33,7 +33,7 @@ FlashContent hand_flash(const Hand& hand);
 FlashContent with_generation(FlashContent flash, std::uint16_t generation);
 
 // A block as a copy of it lies in flash (runtime/core/copies.hpp).
-std::vector<std::uint8_t> copy_of(const std::vector<std::uint8_t>& block, std::uint16_t generation);
+Bytes copy_of(const Bytes& block, std::uint16_t generation);
 
 // With all that is written below the bootloader, as it is erased.
 FlashContent whole(FlashContent content);

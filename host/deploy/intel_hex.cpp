@@ -1,17 +1,17 @@
 #include "host/deploy/intel_hex.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
 #include <numeric>
+#include <sstream>
 
 #include "host/io/io.hpp"
 
 namespace flexor::deploy {
 namespace {
-
-using io::InputError;
 
 enum RecordType : std::uint8_t {
   kData = 0,
@@ -25,130 +25,91 @@ enum RecordType : std::uint8_t {
 constexpr std::size_t kHeadBytes = 4;  // size, address, type
 constexpr std::size_t kRecordBytes = 16;
 
-class Parser {
- public:
-  Parser(const std::string& name, std::size_t flash_bytes) : name_(name), flash_bytes_(flash_bytes) {}
-
-  void add_line(std::string_view line) {
-    ++line_;
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.remove_suffix(1);
-    if (line.empty()) return;
-    if (ended_) fail("goes on after its end record");
-    const std::vector<std::uint8_t> record = bytes_of(line);
-    const std::size_t size = record[0];
-    const unsigned address = record[1] * 256U + record[2];
-    switch (record[3]) {
-      case kData:
-        for (std::size_t i = 0; i < size; ++i) put(base_ + address + i, record[kHeadBytes + i]);
-        return;
-      case kEnd:
-        ended_ = true;
-        return;
-      case kSegment:
-      case kLinear:
-        if (size != 2) fail("has an address record of the wrong size");
-        base_ = (record[4] * 256UL + record[5]) << (record[3] == kLinear ? 16 : 4);
-        return;
-      case kStart:
-      case kLinearStart:
-        return;  // where a program starts is fixed here
-      default:
-        fail(fmt::format("has a record of unknown type {}", record[3]));
-    }
-  }
-
-  FlashContent finish() {
-    if (!ended_) throw InputError(fmt::format("{}: is cut off: its end record is missing", name_));
-    if (content_.bytes.empty()) throw InputError(fmt::format("{}: holds no program", name_));
-    content_.begin = static_cast<std::size_t>(std::ranges::find(written_, true) - written_.begin());
-    return std::move(content_);
-  }
-
- private:
+struct Place {
+  const std::string& file;
+  std::size_t line = 0;
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("{}: line {} {}", name_, line_, what));
+    throw io::InputError(fmt::format("{}: line {} {}", file, line, what));
   }
-
-  std::vector<std::uint8_t> bytes_of(std::string_view line) const {
-    if (line.front() != ':' || line.size() % 2 == 0 || line.size() < 1 + 2 * (kHeadBytes + 1))
-      fail("is no Intel HEX record");
-    std::vector<std::uint8_t> out;
-    for (std::size_t i = 1; i < line.size(); i += 2) {
-      std::uint8_t byte = 0;
-      const char* end = line.data() + i + 2;
-      if (std::from_chars(line.data() + i, end, byte, 16).ptr != end) fail("is no Intel HEX record");
-      out.push_back(byte);
-    }
-    if (out.size() != kHeadBytes + out[0] + 1) fail("has not the size that it says");
-    if (std::accumulate(out.begin(), out.end(), 0U) % 256 != 0)
-      fail("has a wrong checksum: the file is damaged, make it anew");
-    return out;
-  }
-
-  void put(std::size_t address, std::uint8_t byte) {
-    if (address >= flash_bytes_)
-      fail(fmt::format("lies at 0x{:x}, beyond the {} bytes of flash", address, flash_bytes_));
-    if (content_.bytes.size() <= address) {
-      content_.bytes.resize(address + 1, 0xff);
-      written_.resize(address + 1, false);
-    }
-    if (written_[address]) fail(fmt::format("writes address 0x{:x} a second time", address));
-    written_[address] = true;
-    content_.bytes[address] = byte;
-  }
-
-  const std::string& name_;
-  std::size_t flash_bytes_;
-  std::size_t line_ = 0;
-  std::size_t base_ = 0;
-  bool ended_ = false;
-  FlashContent content_;
-  std::vector<bool> written_;
 };
 
-std::string record(std::vector<std::uint8_t> bytes) {
+Bytes record_of(std::string_view line, const Place& place) {
+  if (line.front() != ':' || line.size() % 2 == 0 || line.size() < 1 + 2 * (kHeadBytes + 1))
+    place.fail("is no Intel HEX record");
+  Bytes out;
+  for (std::size_t i = 1; i < line.size(); i += 2) {
+    const char* end = line.data() + i + 2;
+    if (std::from_chars(line.data() + i, end, out.emplace_back(), 16).ptr != end)
+      place.fail("is no Intel HEX record");
+  }
+  if (out.size() != kHeadBytes + out[0] + 1) place.fail("has not the size that it says");
+  if (std::accumulate(out.begin(), out.end(), 0U) % 256 != 0)
+    place.fail("has a wrong checksum: the file is damaged, make it anew");
+  return out;
+}
+
+std::string to_line(Bytes bytes) {
   bytes.push_back(static_cast<std::uint8_t>(-std::accumulate(bytes.begin(), bytes.end(), 0)));
-  std::string out = ":";
-  for (const std::uint8_t byte : bytes) out += fmt::format("{:02X}", byte);
-  return out + "\n";
+  return fmt::format(":{:02X}\n", fmt::join(bytes, ""));
 }
 
 }  // namespace
 
-FlashContent parse_intel_hex(std::string_view text, const std::string& name, std::size_t flash_bytes) {
-  Parser parser(name, flash_bytes);
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    parser.add_line(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
+FlashContent parse_intel_hex(const std::string& text, const std::string& name, std::size_t flash_bytes) {
+  FlashContent out{{}, flash_bytes};
+  std::vector<bool> written(flash_bytes);
+  std::size_t base = 0;
+  bool ended = false;
+  Place place{name};
+  const auto put = [&](std::size_t address, std::uint8_t byte) {
+    if (address >= flash_bytes)
+      place.fail(fmt::format("lies at 0x{:x}, beyond the {} bytes of flash", address, flash_bytes));
+    if (written[address]) place.fail(fmt::format("writes address 0x{:x} a second time", address));
+    written[address] = true;
+    out.bytes.resize(std::max(out.bytes.size(), address + 1), 0xff);
+    out.bytes[address] = byte;
+    out.begin = std::min(out.begin, address);
+  };
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    ++place.line;
+    line.erase(line.find_last_not_of(" \r") + 1);
+    if (line.empty()) continue;
+    if (ended) place.fail("goes on after its end record");
+    const Bytes record = record_of(line, place);
+    const std::size_t type = record[3];
+    ended = type == kEnd;
+    if (type == kData) {
+      const std::size_t at = base + record[1] * 256U + record[2];
+      for (std::size_t i = 0; i < record[0]; ++i) put(at + i, record[kHeadBytes + i]);
+    } else if (type == kSegment || type == kLinear) {
+      if (record[0] != 2) place.fail("has an address record of the wrong size");
+      base = (record[4] * 256UL + record[5]) << (type == kLinear ? 16 : 4);
+    } else if (type > kLinearStart) {  // where a program starts is fixed here
+      place.fail(fmt::format("has a record of unknown type {}", type));
+    }
   }
-  return parser.finish();
+  if (!ended) throw io::InputError(fmt::format("{}: is cut off: its end record is missing", name));
+  if (out.bytes.empty()) throw io::InputError(fmt::format("{}: holds no program", name));
+  return out;
 }
 
 FlashContent read_intel_hex(const std::filesystem::path& path, std::size_t flash_bytes) {
-  // What has no end is not read at all.
-  constexpr std::uintmax_t kMost = 4 << 20;
-  io::require_readable(path);
-  if (!std::filesystem::is_regular_file(path))
-    throw InputError(fmt::format("{}: is no plain file, as an image in Intel HEX is", path.string()));
-  const std::uintmax_t size = std::filesystem::file_size(path);
-  if (size > kMost)
-    throw InputError(
-        fmt::format("{}: has {} bytes: an image in Intel HEX has {} at most", path.string(), size, kMost));
-  return parse_intel_hex(io::read_file(path), path.string(), flash_bytes);
+  constexpr std::size_t kMost = 4 << 20;
+  return parse_intel_hex(io::read_file(path, kMost), path.string(), flash_bytes);
 }
 
 std::string to_intel_hex(const FlashContent& content) {
   std::string out;
   for (std::size_t at = content.begin; at < content.bytes.size(); at += kRecordBytes) {
     const std::size_t size = std::min(kRecordBytes, content.bytes.size() - at);
-    std::vector<std::uint8_t> bytes = {static_cast<std::uint8_t>(size), static_cast<std::uint8_t>(at >> 8),
-                                       static_cast<std::uint8_t>(at), kData};
+    Bytes bytes = {static_cast<std::uint8_t>(size), static_cast<std::uint8_t>(at >> 8),
+                   static_cast<std::uint8_t>(at), kData};
     const auto first = content.bytes.begin() + static_cast<std::ptrdiff_t>(at);
     bytes.insert(bytes.end(), first, first + static_cast<std::ptrdiff_t>(size));
-    out += record(std::move(bytes));
+    out += to_line(std::move(bytes));
   }
-  return out + record({0, 0, 0, kEnd});
+  return out + to_line({0, 0, 0, kEnd});
 }
 
 }  // namespace flexor::deploy

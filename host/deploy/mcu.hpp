@@ -12,10 +12,9 @@ struct Mcu {
   const char* boards;     // that have it
   const char* part;       // as avrdude calls it
   const char* signature;  // that its bootloader says
-  int analog_pins;
 };
-inline constexpr Mcu kAtmega328p = {"atmega328p",          32768,   2048,       "ATmega328P",
-                                    "Arduino Nano or Uno", "m328p", "0x1e950f", 8};
+inline constexpr Mcu kAtmega328p = {"atmega328p",          32768,   2048,      "ATmega328P",
+                                    "Arduino Nano or Uno", "m328p", "0x1e950f"};
 
 // A digital pin, D2 to D12: its port and bit.
 struct PortBit {

@@ -7,10 +7,9 @@
 #include <vector>
 
 #include "host/deploy/config.hpp"
+#include "host/deploy/intel_hex.hpp"
 
 namespace flexor::deploy {
-
-using Bytes = std::vector<std::uint8_t>;
 
 struct ModelBlock {
   Bytes bytes;

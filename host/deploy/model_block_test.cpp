@@ -235,15 +235,6 @@ TEST(ModelBlock, IsRefusedWhereItDoesNotBelong) {
   EXPECT_EQ(loaded(part, 50), Loaded::other_calibration);
 }
 
-TEST(ModelBlock, AnArenaThatIsTooSmallIsNoticed) {
-  const Glove glove = plain_glove(50);
-  const ModelBlock block = model_block(glove);
-  compensator::Graph<core::Ram, 60> small;
-  EXPECT_EQ(load(small, block, glove), Loaded::no_room);
-  InRam graph;
-  EXPECT_EQ(load(graph, block, glove), Loaded::ok);
-}
-
 // Five fingers, each a sum of curves on the same knots of its strip, and of a lag behind the first.
 Glove glove_of_shared_knots(int knots, int curves) {
   Glove glove = plain_glove(50);

@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <string_view>
 
 #include "host/io/io.hpp"
 
@@ -24,21 +25,9 @@ constexpr const char* kOld = "old";           // in it: those that were there
 constexpr const char* kCleared = ".cleared";  // in it: the old ones have gone
 
 // All that a deployment consists of beside the key.
-struct OutPart {
-  const char* name;
-  bool is_folder;
-};
-constexpr std::array<OutPart, 11> kParts = {{{"glove.hex", false},
-                                             {"hand.hex", false},
-                                             {kHardwareFile, false},
-                                             {kArduinoFolder, true},
-                                             {"wiring.md", false},
-                                             {"wiring_glove.svg", false},
-                                             {"wiring_hand.svg", false},
-                                             {"report.html", false},
-                                             {"report.json", false},
-                                             {"results.json", false},
-                                             {"time_budget.svg", false}}};
+constexpr std::array kParts = {"glove.hex",   "hand.hex",         kHardwareFile,     kArduinoFolder,
+                               "wiring.md",   "wiring_glove.svg", "wiring_hand.svg", "report.html",
+                               "report.json", "results.json",     "time_budget.svg"};
 
 bool is_there(const fs::path& path) {
   std::error_code error;
@@ -73,7 +62,8 @@ OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), um
     made_ = !is_there(folder_);
     io::make_folder(folder_);
     lock();
-    for (const OutPart& part : kParts) require_replaceable(folder_ / part.name, part.is_folder);
+    for (const char* part : kParts)
+      require_replaceable(folder_ / part, part == std::string_view(kArduinoFolder));
     end_what_was_cut_off();
     staging_.emplace([this] { return make_staging(); });
   } catch (...) {
@@ -132,10 +122,10 @@ void OutFolder::end_what_was_cut_off() const {
 bool OutFolder::put_back() const {
   if (is_there(staging() / kCleared)) return false;
   std::error_code error;
-  for (const OutPart& part : kParts) {
-    if (is_there(folder_ / part.name)) continue;
-    fs::rename(staging() / kOld / part.name, folder_ / part.name, error);
-    if (error && is_there(staging() / kOld / part.name)) return false;
+  for (const char* part : kParts) {
+    if (is_there(folder_ / part)) continue;
+    fs::rename(staging() / kOld / part, folder_ / part, error);
+    if (error && is_there(staging() / kOld / part)) return false;
   }
   return true;
 }
@@ -143,15 +133,14 @@ bool OutFolder::put_back() const {
 // May be cut off anywhere, and done again.
 void OutFolder::replace(const fs::path& staged) const {
   const fs::path old = staged / kOld;
-  for (const OutPart& part : kParts) {
-    if (!is_there(staged / kCleared) && is_there(folder_ / part.name))
-      move(folder_ / part.name, old / part.name);
+  for (const char* part : kParts) {
+    if (!is_there(staged / kCleared) && is_there(folder_ / part)) move(folder_ / part, old / part);
   }
   mark(staged / kCleared);
   if (is_there(staged / kKeyFile)) move(staged / kKeyFile, folder_ / kKeyFile);
-  for (const OutPart& part : kParts) {
-    if (!is_there(staged / part.name)) continue;
-    move(staged / part.name, folder_ / part.name);
+  for (const char* part : kParts) {
+    if (!is_there(staged / part)) continue;
+    move(staged / part, folder_ / part);
   }
 }
 

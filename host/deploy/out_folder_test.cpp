@@ -19,11 +19,6 @@ namespace fs = std::filesystem;
 
 class OutFolderTest : public testing::Test {
  protected:
-  OutFolderTest() : folder_(fs::path(testing::TempDir()) / ("flexor_out_" + std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-  }
-  ~OutFolderTest() override { fs::remove_all(folder_); }
-
   // What deploy does, without the compiler: every image is its key.
   static void deploy_once(
       const fs::path& folder, const std::function<void()>& before_publishing = [] {}) {
@@ -50,7 +45,8 @@ class OutFolderTest : public testing::Test {
     return images;
   }
 
-  fs::path folder_;
+  const io::TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path() / "out";
 };
 
 TEST_F(OutFolderTest, ImagesHaveTheKeyBesideThemWheneverARunIsKilled) {

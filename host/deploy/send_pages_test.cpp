@@ -9,7 +9,7 @@
 #include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/pair_key.hpp"
-#include "host/io/io.hpp"
+#include "host/io/expect_test.hpp"
 #include "runtime/core/flash_map.hpp"
 #include "runtime/glove/glove_model.hpp"
 
@@ -217,12 +217,7 @@ TEST(SendPages, TheNextOneGoesOverTheOldest) {
 TEST(SendPages, WhatDoesNotFitIsSaidWithTheMend) {
   const Glove good = glove_of_curves(60);
   const auto says = [&](const FlashContent& flash, const Glove& glove, const std::string& what) {
-    try {
-      (void)pages_with_model(flash, glove, "the board");
-      ADD_FAILURE() << what;
-    } catch (const io::InputError& error) {
-      EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
-    }
+    io::expect_refused([&] { (void)pages_with_model(flash, glove, "the board"); }, what);
   };
   const FlashContent flash = glove_flash(good);
   Glove slow = good;

@@ -7,11 +7,13 @@
 
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/pair_key.hpp"
-#include "host/io/io.hpp"
+#include "host/io/expect_test.hpp"
 #include "runtime/glove/model_receiver.hpp"
 
 namespace flexor::deploy {
 namespace {
+
+using io::expect_refused;
 
 struct Eeprom {
   std::vector<std::uint8_t> bytes = std::vector<std::uint8_t>(glove::kStoreEnd, 0xff);
@@ -130,30 +132,14 @@ Glove with_a_large(std::size_t finger) {
   return glove;
 }
 
-void expect_send_refused(const std::function<void()>& call, const std::string& says) {
-  try {
-    call();
-    ADD_FAILURE() << "not refused: " << says;
-  } catch (const std::exception& error) {
-    EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
-  }
-}
-
 TEST(Send, APartThatCannotRunLeavesTheOldOneAndIsSaidSo) {
   FakeGlove board(published());
   send_model(board.line(), published(), {});
   const auto before = board.stored();
   EXPECT_FALSE(before.empty());
   board.room = static_cast<int>(before.size()) + 10;
-  try {
-    send_model(board.line(), with_a_large(1), {});
-    FAIL() << "it has no room";
-  } catch (const io::JobError& error) {
-    EXPECT_NE(std::string(error.what()).find("more RAM than it has; it runs"), std::string::npos)
-        << error.what();
-    EXPECT_NE(std::string(error.what()).find("it runs its old model"), std::string::npos) << error.what();
-  }
+  expect_refused<io::JobError>([&] { (void)send_model(board.line(), with_a_large(1), {}); },
+                               "more RAM than it has; it runs its old model");
   EXPECT_EQ(board.stored(), before);
 }
 
@@ -179,8 +165,8 @@ TEST(Send, AnOfferThatWasTapedDoesNotEndIt) {
   EXPECT_EQ(board.tapes, 0);
   EXPECT_EQ(board.stored(), model_block(other).bytes);
   board.tapes = 1'000'000;
-  expect_send_refused([&] { (void)send_model(board.line(), published(), {}); },
-                      "somebody else speaks to the glove again and again");
+  expect_refused<std::exception>([&] { (void)send_model(board.line(), published(), {}); },
+                                 "somebody else speaks to the glove again and again");
 }
 
 TEST(Send, AModelArrivesWholeWhateverTheLineLoses) {
@@ -242,24 +228,25 @@ TEST(Send, RefusesByNameWhatTheGloveDoesNotTake) {
   Glove foreign = published();
   foreign.key->bytes[0] ^= 1;
   FakeGlove board(published());
-  expect_send_refused([&] { (void)send_model(board.line(), foreign, {}); }, "another key");
+  expect_refused<std::exception>([&] { (void)send_model(board.line(), foreign, {}); }, "another key");
   Glove plain = published();
   plain.key.reset();
-  expect_send_refused([&] { (void)send_model(board.line(), plain, {}); }, "the glove has a key: --key");
+  expect_refused<std::exception>([&] { (void)send_model(board.line(), plain, {}); },
+                                 "the glove has a key: --key");
   Glove other = published();
   other.sensor[2] = divider(47, 25, 100.0 / 180);
-  expect_send_refused([&] { (void)send_model(board.line(), other, {}); },
-                      "middle: the glove has another calibration");
+  expect_refused<std::exception>([&] { (void)send_model(board.line(), other, {}); },
+                                 "middle: the glove has another calibration");
   board.rate_hz = 50;
-  expect_send_refused([&] { (void)send_model(board.line(), published(), {}); }, "--rate 50");
+  expect_refused<std::exception>([&] { (void)send_model(board.line(), published(), {}); }, "--rate 50");
   board.deaf = true;
-  expect_send_refused([&] { (void)send_model(board.line(), published(), {}); }, "nothing answers");
+  expect_refused<std::exception>([&] { (void)send_model(board.line(), published(), {}); }, "nothing answers");
   EXPECT_TRUE(board.stored().empty()) << "and nothing is written";
 }
 
 TEST(Send, AGloveThatFallsSilentKeepsItsModel) {
   FakeGlove board(published());
-  expect_send_refused(
+  expect_refused<std::exception>(
       [&] {
         (void)send_model(board.line(), published(), [&](int done, int) {
           board.deaf = done > 40;

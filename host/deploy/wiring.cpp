@@ -150,18 +150,4 @@ WiringPlan wiring_plan(const model::Hardware& hardware, Output output, const Sen
   return out;
 }
 
-nlohmann::ordered_json to_json(const WiringPlan& plan) {
-  using Json = nlohmann::ordered_json;
-  Json boards = Json::array();
-  for (const BoardWiring& board : plan.boards) {
-    Json connections = Json::array();
-    for (const Connection& c : board.connections)
-      connections.push_back({{"pin", c.pin}, {"kind", c.kind}, {"name", c.name}, {"how", c.how}});
-    boards.push_back({{"name", board.name}, {"board", board.board}, {"connections", std::move(connections)}});
-  }
-  Json parts = Json::array();
-  for (const Part& part : plan.parts) parts.push_back({{"count", part.count}, {"what", part.what}});
-  return {{"divider_kohm", plan.divider_kohm}, {"boards", std::move(boards)}, {"parts", std::move(parts)}};
-}
-
 }  // namespace flexor::deploy

@@ -3,11 +3,11 @@
 
 #include <array>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "host/deploy/config.hpp"
+#include "host/io/pipe_json.hpp"
 
 namespace flexor::deploy {
 
@@ -50,8 +50,9 @@ inline constexpr Sensed kAllSensed = {true, true, true, true, true};
 // A hand's board comes with output radio.
 WiringPlan wiring_plan(const model::Hardware& hardware, Output output, const Sensed& sensed = kAllSensed);
 
-// {"divider_kohm", "boards": [{"name", "board", "connections": [{"pin", "kind", "name", "how"}]}], "parts": [{"count",
-// "what"}]}
-nlohmann::ordered_json to_json(const WiringPlan& plan);
+FLEXOR_PIPE(Connection, pin, kind, name, how)
+FLEXOR_PIPE(BoardWiring, name, board, connections)
+FLEXOR_PIPE(Part, count, what)
+FLEXOR_PIPE(WiringPlan, divider_kohm, boards, parts)
 
 }  // namespace flexor::deploy

@@ -16,17 +16,14 @@ class Diagram {
   explicit Diagram(const Model& m) : model_(m), graph_(m), shown_(graph_.values.size(), false) {}
 
   std::string text() {
-    for (std::size_t j = 0; j < model_.joints.size(); ++j) show(j);
+    for (std::size_t j = 0; j < model_.joints.size(); ++j) {
+      print(fmt::format("\n{}, rests at {:.1f} deg\n", model_.joints[j].name, model_.joints[j].rest_deg));
+      branch(graph_.joint[j], "", true);
+    }
     return std::move(out_);
   }
 
  private:
-  void show(std::size_t joint) {
-    const Joint& j = model_.joints[joint];
-    print(fmt::format("\n{}, rests at {:.1f} deg\n", j.name, j.rest_deg));
-    branch(graph_.joint[joint], "", true);
-  }
-
   void print(const std::string& text) { out_ += text; }
 
   void branch(std::size_t signal, const std::string& indent, bool last) {

@@ -47,12 +47,9 @@ class Search {
   Search(const Model& model, const ErrorSearch& search)
       : fresh_(model), search_(search), joints_(model.joints.size()), random_(search.seed) {
     // Inside the limits as both arithmetics have them.
-    for (const Input& input : model.inputs) {
-      low_.push_back(in_steps(std::ceil(std::ldexp(input.valid_min, core::kInputFraction)) /
-                              (1 << core::kInputFraction)));
-      high_.push_back(in_steps(std::floor(std::ldexp(input.valid_max, core::kInputFraction)) /
-                               (1 << core::kInputFraction)));
-    }
+    const FixedModel fixed(model);
+    for (const std::int16_t low : fixed.valid_min) low_.push_back(std::ldexp(low, -core::kInputFraction));
+    for (const std::int16_t high : fixed.valid_max) high_.push_back(std::ldexp(high, -core::kInputFraction));
   }
 
   double worst() {

@@ -40,11 +40,7 @@ void Lti::check(const Place& place) const {
   place.require(poles_rad_s.size() <= compensator::kMaxOrder, "at most three poles");
   for (const double pole : poles_rad_s) {
     place.require(pole < 0, "poles must be negative (stable)");
-    const double speed = -pole * place.period_s;
-    place.require(
-        speed >= kMinPoleTimesPeriod && speed <= kMaxPoleTimesPeriod,
-        fmt::format("the pole at {:.6g} rad/s must lie between {:.3g} and {:.3g} at this sample period", pole,
-                    -kMinPoleTimesPeriod / place.period_s, -kMaxPoleTimesPeriod / place.period_s));
+    check_rate(place, -pole, "a pole's rate");
   }
   place.require(taps.empty() || taps.size() == poles_rad_s.size(), "taps must be empty or one for each pole");
   place.require(std::ranges::all_of(taps, [](double tap) { return std::abs(tap) <= kMaxTap; }),

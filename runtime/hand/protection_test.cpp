@@ -109,6 +109,17 @@ constexpr double kSlipSpeed_deg_s = 20;  // of what slips slowly
 constexpr double kCreep_deg_s = 83;      // with the command
 constexpr double kStick_deg = 3;
 
+// How, where the lie needs it.
+struct Shape {
+  double noise_deg = 0;  // of Lie::noisy
+  double slip_deg = 40;
+  double factor = 1;  // of a neighbour's reading, and what is added
+  int offset_counts = 0;
+  double lag_ms = 80;
+  double wander_deg = 0;
+  double wander_Hz = 0;
+};
+
 // Two fingers, of which the first one's potentiometer may lie.
 struct ElasticBench {
   FingerSettings c = elastic_settings();
@@ -119,15 +130,9 @@ struct ElasticBench {
   LinkWatch link;
   Lie lie = Lie::none;
   double lie_from_deg = 0;
-  double noise_deg = 10;
+  Shape how;
   double honest_noise_deg = 0.15;
-  double slip_deg = 40;
-  double lag_ms = 80;
-  double wander_Hz = 0;
-  double wander_deg = 0;
   double lagging_deg = 0;
-  double factor = 1;  // of a neighbour's reading, and what is added
-  int offset_counts = 0;
   std::size_t second = 1;             // in the order of the scan
   std::optional<std::int16_t> stuck;  // what the first one's driver gives
   int lied_ms = 0;
@@ -146,17 +151,17 @@ struct ElasticBench {
   }
   // What the first one's potentiometer says instead of its angle, degrees.
   double told_deg(double command_deg) {
-    const double slowly_deg = std::min(slip_deg, lied_ms * kSlipSpeed_deg_s / 1000);
+    const double slowly_deg = std::min(how.slip_deg, lied_ms * kSlipSpeed_deg_s / 1000);
     const double at_deg = motor[0].angle_deg;
-    if (lie == Lie::lags) lagging_deg += (at_deg - lagging_deg) / lag_ms;
+    if (lie == Lie::lags) lagging_deg += (at_deg - lagging_deg) / how.lag_ms;
     if (lie == Lie::creeps)
       lagging_deg += std::clamp(command_deg - lagging_deg, -kCreep_deg_s / 1000, kCreep_deg_s / 1000);
     if (lie == Lie::sticks && std::abs(at_deg - lagging_deg) > kStick_deg) lagging_deg = at_deg;
     switch (lie) {
       case Lie::slipped_up:
-        return motor[0].angle_deg + slip_deg;
+        return motor[0].angle_deg + how.slip_deg;
       case Lie::slipped_down:
-        return motor[0].angle_deg - slip_deg;
+        return motor[0].angle_deg - how.slip_deg;
       case Lie::slips_up:
         return motor[0].angle_deg + slowly_deg;
       case Lie::slips_down:
@@ -166,13 +171,13 @@ struct ElasticBench {
       case Lie::half:
         return (lie_from_deg + motor[0].angle_deg) / 2;
       case Lie::wanders:
-        return at_deg + wander_deg * std::sin(2 * 3.14159 * wander_Hz * lied_ms / 1000);
+        return at_deg + how.wander_deg * std::sin(2 * 3.14159 * how.wander_Hz * lied_ms / 1000);
       case Lie::lags:
       case Lie::creeps:
       case Lie::sticks:
         return lagging_deg;
       case Lie::noisy:
-        return motor[0].angle_deg + noise_deg * normal();
+        return motor[0].angle_deg + how.noise_deg * normal();
       default:
         return motor[0].angle_deg;
     }
@@ -183,8 +188,8 @@ struct ElasticBench {
       out[i] = counts((i == 0 ? told_deg(command_deg) : motor[1].angle_deg) + honest_noise_deg * normal());
     if (lie == Lie::frozen) out[0] = counts(lie_from_deg);
     if (lie == Lie::neighbour)
-      out[0] =
-          static_cast<std::uint16_t>(std::clamp(std::lround(out[1] * factor) + offset_counts, 0L, 1023L));
+      out[0] = static_cast<std::uint16_t>(
+          std::clamp(std::lround(out[1] * how.factor) + how.offset_counts, 0L, 1023L));
     return out;
   }
   // The article's disturbance: slow, and bounded.
@@ -245,17 +250,11 @@ struct Commands {
 struct Case {
   const char* name;
   Lie lie;
-  int unguarded_ms;      // of pressing, at least, in the worst run without the watch
-  double noise_deg = 0;  // of Lie::noisy
-  double slip_deg = 40;
-  double factor = 1;
-  int offset_counts = 0;
+  int unguarded_ms;  // of pressing, at least, in the worst run without the watch
+  Shape how = {};
   double noticed = 0.97;         // of all runs
   int longest_ms = kLongest_ms;  // more than kLongest_ms in one run of a hundred: README.md
   int lain_ms = 2400;            // of six seconds, with half of that duty: README.md
-  double lag_ms = 80;
-  double wander_deg = 0;
-  double wander_Hz = 0;
 };
 
 struct Kind {  // of motor, as shares of what is known of it
@@ -278,13 +277,7 @@ void lie_to(const Case& lies, std::uint64_t seed, bool together, bool watched, K
   ElasticBench bench;
   bench.c = elastic_settings(watched);
   bench.random.seed(seed);
-  bench.noise_deg = lies.noise_deg;
-  bench.slip_deg = lies.slip_deg;
-  bench.factor = lies.factor;
-  bench.offset_counts = lies.offset_counts;
-  bench.lag_ms = lies.lag_ms;
-  bench.wander_deg = lies.wander_deg;
-  bench.wander_Hz = lies.wander_Hz;
+  bench.how = lies.how;
   bench.second = seed % 2;
   Commands one(seed * 2 + 1);
   Commands two(together ? seed * 2 + 1 : seed * 2 + 2);
@@ -351,50 +344,26 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Case{"frozen", Lie::frozen, 2000}, Case{"slipped_up", Lie::slipped_up, 2000},
         Case{"slipped_down", Lie::slipped_down, 2000},
-        Case{.name = "slipped_up_9", .lie = Lie::slipped_up, .unguarded_ms = 500, .slip_deg = 9},
-        Case{.name = "slipped_down_9", .lie = Lie::slipped_down, .unguarded_ms = 500, .slip_deg = 9},
+        Case{"slipped_up_9", Lie::slipped_up, 500, {.slip_deg = 9}},
+        Case{"slipped_down_9", Lie::slipped_down, 500, {.slip_deg = 9}},
         Case{.name = "slips_up", .lie = Lie::slips_up, .unguarded_ms = 500, .noticed = 0.8},
         Case{.name = "slips_down", .lie = Lie::slips_down, .unguarded_ms = 500, .noticed = 0.8},
         Case{.name = "half", .lie = Lie::half, .unguarded_ms = 500, .noticed = 0.9, .longest_ms = 60},
         Case{.name = "lags", .lie = Lie::lags, .unguarded_ms = 0, .longest_ms = 80},
         Case{"reversed", Lie::reversed, 2000},
         Case{.name = "neighbour", .lie = Lie::neighbour, .unguarded_ms = 2000, .longest_ms = 80},
-        Case{.name = "neighbour_and_5",
-             .lie = Lie::neighbour,
-             .unguarded_ms = 2000,
-             .offset_counts = 5,
-             .longest_ms = 80},
-        Case{.name = "neighbour_less_5",
-             .lie = Lie::neighbour,
-             .unguarded_ms = 2000,
-             .offset_counts = -5,
-             .longest_ms = 80},
-        Case{.name = "nearly_neighbour",
-             .lie = Lie::neighbour,
-             .unguarded_ms = 2000,
-             .factor = 0.97,
-             .longest_ms = 80},
-        Case{.name = "half_neighbour", .lie = Lie::neighbour, .unguarded_ms = 2000, .factor = 0.5},
-        Case{.name = "lags_400", .lie = Lie::lags, .unguarded_ms = 0, .lain_ms = 600, .lag_ms = 400},
+        Case{"neighbour_and_5", Lie::neighbour, 2000, {.offset_counts = 5}, 0.97, 80},
+        Case{"neighbour_less_5", Lie::neighbour, 2000, {.offset_counts = -5}, 0.97, 80},
+        Case{"nearly_neighbour", Lie::neighbour, 2000, {.factor = 0.97}, 0.97, 80},
+        Case{"half_neighbour", Lie::neighbour, 2000, {.factor = 0.5}},
+        Case{.name = "lags_400", .lie = Lie::lags, .unguarded_ms = 0, .how = {.lag_ms = 400}, .lain_ms = 600},
         Case{.name = "sticks", .lie = Lie::sticks, .unguarded_ms = 0},
         Case{.name = "creeps", .lie = Lie::creeps, .unguarded_ms = 500, .longest_ms = 70},
-        Case{.name = "wanders_10_at_2_Hz",
-             .lie = Lie::wanders,
-             .unguarded_ms = 50,
-             .wander_deg = 10,
-             .wander_Hz = 2},
-        Case{.name = "wanders_10_at_4_Hz",
-             .lie = Lie::wanders,
-             .unguarded_ms = 50,
-             .wander_deg = 10,
-             .wander_Hz = 4},
-        Case{.name = "wanders_40_at_half_a_Hz",
-             .lie = Lie::wanders,
-             .unguarded_ms = 500,
-             .wander_deg = 40,
-             .wander_Hz = 0.5},
-        Case{"noise_of_2", Lie::noisy, 0, 2}, Case{"noise_of_10", Lie::noisy, 0, 10},
-        Case{"noise_of_60", Lie::noisy, 0, 60}),
+        Case{"wanders_10_at_2_Hz", Lie::wanders, 50, {.wander_deg = 10, .wander_Hz = 2}},
+        Case{"wanders_10_at_4_Hz", Lie::wanders, 50, {.wander_deg = 10, .wander_Hz = 4}},
+        Case{"wanders_40_at_half_a_Hz", Lie::wanders, 500, {.wander_deg = 40, .wander_Hz = 0.5}},
+        Case{"noise_of_2", Lie::noisy, 0, {2}}, Case{"noise_of_10", Lie::noisy, 0, {10}},
+        Case{"noise_of_60", Lie::noisy, 0, {60}}),
     [](const auto& one) { return one.param.name; });
 
 // Its motor gets the whole supply whatever its duty, from a random instant on, until the drivers are switched off.

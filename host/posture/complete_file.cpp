@@ -12,19 +12,16 @@
 
 #include "host/io/io.hpp"
 #include "host/recording/stream.hpp"
+#include "host/recording/unit.hpp"
 
 namespace flexor::posture {
 namespace {
 
 using Eigen::Index;
 
-constexpr std::string_view kUnit = "_deg";
+using recording::without_unit;
 
-std::string column_of(std::string_view name) { return fmt::format("{}{}", name, kUnit); }
-
-std::string without_unit(const std::string& column) {
-  return column.ends_with(kUnit) ? column.substr(0, column.size() - kUnit.size()) : column;
-}
+std::string column_of(std::string_view name) { return fmt::format("{}_deg", name); }
 
 int joint_of(const std::string& name, const std::string& where) {
   const auto joint = find_joint(name);

@@ -48,7 +48,6 @@ Json track(const Json& json, const io::JobProgress& progress) {
   request.report = path_of(arguments, "report");
   request.seconds = arguments.number("seconds");
   arguments.done();
-  bound_memory();
   return filming::to_json(filming::track(request, progress), request);
 }
 
@@ -82,7 +81,6 @@ Json propose_marks(const Json& json, const io::JobProgress&) {
   request.picture = path_of(arguments, "picture");
   request.save = path_of(arguments, "save");
   arguments.done();
-  bound_memory();
   return filming::to_json(filming::propose_marks(request), request);
 }
 
@@ -107,7 +105,6 @@ Json fit_lens(const Json& json, const io::JobProgress& progress) {
     request.pictures.emplace_back(io::bytes_from_json(picture));
   request.out = path_of(arguments, "out");
   arguments.done();
-  bound_memory();
   progress(0, request.pictures.size());
   return filming::to_json(filming::fit_lens(request), request);
 }
@@ -142,6 +139,7 @@ Json see(const Json& json, const io::JobProgress&) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  bound_memory();
   filming::LiveJobs live;
   std::map<std::string, io::Job> jobs = live.jobs();
   jobs.insert({{"track", track},

@@ -10,8 +10,6 @@ using posture::kJointNames;
 
 class PostureCli : public Command {
  protected:
-  PostureCli() { runs_in_ = folder_; }
-
   static std::string table_of(const posture::test::Recorded& person, Eigen::Index rows) {
     std::string text = "t_s";
     for (const auto name : kJointNames) text += fmt::format(",{}_deg", name);

@@ -11,17 +11,20 @@
 namespace flexor::cli {
 namespace cli_test {
 
+// The program runs in a folder of the test's.
+std::string of_source(const char* file) { return fs::absolute(fs::path(FLEXOR_SOURCE_DIR) / file).string(); }
+
+const std::string kPublished = of_source("models/published_hw.json");
+const std::string kGreenMarkers = of_source("models/joints/green_markers.json");
+// The logs that a test begins with.
+const std::string kPair = "--sensor simulated_glove.csv --reference simulated_camera.csv ";
+const std::string kVideo = of_source("../shared/data/video/green_markers.mp4");
+
 class Cli : public Command {
  protected:
   Cli() { make(FLEXOR_SIMULATE); }
 
   std::string glove() const { return path("simulated_glove.csv"); }
-  std::string camera() const { return path("simulated_camera.csv"); }
-
-  std::string identify_arguments(const std::string& sensor, const std::string& reference) const {
-    return "identify --sensor '" + sensor + "' --reference '" + reference +
-           "' --structure linear-dynamic --model '" + path("m.json") + "' --report '" + path("report") + "'";
-  }
 
   static std::string line(const std::string& text, int number) {
     std::size_t begin = 0;
@@ -37,23 +40,23 @@ TEST_F(Cli, WrongUsageIsExitTwo) {
 }
 
 TEST_F(Cli, NoOutputTakesThePlaceOfAnInput) {
-  const std::string both = "--sensor '" + glove() + "' --reference '" + camera() + "' ";
   const std::string before = content(glove());
   for (const std::string& arguments :
-       {"identify --structure linear --model '" + glove() + "' " + both,
-        "align --out '" + glove() + "' " + both, "align --out '" + camera() + "' " + both}) {
+       {"identify --structure linear --model simulated_glove.csv " + kPair,
+        "align --out simulated_glove.csv " + kPair, "align --out simulated_camera.csv " + kPair}) {
     expect_refused(arguments, 2, "is an input of this command");
   }
   EXPECT_EQ(content(glove()), before);
   fs::create_directories(path("own"));
   io::write_file(fs::path(path("own")) / "glove-2.csv", before);
-  expect_refused("twin record --donnings 2 --out '" + path("own") + "'", 2, "choose another folder");
+  expect_refused("twin record --donnings 2 --out own", 2, "choose another folder");
   EXPECT_EQ(content(fs::path(path("own")) / "glove-2.csv"), before);
 }
 
 TEST_F(Cli, AReadingInAnotherUnitThanTheModelsIsRefusedEverywhere) {
-  ASSERT_EQ(run("identify --sensor '" + glove() + "' --reference '" + camera() +
-                "' --structure linear --input-unit count --model '" + path("m.json") + "'")
+  ASSERT_EQ(run("identify " + kPair +
+                "--structure linear "
+                "--input-unit count --model m.json")
                 .exit,
             0);
   const model::Model m = model::load(path("m.json"));
@@ -61,10 +64,8 @@ TEST_F(Cli, AReadingInAnotherUnitThanTheModelsIsRefusedEverywhere) {
   renamed.inputs[0].column = "flex_V";
   model::save(renamed, path("v.json"));
   io::write_file(path("volts.csv"), "t_s,flex_V\n0,1\n0.05,1.5\n0.1,2\n");
-  expect_refused("apply '" + path("v.json") + "' '" + path("volts.csv") + "'", 2, "is in V");
-  expect_refused(
-      "deploy '" + path("v.json") + "' --out '" + path("d") + "' --recording '" + path("volts.csv") + "'", 2,
-      "is in V");
+  expect_refused("apply v.json volts.csv", 2, "is in V");
+  expect_refused("deploy v.json --out d --recording volts.csv", 2, "is in V");
 }
 
 TEST_F(Cli, HeldPosesNameWhatTheReaderLeavesOut) {
@@ -72,8 +73,7 @@ TEST_F(Cli, HeldPosesNameWhatTheReaderLeavesOut) {
   for (int k = 1; k < 600; ++k)
     log += fmt::format("{:.2f},{},{},nan\n", 0.02 * k, 300 + 200 * (k / 150 % 2), 400 + 100 * (k / 150 % 2));
   io::write_file(path("poses.csv"), log);
-  const std::string arguments =
-      "identify --poses '" + path("poses.csv") + "' --model '" + path("m.json") + "'";
+  const std::string arguments = "identify --poses poses.csv --model m.json";
   const std::string err = run(arguments).err;
   EXPECT_NE(err.find("1 row(s) are malformed"), std::string::npos) << err;
   EXPECT_NE(err.find("left out: middle_count; a sensor among them is dead"), std::string::npos) << err;
@@ -84,7 +84,6 @@ TEST_F(Cli, WhatCannotBeDoneIsRefusedBeforeTheWork) {
   write("lead.json", R"({"total": [1]})");
   write("torn.csv", "time_ms,index_count\n12,");
   write("a.csv", "t_s,a_deg\n0,1\n1,2\n2,3\n");
-  const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
   const std::string identify = "identify --structure linear --sensor G --reference C ";
   const std::string exported = "export F/a.csv --out F/out ";
   const std::vector<std::pair<std::string, std::string>> cases = {
@@ -121,7 +120,8 @@ TEST_F(Cli, WhatCannotBeDoneIsRefusedBeforeTheWork) {
       {"experiment --engine avr --rate 30", "10, 20, 50 or 100 Hz"},
       {"flash /dev/zero", "is a device"},
       {"live --from twin --opengloves F/none", "make a FIFO"}};
-  const std::map<char, std::string> names = {{'G', glove()}, {'C', camera()}, {'M', model}, {'F', folder_}};
+  const std::map<char, std::string> names = {
+      {'G', "simulated_glove.csv"}, {'C', "simulated_camera.csv"}, {'M', kPublished}, {'F', "."}};
   for (const auto& [text, reason] : cases) {
     std::string arguments;
     for (const char c : text) arguments += names.contains(c) ? names.at(c) : std::string(1, c);
@@ -130,9 +130,9 @@ TEST_F(Cli, WhatCannotBeDoneIsRefusedBeforeTheWork) {
 }
 
 TEST_F(Cli, AStandardErrorThatCannotBeWrittenCostsNothingButItsLines) {
-  const std::string command = "'" FLEXOR_PROGRAM "' identify --sensor '" + glove() + "' --reference '" +
-                              camera() + "' --structure linear --model '" + path("m.json") + "' > '" +
-                              path("stdout") + "'";
+  const std::string command = "cd " + quoted(folder_.string()) + " && " +
+                              quoted(fs::absolute(FLEXOR_PROGRAM).string()) + " identify " + kPair +
+                              "--structure linear --model m.json > stdout";
   for (const char* closed : {" 2> /dev/full", " 2>&-"}) {
     EXPECT_EQ(std::system((command + closed).c_str()), 0) << closed;
     EXPECT_TRUE(fs::exists(path("m.json")));
@@ -141,30 +141,33 @@ TEST_F(Cli, AStandardErrorThatCannotBeWrittenCostsNothingButItsLines) {
 }
 
 TEST_F(Cli, OnlyTheFilesOfAReportNeedGnuplot) {
-  EXPECT_EQ(run(identify_arguments(glove(), camera()), "/dev/null", "PATH='" + path("none") + "'").exit, 0);
+  EXPECT_EQ(run("identify " + kPair +
+                    "--structure "
+                    "linear-dynamic --model m.json --report report",
+                "/dev/null", "PATH=none")
+                .exit,
+            0);
   EXPECT_NE(content(path("report/joint-1.html")).find("class=\"chart\""), std::string::npos);
-  const std::string files = "report '" + path("report/") + "' --pdf";
-  EXPECT_NE(run(files, "/dev/null", "PATH='" + path("none") + "'").err.find("gnuplot is missing"),
-            std::string::npos);
+  const std::string files = "report report/ --pdf";
+  EXPECT_NE(run(files, "/dev/null", "PATH=none").err.find("gnuplot is missing"), std::string::npos);
   EXPECT_FALSE(fs::exists(path("report/holdout_1.svg")));
-  EXPECT_EQ(run(files).out, "report   " + path("report/report.html") + "\n");
+  EXPECT_EQ(run(files).out, "report   report/report.html\n");
   EXPECT_TRUE(fs::exists(path("report/holdout_1.svg")));
   EXPECT_TRUE(fs::exists(path("report/holdout_1.pdf")));
 }
 
 TEST_F(Cli, TheWholeChainRuns) {
-  const Finished identified =
-      run("identify --sensor '" + glove() + "' --reference '" + camera() +
-          "' --structure hw --json --model '" + path("m.json") + "' --report '" + path("report") + "'");
+  const Finished identified = run("identify " + kPair +
+                                  "--structure hw --json "
+                                  "--model m.json --report report");
   ASSERT_EQ(identified.exit, 0) << identified.err;
   const auto json = nlohmann::json::parse(identified.out);
   EXPECT_TRUE(fs::exists(path("report/report.html")));
-  EXPECT_EQ(run("show '" + path("m.json") + "'").exit, 0);
-  EXPECT_EQ(model::from_json(run("show --json '" + path("m.json") + "'").out, "shown"),
-            model::load(path("m.json")));
+  EXPECT_EQ(run("show m.json").exit, 0);
+  EXPECT_EQ(model::from_json(run("show --json m.json").out, "shown"), model::load(path("m.json")));
 
   // Applied to the glove's log, the model gives the very angles that were scored.
-  const Finished applied = run("apply '" + path("m.json") + "' '" + glove() + "'");
+  const Finished applied = run("apply m.json simulated_glove.csv");
   ASSERT_EQ(applied.exit, 0) << applied.err;
   io::write_file(path("angles.csv"), applied.out);
   const auto scored = recording::read_csv(path("report/samples-1.csv"), {"estimated_deg"});
@@ -173,10 +176,10 @@ TEST_F(Cli, TheWholeChainRuns) {
   EXPECT_FALSE(std::ranges::search(angles.columns[0].value, scored.columns[0].value, near).empty());
 
   // Standard input gives the same bytes; float and fixed point nearly the same angles.
-  EXPECT_EQ(run("apply '" + path("m.json") + "' -", glove()).out, applied.out);
+  EXPECT_EQ(run("apply m.json -", glove()).out, applied.out);
   for (const auto& [arithmetic, tolerance] : {std::pair("float", 0.001), std::pair("fixed", 0.06)}) {
     io::write_file(path("other.csv"),
-                   run("apply '" + path("m.json") + "' '" + glove() + "' --arithmetic " + arithmetic).out);
+                   run(std::string("apply m.json simulated_glove.csv --arithmetic ") + arithmetic).out);
     const auto exact = recording::read_csv(path("angles.csv"), {"index_deg"});
     const auto other = recording::read_csv(path("other.csv"), {"index_deg"});
     ASSERT_EQ(exact.t_s, other.t_s);
@@ -203,7 +206,7 @@ TEST_F(Cli, ApplyTracksAStripThatMovesAndSaysByHowMuch) {
                        alpha - 6, alpha);
   }
   io::write_file(path("log.csv"), log);
-  const std::string apply = "apply '" + path("poses.json") + "' '" + path("log.csv") + "' --track";
+  const std::string apply = "apply poses.json log.csv --track";
   for (const std::string arithmetic : {"double", "float", "fixed"}) {
     const Finished r = run(apply + " --arithmetic " + arithmetic);
     ASSERT_EQ(r.exit, 0) << r.err;
@@ -214,24 +217,22 @@ TEST_F(Cli, ApplyTracksAStripThatMovesAndSaysByHowMuch) {
   }
   const auto json = nlohmann::json::parse(run(apply + " --json").out);
   EXPECT_EQ(json.at("tracking").size(), 4U);
-  expect_refused("apply '" FLEXOR_SOURCE_DIR "/models/published_hw.json' '" + path("log.csv") + "' --track",
-                 2, "leave out --track");
+  expect_refused("apply " + kPublished + " log.csv --track", 2, "leave out --track");
 }
 
 TEST_F(Cli, ApplyHoldsThroughPausesAndSaysSo) {
-  const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
   std::string log = "t_s,thumb_alpha,index_alpha,middle_alpha,ring_alpha,pinky_alpha\n";
   for (int k = 0; k < 40; ++k) {
     const double t = 0.1 * k + (k >= 20 ? 3 : 0);
     log += std::to_string(t) + (k == 30 ? ",2000,2000,2000,2000,2000\n" : ",120,120,120,120,120\n");
   }
   io::write_file(path("log.csv"), log);
-  const Finished r = run("apply '" + model + "' '" + path("log.csv") + "'");
+  const Finished r = run("apply " + kPublished + " log.csv");
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_EQ(line(r.out, 1).substr(0, 38), "t_s,thumb_deg,thumb_status,index_deg,i");
   EXPECT_NE(r.out.find(",4\n"), std::string::npos);  // pause
   EXPECT_NE(r.out.find(",2\n"), std::string::npos);  // above the range
-  const auto json = nlohmann::json::parse(run("apply --json '" + model + "' '" + path("log.csv") + "'").out);
+  const auto json = nlohmann::json::parse(run("apply --json " + kPublished + " log.csv").out);
   EXPECT_EQ(json.at("t_s").size(), 70u);
   EXPECT_EQ(json.at("channels").at("thumb").at("status")[25], 4);
   EXPECT_EQ(std::count(r.out.begin(), r.out.end(), '\n'), 71);  // header, and 0 to 6.9 s every 0.1 s
@@ -242,8 +243,8 @@ TEST_F(Cli, ApplyTakesASensorWithoutReadingsForThatOneAlone) {
   for (int k = 0; k < 20; ++k)
     log += fmt::format("{:.1f},120,{},120,120,{}\n", 0.1 * k, k < 10 ? "120" : "nan", 60 + k);
   write("log.csv", log);
-  const std::string apply = "apply --json '" FLEXOR_SOURCE_DIR "/models/published_hw.json' ";
-  for (const Finished& r : {run(apply + "'" + path("log.csv") + "'"), run(apply + "-", path("log.csv"))}) {
+  const std::string apply = "apply --json " + kPublished + " ";
+  for (const Finished& r : {run(apply + "log.csv"), run(apply + "-", path("log.csv"))}) {
     const auto channels = nlohmann::json::parse(r.out).at("channels");
     EXPECT_EQ(channels.at("index").at("status")[9], 0);
     EXPECT_EQ(channels.at("index").at("status")[19], 3);
@@ -269,7 +270,7 @@ std::string angles(double off_deg, double late_s, bool by_turns = false) {
 TEST_F(Cli, ScorePairsTheColumnsOfOneNameAndWarnsOfTwoClocks) {
   write("a.csv", angles(0, 0));
   const auto joints = [&](const std::string& other, const std::string& options = "") {
-    const Finished r = run("score '" + path("a.csv") + "' '" + path(other) + "' --json" + options);
+    const Finished r = run("score a.csv " + other + " --json" + options);
     EXPECT_EQ(r.exit, 0) << r.err;
     const auto out = nlohmann::json::parse(r.out).at("joints");
     const bool warned = r.err.find("thumb: the best lag lies at the edge of the search") != std::string::npos;
@@ -320,16 +321,15 @@ TEST_F(Cli, TheTwinsConfigurationIsAFileThatCanBeEdited) {
   const auto mean = [](const Finished& r) {
     return nlohmann::json::parse(r.out).at("cells").at(0).at("total_error_deg_s").at("mean").get<double>();
   };
-  EXPECT_EQ(mean(run(same)), mean(run(same + " --twin '" + path("twin.json") + "'")));
+  EXPECT_EQ(mean(run(same)), mean(run(same + " --twin twin.json")));
   auto edited = nlohmann::json::parse(printed.out);
   edited["hardware"]["parameters"]["loop.integral_limit"]["value"] = 0.5;
   io::write_file(path("twin.json"), edited.dump());
-  EXPECT_LT(mean(run(same + " --twin '" + path("twin.json") + "'")), mean(run(same)));
+  EXPECT_LT(mean(run(same + " --twin twin.json")), mean(run(same)));
 }
 
 TEST_F(Cli, DeployWritesImagesAndOneJsonObject) {
-  const Finished r = run("deploy '" FLEXOR_SOURCE_DIR "/models/published_hw.json' --rate 10 --json --out '" +
-                         path("d") + "'");
+  const Finished r = run("deploy " + kPublished + " --rate 10 --json --out d");
   ASSERT_EQ(r.exit, 0) << r.err;
   const auto json = nlohmann::json::parse(r.out);
   const auto& target = json.at("targets").at(0);
@@ -348,11 +348,10 @@ TEST_F(Cli, DeployWritesImagesAndOneJsonObject) {
 }
 
 TEST_F(Cli, DeployForVrSpeaksText) {
-  const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
   io::write_file(path("mine.json"), R"({"schema": "flexor-hardware", "schema_version": 1, "pins": {
       "thumb": "A4", "index": "A3", "ring": "A1", "pinky": "A0", "calibrate": "D12"}})");
-  const Finished r = run("deploy '" + model + "' --rate 100 --output opengloves --hand left --hardware '" +
-                         path("mine.json") + "' --json --out '" + path("d") + "'");
+  const Finished r = run("deploy " + kPublished +
+                         " --rate 100 --output opengloves --hand left --hardware mine.json --json --out d");
   ASSERT_EQ(r.exit, 0) << r.err;
   const auto json = nlohmann::json::parse(r.out);
   EXPECT_EQ(json.at("fingers").at("covered").size(), 5U);
@@ -375,29 +374,26 @@ TEST_F(Cli, AButtonThatZeroesAGloveGoesWithARadioAndAModelThatKnowsItsPoses) {
   model::Model model = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
   for (model::Input& input : model.inputs) input.poses = model::Poses{40, 110};
   model::save(model, path("poses.json"));
-  const auto with_pins = [&](const char* file, const std::string& pins) {
+  const auto with_pins = [&](const std::string& file, const std::string& pins) {
     io::write_file(path(file), R"({"schema": "flexor-hardware", "schema_version": 1, "pins": )" + pins + "}");
-    return " --plain --out '" + path("d") + "' --hardware '" + path(file) + "'";
+    return " --plain --out d --hardware " + file;
   };
   const std::string button = with_pins("button.json", R"({"calibrate": "D12"})");
-  const Finished r = run("deploy '" + path("poses.json") + "'" + button);
+  const Finished r = run("deploy poses.json" + button);
   EXPECT_EQ(r.exit, 0) << r.err;
   EXPECT_NE(r.out.find("press calibrate, hold the hand open for three seconds"), std::string::npos) << r.out;
-  expect_refused(
-      "deploy '" + path("poses.json") + "'" + with_pins("two.json", R"({"calibrate": "D12", "menu": "D10"})"),
-      2, "joystick and buttons but calibrate go to VR drivers");
+  expect_refused("deploy poses.json" + with_pins("two.json", R"({"calibrate": "D12", "menu": "D10"})"), 2,
+                 "joystick and buttons but calibrate go to VR drivers");
   for (model::Input& input : model.inputs) input.poses.reset();
   model::save(model, path("none.json"));
-  expect_refused("deploy '" + path("none.json") + "'" + button, 2,
-                 "does not know what its sensors read at the open hand");
+  expect_refused("deploy none.json" + button, 2, "does not know what its sensors read at the open hand");
 }
 
 TEST_F(Cli, AGloveForVrWithoutAFingerIsRefusedUnlessAllowed) {
   const model::Model all = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
   model::save(model::with_channels(all, {*model::channel(all, 1), *model::channel(all, 3)}),
               path("two.json"));
-  const std::string command =
-      "deploy '" + path("two.json") + "' --output opengloves --out '" + path("d") + "'";
+  const std::string command = "deploy two.json --output opengloves --out d";
   expect_refused(command, 2, "has no joint for thumb, middle, pinky");
   EXPECT_FALSE(fs::exists(path("d")));
   const Finished r = run(command + " --allow-missing --json");
@@ -411,15 +407,14 @@ TEST_F(Cli, WiringIsThereBeforeAModelIs) {
   auto hardware = nlohmann::json::parse(run("show --hardware flexor").out);
   hardware["parameters"]["divider.fixed_kohm"]["value"] = 47;
   io::write_file(path("mine.json"), hardware.dump());
-  const Finished r = run("wiring --hardware '" + path("mine.json") + "' --json --out '" + path("w") + "'");
+  const Finished r = run("wiring --hardware mine.json --json --out w");
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_EQ(nlohmann::json::parse(r.out).at("pins").at("pinky"), "A4");
   EXPECT_NE(content(path("w/wiring_glove.svg")).find("47 kΩ"), std::string::npos);
   EXPECT_NE(content(path("w/wiring.md")).find("resistor 47 kOhm"), std::string::npos);
   hardware["pins"]["thumb"] = "A4";
   io::write_file(path("mine.json"), hardware.dump());
-  expect_refused("wiring --hardware '" + path("mine.json") + "' --out '" + path("v") + "'", 2,
-                 "mine.json: pins: thumb and pinky are both on A4");
+  expect_refused("wiring --hardware mine.json --out v", 2, "mine.json: pins: thumb and pinky are both on A4");
 }
 
 TEST_F(Cli, ExportTakesARecordingFromStandardInputAndWritesIntoAPipe) {
@@ -430,14 +425,10 @@ TEST_F(Cli, ExportTakesARecordingFromStandardInputAndWritesIntoAPipe) {
   EXPECT_EQ(r.out, "/dev/stderr: 3 rows, 2.0 s, 1 joint(s): a\n");
 }
 
-const std::string kGreenMarkers = FLEXOR_SOURCE_DIR "/models/joints/green_markers.json";
-const std::string kVideo = FLEXOR_SOURCE_DIR "/../shared/data/video/green_markers.mp4";
-
 TEST_F(Cli, TrackWritesAnglesPreviewAndReportOfTheRealVideo) {
   if (!fs::exists(kVideo)) GTEST_SKIP() << "needs ../shared/data/video, which is not part of the repository";
-  const Finished r =
-      run("track '" + kVideo + "' --joints '" + kGreenMarkers + "' --out '" + path("a.csv") +
-          "' --preview '" + path("p.mp4") + "' --report '" + path("rep") + "' --seconds 2 --json");
+  const Finished r = run("track " + kVideo + " --joints " + kGreenMarkers +
+                         " --out a.csv --preview p.mp4 --report rep --seconds 2 --json");
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_EQ(nlohmann::json::parse(r.out).at("frames_labelled"), 49);
   const std::string angles = content(path("a.csv"));
@@ -453,9 +444,8 @@ TEST_F(Cli, TrackWritesAnglesPreviewAndReportOfTheRealVideo) {
 
 TEST_F(Cli, SetupProposesTakesAnAssignmentAndSavesAJointFile) {
   if (!fs::exists(kVideo)) GTEST_SKIP() << "needs ../shared/data/video, which is not part of the repository";
-  const std::string setup =
-      "track --setup '" + kVideo + "' --joints '" + kGreenMarkers + "' --out '" + path("s.png") + "' --json";
-  const Finished proposed = run(setup + " --save '" + path("j.json") + "'");
+  const std::string setup = "track --setup " + kVideo + " --joints " + kGreenMarkers + " --out s.png --json";
+  const Finished proposed = run(setup + " --save j.json");
   ASSERT_EQ(proposed.exit, 0) << proposed.err;
   std::string assign;
   const auto json = nlohmann::json::parse(proposed.out);
@@ -464,9 +454,8 @@ TEST_F(Cli, SetupProposesTakesAnAssignmentAndSavesAJointFile) {
       assign += " --assign " + c.at("number").dump() + "=" + c.at("mark").get<std::string>();
   }
   EXPECT_GT(fs::file_size(path("s.png")), 10000U);
-  EXPECT_EQ(run(setup + " --colour 718,335" + assign + " --save '" + path("k.json") + "'").exit, 0);
-  const Finished r = run("track '" + kVideo + "' --joints '" + path("k.json") + "' --out '" + path("a.csv") +
-                         "' --seconds 0.5 --json");
+  EXPECT_EQ(run(setup + " --colour 718,335" + assign + " --save k.json").exit, 0);
+  const Finished r = run("track " + kVideo + " --joints k.json --out a.csv --seconds 0.5 --json");
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_EQ(nlohmann::json::parse(r.out).at("frames_labelled"), 13);
   expect_refused(setup + " --assign 99=wrist", 2, "there is no candidate 99");
@@ -479,25 +468,24 @@ TEST_F(Cli, CameraCommandsRefuseBadInputInOneLineAndLeaveNothingBehind) {
   make(FLEXOR_TEST_INPUTS);
   write("text.mp4", "no video");
   write("empty.mp4", "");
-  const std::string joints = " --joints '" + kGreenMarkers + "'";
-  const std::string out = " --out '" + path("a.csv") + "'";
-  const std::string picture = " '" + path("board0.png") + "'";
+  const std::string joints = " --joints " + kGreenMarkers;
+  const std::string out = " --out a.csv";
+  const std::string picture = " board0.png";
   const std::string setup = "track --setup" + picture + joints + out;
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"track '" + path("none.mp4") + "'" + joints + out, "none.mp4"},
-      {"track '" + path("text.mp4") + "'" + joints + out, "no video that can be read"},
-      {"track '" + path("empty.mp4") + "'" + joints + out, "is empty"},
-      {"track" + picture + " --joints '" + glove() + "'" + out, "simulated_glove.csv"},
-      {"track" + picture + joints + " --out '" + path("no/where.csv") + "'", "no/where.csv"},
-      {"track" + picture + joints + out + " --lens '" + kGreenMarkers + "'", "not a lens file"},
-      {"track" + picture + joints + out + " --preview '" + path("p.txt") + "'", ".mp4"},
+      {"track none.mp4" + joints + out, "none.mp4"},
+      {"track text.mp4" + joints + out, "no video that can be read"},
+      {"track empty.mp4" + joints + out, "is empty"},
+      {"track" + picture + " --joints simulated_glove.csv" + out, "simulated_glove.csv"},
+      {"track" + picture + joints + " --out no/where.csv", "no/where.csv"},
+      {"track" + picture + joints + out + " --lens " + kGreenMarkers, "not a lens file"},
+      {"track" + picture + joints + out + " --preview p.txt", ".mp4"},
       {"track /dev/null" + joints + out, "camera cannot be opened"},
       {"track" + picture + joints + out + " --colour 1,1", "--setup"},
       {setup + " --colour one", "--colour: At least 2"},
       {setup + " --assign x", "NUMBER=MARK"},
-      {"identify --sensor '" + glove() + "' --reference '" + path("text.mp4") + "'" + joints,
-       "no video that can be read"},
-      {"camera calibrate" + picture + " --board nine --out '" + path("l.json") + "'", "COLUMNSxROWS"}};
+      {"identify --sensor simulated_glove.csv --reference text.mp4" + joints, "no video that can be read"},
+      {"camera calibrate" + picture + " --board nine --out l.json", "COLUMNSxROWS"}};
   for (const auto& [arguments, reason] : cases) expect_refused(arguments, 2, reason);
   expect_refused("track" + picture + joints + out, 1, "no angle in any of 1 frame(s)");
 }

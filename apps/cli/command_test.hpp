@@ -116,7 +116,7 @@ class Command : public testing::Test {
 
   const io::TemporaryFolder temporary_;
   const fs::path folder_ = temporary_.path();
-  fs::path runs_in_ = ".";
+  fs::path runs_in_ = folder_;
 };
 
 // With its arguments as words.

@@ -16,8 +16,6 @@ const std::string kJoints = quoted(FLEXOR_SOURCE_DIR "/models/joints/paper_hand.
 
 class Documents : public Command {
  protected:
-  Documents() { runs_in_ = folder_; }
-
   int run(const std::string& arguments) {
     const Finished r = Command::run(arguments);
     out_ = r.out;

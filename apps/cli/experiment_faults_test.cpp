@@ -295,8 +295,6 @@ TEST_F(ExperimentFaults, TwoModelsOfOneStemAreToldApart) {
   EXPECT_EQ(cells.at(0).at("compensator"), a);
   EXPECT_EQ(cells.at(1).at("compensator"), b);
   EXPECT_EQ(cells.at(0).at("difference_deg_s").at(b).at("mean"), 0);
-  expect_refused({"experiment", "--trials", "1", "--compensators", a + "," + a}, "given twice");
-  expect_refused({"experiment", "--trials", "1", "--compensators", "raw,raw"}, "given twice");
   // A file is not the article's compensator because of its name.
   fs::copy_file(a, path("raw.json"));
   const Finished raw =

@@ -8,8 +8,6 @@ namespace json_test {
 
 class Json : public Command {
  protected:
-  std::string path(const std::string& name) const { return quoted(Command::path(name)); }
-
   // What the command printed, parsed; null when that is anything but one object.
   nlohmann::json run(const std::string& arguments) const {
     const Finished r = Command::run(arguments + " --json");
@@ -20,24 +18,19 @@ class Json : public Command {
     EXPECT_EQ(r.err.find('{'), std::string::npos) << arguments << ": the object is no log";
     return json;
   }
-
-  static inline const std::string kModel = "'" FLEXOR_SOURCE_DIR "/models/published_hw.json'";
 };
 
 TEST_F(Json, OfRecalibrationAndWhatItLeavesAsItWas) {
   make(FLEXOR_SIMULATE);
-  run("identify --sensor " + path("simulated_glove.csv") + " --reference " + path("simulated_camera.csv") +
-      " --model " + path("m.json"));
-  const auto done = run("recalibrate " + path("m.json") + " --recording " + path("simulated_glove.csv") +
-                        " --out " + path("n.json"));
+  run("identify --sensor simulated_glove.csv --reference simulated_camera.csv --model m.json");
+  const auto done = run("recalibrate m.json --recording simulated_glove.csv --out n.json");
   EXPECT_TRUE(done.contains("applied") && done.contains("shift") && done.contains("gain") &&
               done.contains("se_deg"));
   const std::string log = content(folder_ / "simulated_glove.csv");
   std::size_t end = 0;
   for (int line = 0; line < 30; ++line) end = log.find('\n', end) + 1;
   write("short.csv", log.substr(0, end));
-  const auto refused =
-      run("recalibrate " + path("m.json") + " --recording " + path("short.csv") + " --out " + path("n.json"));
+  const auto refused = run("recalibrate m.json --recording short.csv --out n.json");
   EXPECT_FALSE(refused.at("applied").get<bool>());
   EXPECT_FALSE(refused.at("wanted").empty());
   EXPECT_EQ(content(folder_ / "n.json"), content(folder_ / "m.json")) << "to the byte";
@@ -45,9 +38,8 @@ TEST_F(Json, OfRecalibrationAndWhatItLeavesAsItWas) {
   for (int k = 0; k < 400; ++k)
     twelve_bits += std::to_string(k * 0.05) + "," + std::to_string(2000 + 9 * (k % 100)) + "\n";
   write("twelve.csv", twelve_bits);
-  expect_refused("recalibrate " + path("m.json") + " --recording " + path("twelve.csv") +
-                     " --input index_count --out " + path("p.json"),
-                 3, "lie outside of the model's range");
+  expect_refused("recalibrate m.json --recording twelve.csv --input index_count --out p.json", 3,
+                 "lie outside of the model's range");
 }
 
 TEST_F(Json, OfTheCommandsForTheTwin) {
@@ -56,7 +48,7 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
   const auto protocol = run("protocol");
   EXPECT_EQ(protocol.at("duration_s"), 120);
   EXPECT_GT(protocol.at("moves").size(), 40U);
-  const auto recorded = run("twin record --donnings 2 --out " + path("g"));
+  const auto recorded = run("twin record --donnings 2 --out g");
   ASSERT_EQ(recorded.at("pairs").size(), 2U);
   const auto& pair = recorded.at("pairs").at(1);
   const auto hand = run("identify --pair " + pair.at("glove").get<std::string>() + " " +
@@ -66,11 +58,9 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
   const std::string next = recorded.at("next");
   ASSERT_TRUE(next.starts_with("flexor identify --pair "));
   EXPECT_EQ(run(next.substr(7)).at("pairs").size(), 2U);
-  EXPECT_EQ(run("show " + path("g") + "/identified.json").at("joints").size(), 5U);
-  const auto applied =
-      run("apply --intervals " + path("g") + "/identified.json " + pair.at("glove").get<std::string>());
-  const auto tracked =
-      run("apply --track " + path("g") + "/identified.json " + pair.at("glove").get<std::string>());
+  EXPECT_EQ(run("show g/identified.json").at("joints").size(), 5U);
+  const auto applied = run("apply --intervals g/identified.json " + pair.at("glove").get<std::string>());
+  const auto tracked = run("apply --track g/identified.json " + pair.at("glove").get<std::string>());
   ASSERT_EQ(tracked.at("tracking").size(), 5U);
   EXPECT_LT(std::abs(tracked.at("tracking").begin()->at("shift_deg").get<double>()), 6)
       << "another donning of two degrees";
@@ -79,15 +69,13 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
   ASSERT_EQ(thumb.at("se_deg").size(), thumb.at("angle_deg").size());
   EXPECT_GT(thumb.at("se_deg").at(100).get<double>(), 0);
   // Gains and dead zones of the published model, fitted to the same recording.
-  const auto refitted =
-      run("identify --pair " + pair.at("glove").get<std::string>() + " " +
-          pair.at("camera").get<std::string>() + " --rate 10 --refit models/published_hw.json");
+  const auto refitted = run("identify --pair " + pair.at("glove").get<std::string>() + " " +
+                            pair.at("camera").get<std::string>() + " --rate 10 --refit " +
+                            quoted(fs::absolute("models/published_hw.json").string()));
   EXPECT_EQ(refitted.at("joints").at("thumb").at("structure"), "gain and dead zone refitted");
 }
 
 TEST_F(Json, OfTheCommandsForTheBoards) {
-  EXPECT_TRUE(run("deploy " + kModel + " --output opengloves --out " + path("vr")).contains("targets"));
-  EXPECT_TRUE(run("wiring --out " + path("w")).contains("boards"));
   const auto boards = run("experiment --engine avr --gestures 4 --trials 1 --compensators published-hw");
   const double error = boards.at("cells").at(0).at("total_error_deg_s").at("mean");
   EXPECT_GT(error, 10);
@@ -95,15 +83,14 @@ TEST_F(Json, OfTheCommandsForTheBoards) {
 }
 
 TEST_F(Json, OfTheCommandsForTheCamera) {
-  const auto filmed = run("camera film --gestures 4 --set camera.rate_hz=2 --out " + path("film"));
+  const auto filmed = run("camera film --gestures 4 --set camera.rate_hz=2 --out film");
   ASSERT_TRUE(filmed.is_object());
   EXPECT_EQ(filmed.at("frames"), 80);  // 30 s of a short motion and 10 s of gesture
   EXPECT_EQ(filmed.at("seed"), 1);
   EXPECT_TRUE(filmed.contains("version") && filmed.contains("folder"));
 
   // A browser finds the pictures by where they begin.
-  EXPECT_EQ(run("camera film --motion 4 --mjpeg --set camera.rate_hz=2 --out " + path("fake")).at("frames"),
-            20);
+  EXPECT_EQ(run("camera film --motion 4 --mjpeg --set camera.rate_hz=2 --out fake").at("frames"), 20);
   const std::string fake = content(folder_ / "fake/video.mjpeg");
   int pictures = 0;
   for (std::size_t at = 0; (at = fake.find("\xff\xd8\xff", at)) != std::string::npos; ++at) ++pictures;

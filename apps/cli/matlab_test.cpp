@@ -7,8 +7,6 @@ namespace matlab_test {
 
 class Matlab : public CommandOfWords {
  protected:
-  Matlab() { runs_in_ = folder_; }
-
   std::string octave(const std::string& program) const {
     write("program.m", program);
     const std::string command =

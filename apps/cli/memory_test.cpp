@@ -52,7 +52,7 @@ class Memory : public CommandOfWords {
     expect_bounded(with({"align"}, {"--out", path("aligned.csv")}), both);
     expect_bounded(with({"identify"}, {"--structure", "linear-dynamic", "--model", path("m.json")}), both);
     expect_bounded({"score", camera, camera}, both);
-    const std::string model = FLEXOR_SOURCE_DIR "/models/published_hw.json";
+    const std::string model = fs::absolute(FLEXOR_SOURCE_DIR "/models/published_hw.json");
     std::vector<std::string> apply = {"apply", model, glove};
     for (int i = 0; i < 5; ++i) apply.insert(apply.end(), {"--input", "index_alpha"});
     expect_bounded(apply, both);

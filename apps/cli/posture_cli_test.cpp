@@ -10,8 +10,6 @@ using posture::kJointNames;
 
 class PostureCli : public Command {
  protected:
-  PostureCli() { runs_in_ = folder_; }
-
   int run(const std::string& arguments) {
     const Finished r = Command::run("posture " + arguments);
     said_ = r.err;

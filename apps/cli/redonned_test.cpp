@@ -51,8 +51,6 @@ struct Ends {
 
 class Redonned : public Command {
  protected:
-  Redonned() { runs_in_ = folder_; }
-
   void SetUp() override {
     if (!fs::exists(kRealData / "donning"))
       GTEST_SKIP() << "needs ../shared/data, which is not part of the repository";

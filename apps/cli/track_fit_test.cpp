@@ -9,7 +9,6 @@ namespace track_fit_test {
 
 class TrackFit : public Command {
  protected:
-  std::string path(const std::string& name) const { return quoted(Command::path(name)); }
   int run(const std::string& arguments) const { return Command::run(arguments).exit; }
 
   // What was said beside the progress, which says "tracking: frame".
@@ -24,9 +23,7 @@ class TrackFit : public Command {
 
   void expect_misfit(const std::string& video, const std::string& joints, const std::string& missing,
                      const std::string& options = " --seconds 3") const {
-    EXPECT_EQ(run("track " + video + " --joints " + joints + " --out " + path("a.csv") + " --preview " +
-                  path("p.mp4") + options),
-              1);
+    EXPECT_EQ(run("track " + video + " --joints " + joints + " --out a.csv --preview p.mp4" + options), 1);
     ASSERT_EQ(lines().size(), 1u) << content(folder_ / "stderr");
     EXPECT_NE(lines()[0].find("does not fit"), std::string::npos) << lines()[0];
     EXPECT_NE(lines()[0].find(missing), std::string::npos) << lines()[0];
@@ -38,9 +35,7 @@ class TrackFit : public Command {
     }
   }
 
-  void film() const {
-    ASSERT_EQ(run("camera film --gestures 4 --set camera.rate_hz=2 --out " + path("film")), 0);
-  }
+  void film() const { ASSERT_EQ(run("camera film --gestures 4 --set camera.rate_hz=2 --out film"), 0); }
 
   // The film's joint file with the marks of some skeletons said to be blue.
   std::string blue(const std::string& name, const std::vector<std::string>& skeletons) const {
@@ -51,19 +46,18 @@ class TrackFit : public Command {
       s.at("marks").erase("start");
     }
     write(name, json.dump());
-    return path(name);
+    return name;
   }
 };
 
 TEST_F(TrackFit, MarksOfAnotherColourAreNamedAndNothingIsWritten) {
   film();
-  const std::string video = path("film/video.mp4");
+  const std::string video = "film/video.mp4";
   expect_misfit(video, blue("all.json", {"thumb", "index", "middle", "ring", "pinky"}), "thumb: ");
   expect_misfit(video, blue("most.json", {"thumb", "middle", "ring", "pinky"}), "thumb: ");
 
   // One finger out of five: the others are measured, and its quality says lost.
-  EXPECT_EQ(run("track " + video + " --joints " + blue("one.json", {"pinky"}) + " --out " + path("a.csv") +
-                " --seconds 3"),
+  EXPECT_EQ(run("track " + video + " --joints " + blue("one.json", {"pinky"}) + " --out a.csv --seconds 3"),
             0);
   EXPECT_TRUE(
       std::ranges::any_of(lines(), [](const std::string& l) { return l.starts_with("warning: pinky:"); }));
@@ -73,9 +67,11 @@ TEST_F(TrackFit, MarksOfAnotherColourAreNamedAndNothingIsWritten) {
 }
 
 TEST_F(TrackFit, AFiveFingerFileOnTwoFingersIsRefusedThoughSomeDotsLookLikeAFinger) {
-  const std::string video = FLEXOR_SOURCE_DIR "/../shared/data/video/green_markers.mp4";
+  const fs::path video = fs::absolute(FLEXOR_SOURCE_DIR "/../shared/data/video/green_markers.mp4");
   if (!fs::exists(video)) GTEST_SKIP() << "needs ../shared/data/video, which is not part of the repository";
-  expect_misfit("'" + video + "'", "'" FLEXOR_SOURCE_DIR "/models/joints/paper_hand.json'", "thumb: ", "");
+  expect_misfit(quoted(video.string()),
+                quoted(fs::absolute(FLEXOR_SOURCE_DIR "/models/joints/paper_hand.json").string()),
+                "thumb: ", "");
 }
 
 }  // namespace track_fit_test

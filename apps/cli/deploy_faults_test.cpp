@@ -20,7 +20,6 @@ const std::string kOtherKey = "ffeeddccbbaa99887766554433221100";
 
 class DeployFaults : public Command {
  protected:
-
   Finished deploy(const std::string& model, const std::string& options) const {
     return run("deploy '" + model + "' " + options);
   }

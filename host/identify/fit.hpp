@@ -3,9 +3,10 @@
 // Minimises sum rho(y_k - predicted_k) over the used samples, rho the pseudo-Huber loss
 //   rho(r) = delta^2 (sqrt(1 + (r / delta)^2) - 1),   delta = 2.5 robust standard deviations of a first fit,
 // by Levenberg-Marquardt with bounds (levenberg_marquardt.hpp), analytic Jacobian, from several starts for the poles, plays and
-// dead zone, and from `initial`; what is linear in the parameters starts at its least-squares value. Poles are -exp(theta):
-// stable by construction. Of a curve before and one behind the dynamics the first keeps the values of its ends, since a scale
-// between the two changes nothing. Predictions simulate freely from the input alone; they never see the measured
+// dead zone, and from `initial`: some steps of plain least squares from each, to the recording without its copies, and the best
+// of the two that are lowest then goes on; what is linear in the parameters starts at its least-squares value. Poles are
+// -exp(theta): stable by construction. Of a curve before and one behind the dynamics the first keeps the values of its ends,
+// since a scale between the two changes nothing. Predictions simulate freely from the input alone; they never see the measured
 // angle.
 //
 // Standard errors: sandwich A^-1 S A^-1 with A = sum rho'' J J' and S the Bartlett-weighted sum of the

@@ -76,6 +76,7 @@ class ChainFitter {
     }
     const Data data = behind(chain);
     std::optional<JointFit> creeping;  // poles as slow as the data say
+    std::optional<Fitted> first;
     JointFit out;
     Options options;
     options.initial = initial;
@@ -87,9 +88,16 @@ class ChainFitter {
     };
     for (const double slowest_s : kSlowest_s) {
       fold.slowest_s = options.slowest_s = slowest_s;
-      const Summary summary = fit(chain.blocks, data, options);
+      Summary summary = fit(chain.blocks, data, options);
+      if (first) {  // this one went on from it
+        summary.start = first->start;
+        for (std::size_t k = 0; k < first->parameters.size(); ++k)
+          summary.parameters[k].initial = first->parameters[k].initial;
+      } else {
+        first = summary;
+      }
       fold.initial = options.initial = summary.channel;
-      options.from = From::initial;  // of what is faster
+      options.from = From::initial;
       fold.knots = summary.knots;
       fold.deviation_deg = summary.deviation_deg;
       out = filled(chain, summary);

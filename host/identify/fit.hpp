@@ -47,16 +47,15 @@ struct Data {
   Eigen::Index size() const { return own > 0 ? own : input.size(); }
 };
 
-// Where the search begins: at its own starts and `initial`, at the first of its own, or at `initial` alone.
+// Where the search begins, and at `initial`, if there is one, too: at all its own starts, at the first of them, or at none.
 enum class From { all, first, initial };
 
 struct Options {
   From from = From::all;
-  double deviation_deg =
-      0;  // of the residuals about the fit, which sets the loss; 0: that of a first fit by least squares
-  double cost_tolerance = 1e-7;           // of the last search, relative
-  double slowest_s = 0;                   // no pole is slower; 0: a tenth of the recording
-  std::optional<Knots> knots;             // none: quantiles of the input
+  double deviation_deg = 0;      // of the residuals, which sets the loss; 0: of a first fit by least squares
+  double cost_tolerance = 1e-7;  // of the last search, relative
+  double slowest_s = 0;          // no pole is slower; 0: a tenth of the recording
+  std::optional<Knots> knots;    // none: quantiles of the input
   std::optional<model::Channel> initial;  // one start more
 };
 

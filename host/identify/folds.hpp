@@ -22,8 +22,8 @@ using Fold = std::vector<Block>;
 std::vector<Fold> folds_of(const std::vector<Eigen::Index>& used, const std::vector<Eigen::Index>& begin,
                            double period_s);
 
-// A chain's fits to all but each fold: knots, starting points and parameters come from that part alone. Throws
-// io::JobError when one cannot be fitted.
+// A chain's fits to all but each fold: what `options` does not give (knots, a start, the width of the loss) comes from that part
+// alone, as the parameters do. Throws io::JobError when one cannot be fitted.
 std::vector<Summary> fit_folds(const Structure& structure, const Data& data, const std::vector<Fold>& folds,
                                const Options& options);
 

@@ -211,12 +211,15 @@ void choose(JointFit one, std::size_t row, const std::string& why, JointFit& bes
   best = std::move(one);
 }
 
-// What creeps back after its sensor beside the best of all that hold still: of those that pay the best.
-void let_creeping_compete(Creeping creeping, const std::vector<Session>& sessions, JointFit& best) {
+// What creeps back after its sensor beside the best of all that hold still, and beside the sum that a smaller chain took the place
+// of: of those that pay the best.
+void let_creeping_compete(Creeping creeping, const std::vector<Session>& sessions, const JointFit& sum,
+                          JointFit& best) {
   std::optional<std::size_t> chosen;
   for (std::size_t k = 0; k < creeping.size(); ++k) {
     std::string& refusal = best.rows[creeping[k].first].refusal;
     refusal = creep_refusal(creeping[k].second, best, sessions);
+    if (refusal.empty()) refusal = creep_refusal(creeping[k].second, sum, sessions);
     if (refusal.empty() &&
         (!chosen || mean(creeping[k].second.fold_loss) < mean(creeping[*chosen].second.fold_loss)))
       chosen = k;
@@ -293,6 +296,7 @@ JointFit better(JointFit several, JointFit one) {
     out.rows.push_back(row);
   }
   out.untried += other.untried;
+  out.baseline_models.clear();  // of one sensor
   return out;
 }
 
@@ -419,10 +423,10 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
                     joint.joint, structure, joint.sensors.size(), model::kMaxTerms));
   }
   SumFit sum = fit_sum(candidates, sessions, inputs, joint, step, room, most);
-  JointFit out = std::move(sum.still);
+  JointFit out = sum.still;
   const bool has_chains = structure == "auto" && joint.sensors.size() == 1;
   if (has_chains) let_chains_compete(sessions, inputs, joint, step, out, sum.creeping);
-  let_creeping_compete(std::move(sum.creeping), sessions, out);
+  let_creeping_compete(std::move(sum.creeping), sessions, sum.still, out);
   if (structure != "auto" || has_chains) return out;
   std::vector<Session> own = sessions;
   for (Session& session : own) session.input = session.input.leftCols(1).eval();

@@ -413,7 +413,7 @@ class Fitter {
   // Every start by some steps of plain least squares to the recording alone; the best of two that go on sets the scale of the
   // robust loss.
   void search() {
-    constexpr LmOptions kFirst{.max_iterations = 8, .cost_tolerance = 1e-4};
+    constexpr LmOptions kFirst{.max_iterations = 15, .cost_tolerance = 1e-4};
     constexpr LmOptions kRough{.max_iterations = 30, .cost_tolerance = 1e-4};
     constexpr std::size_t kGoOn = 2;
     deviation_deg_ = options_.deviation_deg;

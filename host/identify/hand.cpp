@@ -520,6 +520,11 @@ void refit_joints(const HandRequest& request, const Samples& samples, HandIdenti
           fmt::format("{}: a refit takes one sensor, the map names {}", map.joint, map.sensors.size()));
     model::Channel c = chain_of(*request.refit, map.joint);
     const auto input = std::ranges::find(r.model.inputs, map.sensors.front(), &model::Input::name);
+    model::Input wanted;
+    wanted.name = c.input_column;
+    wanted.unit = c.input_unit;
+    if (const auto note = unit_note(wanted, "--refit", input->column, input->unit))
+      r.warnings.push_back(*note);
     c.input_column = input->column;
     c.input_unit = input->unit;
     c.valid_min = input->valid_min;

@@ -232,15 +232,17 @@ void let_creeping_compete(Creeping creeping, const std::vector<Session>& session
 // Why this chain is not taken in place of `best`; empty: it is.
 std::string chain_refusal(const JointFit& chain, const JointFit& best) {
   if (chain.fold_loss.size() != best.fold_loss.size()) {  // not validated, or not over the same
-    return fmt::format("it fits the part by {:.2f} degrees; the best errs by {:.2f} on what it did not see",
-                       chain.fitted_rmse_deg, best.cross_validated_deg);
+    return fmt::format(
+        "it fits the part by {:.2f} degrees; the best so far errs by {:.2f} on what it did not see",
+        chain.fitted_rmse_deg, best.cross_validated_deg);
   }
   // Within a standard error the smaller wins, unless its squares over the folds are larger by far.
   const bool smaller = chain.effective < best.effective + best.limits;
   const double most_deg = (smaller ? 1 + kMuchLarger : 1) * best.cross_validated_deg;
-  if (!(gain_in_errors(chain.fold_loss, best.fold_loss) > (smaller ? -1 : 1) &&
-        chain.cross_validated_deg <= most_deg))
-    return smaller ? "errs more than the best" : "no better than the best by more than a standard error";
+  if (!(gain_in_errors(chain.fold_loss, best.fold_loss) > (smaller ? -1 : 1)))
+    return smaller ? "its loss over the folds is larger"
+                   : "no better than the best by more than a standard error";
+  if (!(chain.cross_validated_deg <= most_deg)) return "errs more than the best";
   const std::string out = refusal_of(chain);
   return out.empty() ? imprecision_of(chain.model) : out;
 }
@@ -267,7 +269,7 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
     const bool is_baseline = kChains[k] == "line" || kChains[k] == kPublishedForm;
     try {
       JointFit one = fit_chain(chain, sessions, inputs, joint, {},
-                               is_baseline ? HUGE_VAL : best.cross_validated_deg, {});
+                               is_baseline ? HUGE_VAL : (1 + kMuchLarger) * best.cross_validated_deg, {});
       if (is_baseline) best.baseline_models.emplace(kChains[k], one.model);
       CandidateRow& row = best.rows.emplace_back(one.row());
       row.refusal = chain_refusal(one, best);

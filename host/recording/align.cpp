@@ -554,6 +554,7 @@ double explained(const Series& sensor, const Series& reference, double clock_off
 std::optional<std::string> disagreement(double user_offset_s, const Alignment& found) {
   const double difference = user_offset_s - found.clock_offset_s;
   const double error_s = found.clock_offset_se_s.value_or(kDisagreement_s);
+  if (found.confidence < kUnsure) return std::nullopt;  // they say nothing
   if (std::abs(difference) <= std::max(kDisagreement_s, kDisagreementErrors * error_s)) return std::nullopt;
   return fmt::format(
       "the given clock offset {:+.2f} s disagrees with the signals by {:+.2f} s: they say {:+.2f} s "

@@ -375,13 +375,18 @@ glove::Settings glove_settings(const Glove& glove) {
 
 Error fixed_point_error(const model::Model& model, const std::vector<std::vector<double>>& recording) {
   Error out;
-  out.range_deg = model::worst_fixed_error_deg(model);
-  if (!recording.empty()) out.recording_deg = model::fixed_error_deg(model, recording);
-  if (out.worst_deg() > model::kFixedError_deg) {
-    throw InputError(fmt::format(
-        "model {:?}: fixed point is up to {:.4f} degree from double, more than the {:g} allowed: steep "
-        "curves and large gains cost precision",
-        model.name, out.worst_deg(), model::kFixedError_deg));
+  const std::vector<double> range_deg = model::worst_fixed_error_deg(model);
+  const std::vector<double> recording_deg = model::fixed_error_deg(model, recording);
+  out.range_deg = std::ranges::max(range_deg);
+  if (!recording.empty()) out.recording_deg = std::ranges::max(recording_deg);
+  for (std::size_t j = 0; j < range_deg.size(); ++j) {
+    const double allowed_deg = model::allowed_fixed_error_deg(model.joints[j]);
+    const double worst_deg = std::max(range_deg[j], recording_deg[j]);
+    if (worst_deg <= allowed_deg) continue;
+    throw InputError(
+        fmt::format("model {:?}: {} is up to {:.4f} degree off in fixed point, more than the {:.4f} allowed: "
+                    "steep curves and large gains cost precision",
+                    model.name, model.joints[j].name, worst_deg, allowed_deg));
   }
   return out;
 }

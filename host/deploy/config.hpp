@@ -149,7 +149,7 @@ struct Error {
 };
 
 // recording: readings of the model's inputs, a row for each sample; empty: none. Throws io::InputError when the error
-// exceeds model::kFixedError_deg.
+// exceeds what model::allowed_fixed_error_deg allows a joint.
 Error fixed_point_error(const model::Model& model, const std::vector<std::vector<double>>& recording);
 
 // What the boards' images are told.

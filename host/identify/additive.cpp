@@ -42,6 +42,7 @@ constexpr int kLeastSamples = 40;       // two seconds at 20 Hz
 constexpr int kShrinks = 6;             // of motion that drifts
 constexpr double kCostsNothing = 1.03;  // of the fitted error
 constexpr int kFineKnots = 20;
+constexpr std::size_t kLimited = 2;
 constexpr double kReach = 0.5;        // likewise, of the range of a curve's knots
 constexpr double kTallest_deg = 250;  // a taller curve has not the eight fraction bits in 16
 constexpr double kLevel = 0.2;
@@ -113,17 +114,17 @@ class Fit {
   const VectorXd& weight() const { return weight_; }
   const VectorXd& target() const { return target_; }
   const VectorXd& coefficients() const { return coefficients_; }
-  const VectorXd& estimate() const { return estimate_; }
 
-  void move(VectorXd coefficients) {
-    coefficients_ = std::move(coefficients);
-    linearise((system_->estimate(0, system_->rows(), coefficients_).array() + centre_).matrix());
+  void limit(const model::Saturation& limits) {
+    limits_ = limits;
+    move(coefficients_);
   }
 
-  // The least-squares problem at these estimates of the rows: where the next step begins.
-  void linearise(VectorXd estimate) {
+  // To these coefficients; the least-squares problem is then that where the next step begins.
+  void move(VectorXd coefficients) {
+    coefficients_ = std::move(coefficients);
     gram_.resize(0, 0);
-    estimate_ = std::move(estimate);
+    estimate_ = (system_->estimate(0, system_->rows(), coefficients_).array() + centre_).matrix();
     weight_ = system_->weight();
     target_.resize(estimate_.size());
     for (Index r = 0; r < estimate_.size(); ++r) {
@@ -176,13 +177,14 @@ std::vector<std::size_t> blocks_of(const Stack& stack, double period_s) {
 // Each fold estimated from the others, in the least-squares problem of a fit to all.
 class CrossValidation {
  public:
-  CrossValidation(const Fit& fit, const Stack& stack, double period_s) : fit_(fit) {
+  CrossValidation(const Fit& fit, const Stack& stack, double period_s, bool closed) : fit_(fit) {
     const System& system = fit.system();
     const VectorXd weighted = fit.weight().cwiseProduct(fit.target());
     const MatrixXd& all = fit.gram();
     const VectorXd all_right = system.project(0, weighted);
     for (const Fold& one : folds_of(stack.used, stack.begin, period_s)) {
-      LeftOut fold{{}, all, all_right};
+      LeftOut fold{{}, all, all_right, fit.limits()};
+      VectorXd rest = system.as_it_was();
       std::size_t gone = 0;  // the guards of two blocks may meet
       for (const Block& block : one) {
         const std::size_t from = std::max(gone, stack.place(block.first - block.guard));
@@ -193,7 +195,9 @@ class CrossValidation {
                                system.first()[stack.place(block.last + 1)]);
         system.add_gram(first, fit.weight().segment(first, count), -1, fold.gram);
         fold.right -= system.project(first, weighted.segment(first, count));
+        rest.segment(first, count).setZero();
       }
+      if (closed) fold.limits = within(system, rest, fold.limits);
       folds_.push_back(std::move(fold));
     }
   }
@@ -217,7 +221,8 @@ class CrossValidation {
       for (const auto& [begin, end] : fold.rows) {
         const VectorXd estimate = system.estimate(begin, end - begin, c);
         for (Index r = begin; r < end; ++r) {
-          const double angle = fit_.clamped(estimate(r - begin) + fit_.centre());
+          const double angle =
+              std::clamp(estimate(r - begin) + fit_.centre(), fold.limits.lower_deg, fold.limits.upper_deg);
           const double e = angle - system.angle()(r);
           if (system.as_it_was()(r) != 0) out.estimate.emplace_back(angle, e);
           loss += system.weight()(r) * loss_of(e);
@@ -240,7 +245,21 @@ class CrossValidation {
     std::vector<std::pair<Index, Index>> rows;  // begin and end
     MatrixXd gram;  // of the samples that are fitted when this fold is not, lower triangle
     VectorXd right;
+    model::Saturation limits;
   };
+
+  // A fold's limits are no farther than the angles of the others.
+  static model::Saturation within(const System& system, const VectorXd& rows, model::Saturation limits) {
+    double least = limits.upper_deg;
+    double most = limits.lower_deg;
+    for (Index r = 0; r < rows.size(); ++r) {
+      if (rows(r) == 0) continue;
+      least = std::min(least, system.angle()(r));
+      most = std::max(most, system.angle()(r));
+    }
+    return {std::max(limits.lower_deg, least), std::min(limits.upper_deg, most)};
+  }
+
   const Fit& fit_;
   std::vector<LeftOut> folds_;
 };
@@ -384,39 +403,36 @@ class Search {
  public:
   Search(const Stack& stack, double period_s) : stack_(stack), period_s_(period_s) {}
 
-  // Coefficients, limits, priors and cross-validated error; whatever else is tried. With limits the loss has several minima: the
-  // lower one of two starts, by least squares and from where the curve of the reading alone ended.
-  Additive fit(const Branches& branches) {
-    const bool alone = branches == Branches{};
-    if (!curve_ && !alone) (void)fit({});
+  // Coefficients, limits, priors and cross-validated error. With limits the loss has several minima: the one next to the open fit.
+  Additive fit(const Branches& branches) const {
     const model::Saturation ends = limits_of(stack_, kEnds);
     const System system(stack_, branches, period_s_, ends);
-    const double centre = limits_of(stack_, 0.5).lower_deg;
     const MatrixXd first = system.penalty({});
-    Fit cold(system, limits_at_rest(stack_, ends, branches.open ? kOpen : 0), centre);
-    cold.descend(first, true);
-    Fit near = cold;
-    if (!alone) {
-      near = Fit(system, branches.open ? cold.limits() : curve_->second, centre);
-      near.linearise(curve_->first);
-      near.descend(first, true);
+    Fit fit(system, limits_at_rest(stack_, ends, kOpen), limits_of(stack_, 0.5).lower_deg);
+    fit.descend(first, true);
+    if (!branches.open) {
+      const model::Saturation limits = limits_at_rest(stack_, ends, 0);
+      Fit cold(system, limits, fit.centre());
+      cold.descend(first, true);
+      fit.limit(limits);
+      fit.descend(first, false);
+      if (cold.objective(cold.coefficients(), first) < fit.objective(fit.coefficients(), first)) fit = cold;
     }
-    Fit fit =
-        near.objective(near.coefficients(), first) < cold.objective(cold.coefficients(), first) ? near : cold;
     Additive out;
     out.branches = branches;
     out.knots = system.knots();
     out.radii = system.radii();
-    const CrossValidation validation(fit, stack_, period_s_);
+    const CrossValidation validation(fit, stack_, period_s_, !branches.open);
     out.priors = best_priors(branches, stack_.begin.size() > 3, out.priors, [&](const Priors& priors) {
       return mean(validation.error(system.penalty(priors)).fold_loss);
     });
     fit.descend(system.penalty(out.priors), false);
-    fit.move_limits();
-    fit.descend(system.penalty(out.priors), false);
-    validate(CrossValidation(fit, stack_, period_s_), system, out);
+    if (!branches.open) {
+      fit.move_limits();
+      fit.descend(system.penalty(out.priors), false);
+    }
+    validate(CrossValidation(fit, stack_, period_s_, !branches.open), system, out);
     take(fit, out);
-    if (alone) curve_.emplace(fit.estimate(), fit.limits());
     return out;
   }
 
@@ -461,7 +477,7 @@ class Search {
       done.move(shape(fit.gram(), free));
       Additive one = out;
       take(done, one);
-      validate(CrossValidation(fit, stack_, period_s_), system, one, shape);
+      validate(CrossValidation(fit, stack_, period_s_, !out.branches.open), system, one, shape);
       return one;
     };
     out = shipped(false);
@@ -472,8 +488,6 @@ class Search {
 
   const Stack& stack_;
   double period_s_;
-  std::optional<std::pair<VectorXd, model::Saturation>>
-      curve_;  // of the reading alone: estimates of all rows, and limits
 };
 
 }  // namespace
@@ -528,43 +542,37 @@ model::Accuracy accuracy_of(std::vector<std::pair<double, double>> estimate) {
   return out;
 }
 
+// Each open, then each with limits.
+std::vector<Branches> both(std::vector<Branches> all) {
+  const std::size_t n = all.size();
+  for (std::size_t k = 0; k < n; ++k) {
+    all.push_back(all[k]);
+    all[k].open = true;
+  }
+  return all;
+}
+
 Candidates candidates(const std::string& name, std::size_t sensors) {
   const std::vector<double> plays = {0.03, 0.08, 0.16};
   const std::vector<double> one = {0.2};
   const std::vector<double> quick = {0.1, 0.3};
   const std::vector<double> slow = {0.15, 0.6};
+  const std::vector<double> wide = {0.05, 0.2, 0.8, 3};
   if (name == "limited-line") return {{{{}, {}, 2}}};
   if (name == "line-lead")
-    return {{{{}, {0.05}, 2}, {{}, {0.1}, 2}, {{}, {0.2}, 2}, {{}, {0.4}, 2}, {{}, {0.8}, 2}}};
-  if (name == "curve") return {{{{}, {}}}};
-  if (name == "hysteresis") return {{{plays, {}}}};
+    return {both(
+        {{{}, {0.05}, 2}, {{}, {0.1}, 2}, {{}, {0.2}, 2}, {{}, {0.4}, 2}, {{}, {0.8}, 2}, {{}, wide, 2}})};
+  if (name == "curve") return {both({{{}, {}}})};
+  if (name == "hysteresis") return {both({{plays, {}}})};
   if (name != "auto") throw io::InputError(fmt::format("no structure is called \"{}\"", name));
-  // What several sensors say together needs less of each, and is slower to fit.
-  if (sensors > 1) {
-    return {{{{}, {}},
-             {{}, {}, 2},
-             {{}, {0.1}, 2},
-             {{}, {0.4}, 2},
-             {{}, slow},
-             {plays, {}},
-             {plays, slow},
-             {plays, quick},
-             {{}, {0.05, 0.2, 0.8, 3}}}};
-  }
-  // The curve first: a search that is stopped has that at least.
-  return {{{{}, {}},
-           {{}, {}, 2},
-           {{}, {0.1}, 2},
-           {{}, {0.4}, 2},
-           {{}, one},
-           {{}, quick},
-           {{}, slow},
-           {plays, {}},
-           {plays, quick},
-           {plays, slow},
-           {{}, {0.5, 2}},
-           {{}, {0.05, 0.2, 0.8, 3}}},
-          true};
+  // The curve first: a search that is stopped has that at least. What several sensors say together needs less of each, and is
+  // slower to fit.
+  std::vector<Branches> out = {{{}, {}}, {{}, slow}, {plays, {}}, {plays, quick}, {plays, slow}, {{}, wide}};
+  if (sensors == 1) out.insert(out.begin() + 1, {{{}, one}, {{}, quick}, {{}, {0.5, 2}}});
+  for (Branches& branches : out) branches.open = true;
+  for (Branches& line : both({{{}, {}, 2}, {{}, {0.1}, 2}, {{}, {0.4}, 2}, {{}, wide, 2}}))
+    out.push_back(std::move(line));
+  return {out, true};
 }
 
 bool creeps(const Branches& b) { return !b.lags_s.empty() && std::ranges::max(b.lags_s) > kCreep_s; }
@@ -620,34 +628,48 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
       throw io::JobError(
           fmt::format("{}: sensor {} of its map never changes in the fitted part", joint, s + 1));
   }
-  Search search(stack, period_s);
+  const Search search(stack, period_s);
   std::vector<Branches> all = candidates.branches;
   std::vector<Additive> out;
+  const auto goes_on = [&] {
+    const std::size_t done = out.size();
+    return out.empty() || !step || step(done, all.size(), fmt::format("{}: {}", joint, describe(all[done])));
+  };
   const auto try_all = [&] {
-    for (std::size_t next = out.size(); next < all.size(); ++next) {
-      if (step && !step(next, all.size(), fmt::format("{}: {}", joint, describe(all[next])))) {
-        if (!out.empty()) return;
-      }
-      out.push_back(search.fit(all[next]));
-    }
+    while (out.size() < all.size() && goes_on()) out.push_back(search.fit(all[out.size()]));
+  };
+  const auto add = [&](const Branches& branches) {
+    if (std::ranges::find(all, branches) == all.end()) all.push_back(branches);
   };
   try_all();
-  if (candidates.finer) {
+  if (candidates.search && stack.input.cols() == 1) {
     rank(out.begin(), out.end());
-    std::vector<Branches> finer = {out.front().branches};
-    for (const Branches& branches : all) {
-      if (branches.radii.empty() && branches.lags_s.size() > 1 && !(branches == finer.front()))
-        finer.push_back(branches);
-    }
-    for (Branches& branches : finer) {
+    const Branches best = out.front().branches;
+    for (Branches branches : candidates.branches) {
+      const bool moves = branches.radii.empty() && branches.lags_s.size() > 1 && branches.knots > 2;
+      if (!moves && !(branches == best)) continue;
       branches.knots = kFineKnots;
-      all.push_back(branches);
-    }
-    for (Branches branches : {out.front().branches, finer.front()}) {
-      branches.open = true;
-      all.push_back(branches);
+      add(branches);
     }
     try_all();
+  }
+  if (candidates.search) {
+    rank(out.begin(), out.end());
+    const std::size_t open = out.size();
+    for (std::size_t k = 0; k < open && all.size() < open + kLimited; ++k) {
+      Branches limited = out[k].branches;
+      limited.open = false;
+      add(limited);
+    }
+    try_all();
+    // An angle stops at what was seen where that is better by more than a standard error.
+    for (std::size_t k = out.size(); k-- > open;) {
+      Branches twin = out[k].branches;
+      twin.open = true;
+      const auto free = std::ranges::find(out, twin, &Additive::branches);
+      if (gain_in_errors(out[k].fold_loss, free->fold_loss) <= 1)
+        out.erase(out.begin() + static_cast<std::ptrdiff_t>(k));
+    }
   }
   for (auto next = out.begin(); next != out.end(); ++next) {
     // A finished one can be worse than it was.

@@ -6,10 +6,10 @@
 //   f_b(u) - H_tau f_b(u)         motion: H_tau a first-order lag; zero wherever the reading rests
 //
 // For given radii and time constants the angle is linear in the curves' values. The loss counts small errors by
-// their square and large ones by their size (pseudo-Huber, one degree wide), of the estimate within the limits of
-// the angle: where a finger rests at an end of its range, any estimate beyond it is right. The limits are the
-// medians of the angles there, or the farthest angle where it does not rest; an open sum has none, and its curves go on as
-// straight as at their ends. It is preferred among equals. Two priors: neighbouring slopes are alike (second differences), and what plays and
+// their square and large ones by their size (pseudo-Huber, one degree wide). An open sum goes on beyond what was seen, its curves
+// as straight as at their ends, by the range at most. The others have limits: where a finger rests at an end of its range, any
+// estimate beyond it is right, and the limit is the median of the angles there; where it does not rest, the farthest angle. A fold
+// has no limit farther than the angles that it was fitted to. Two priors: neighbouring slopes are alike (second differences), and what plays and
 // motion add is small (their values). The second also settles what the others leave undetermined. Minimised by
 // least squares again and again, from the plain least-squares solution on.
 // Held still, the angle holds still after a second. Motion of more than a second (creep) is the exception: it is there for a
@@ -24,7 +24,8 @@
 //
 // Radii, time constants, knots and the strength of the priors are chosen by cross-validation: over blocks of the
 // fitted samples, or over recordings where there are more than two. Of candidates that are as good within 3 %, in
-// loss and in mean square, the smallest is taken: less to run on a board.
+// loss and in mean square, the smallest is taken: less to run on a board. Curves with limits are tried of the best open ones, and
+// taken where their loss over the folds is lower by more than a standard error.
 // The curve of one sensor, of all that is still, turns back only where it does so by more than eight standard errors.
 // Standard errors of the curves' values are those of a bootstrap over blocks of 20 s, six at least, or whole recordings, so
 // that they hold for errors that come in runs; knots and priors stay as they are.
@@ -62,7 +63,7 @@ struct Branches {
   std::vector<double> radii;   // of plays, as shares of the sensor's range
   std::vector<double> lags_s;  // of motion
   int knots = 12;
-  bool open = false;  // its angle goes on beyond the farthest that was seen
+  bool open = false;  // without limits
 
   std::size_t still() const { return 1 + radii.size(); }
   bool operator==(const Branches&) const = default;
@@ -81,14 +82,14 @@ double gain_in_errors(const std::vector<double>& one, const std::vector<double>&
 
 struct Candidates {
   std::vector<Branches> branches;
-  bool finer =
-      false;  // then curves of 20 knots of the best, and of motion alone, where one sensor has to say all
+  // Then, of one sensor, curves of 20 knots of the best and of motion alone; and two curves with limits.
+  bool search = false;
 
   bool operator==(const Candidates&) const = default;
 };
 
-// What a name stands for: auto; limited-line (gain and offset), line-lead (and motion of one time constant), curve,
-// hysteresis.
+// What a name stands for: auto; limited-line (gain and offset), line-lead (and motion), curve, hysteresis: all but the first
+// open and with limits.
 Candidates candidates(const std::string& name, std::size_t sensors);
 
 struct Priors {

@@ -1,4 +1,5 @@
 #include "host/identify/additive.hpp"
+#include "host/identify/structure_text.hpp"
 
 #include <cmath>
 #include <random>
@@ -28,7 +29,8 @@ Session drawn(unsigned seed, double memory, double offset_deg = 0) {
 Additive fit_of(const std::vector<Session>& sessions, const std::string& structure) {
   const auto still = [](const Additive&) { return 0.0; };
   const auto any = [](const Additive&) { return true; };
-  return fit_additive(sessions, kGrid_s, "index", candidates(structure, 1), still, 1, any, {}).front();
+  const auto wanted = std::get<Candidates>(parse_structure(structure, 1));
+  return fit_additive(sessions, kGrid_s, "index", wanted, still, 1, any, {}).front();
 }
 
 TEST(Additive, StandardErrorsAreTheSpreadOfRepeatedRecordings) {
@@ -81,7 +83,8 @@ double turned_deg(const Additive& fit) {
 }
 
 TEST(Additive, ACurveTurnsBackOnlyWhereTheDataSaySoBeyondDoubt) {
-  for (const char* structure : {"curve", "hysteresis"}) {
+  for (const char* structure :
+       {"curve(12)", "curve + play(0.03) > curve + play(0.08) > curve + play(0.16) > curve"}) {
     for (unsigned seed = 0; seed < 10; ++seed) {
       Session level = drawn(seed, 0.9);
       for (Eigen::Index k = 0; k < level.angle_deg.size(); ++k) {

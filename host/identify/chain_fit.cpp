@@ -185,8 +185,12 @@ class ChainFitter {
       out.covariance.conservativeResizeLike(Eigen::MatrixXd::Zero(last + 1, last + 1));
     }
     out.model = own_inputs(inputs_, joint_);
-    add_blocks(chain, summary.channel, out.model);
-    out.hold_drift_deg = identify::hold_drift_deg(out.model, sessions_, joint_.sensors);
+    try {
+      add_blocks(chain, summary.channel, out.model);
+      out.hold_drift_deg = identify::hold_drift_deg(out.model, sessions_, joint_.sensors);
+    } catch (const io::InputError& error) {  // too steep for any document
+      throw io::JobError(error.what());
+    }
     return out;
   }
 

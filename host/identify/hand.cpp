@@ -29,7 +29,6 @@
 #include "host/model/correction.hpp"
 #include "host/model/formats.hpp"
 #include "host/recording/csv.hpp"
-#include "host/score/least_squares.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -243,32 +242,12 @@ model::Model start_model(const HandRequest& request, const std::vector<Files>& f
   return out;
 }
 
-// A curve of each sensor by least squares: what anybody would draw first.
-void add_static_curve(const std::string& name, Takes& takes) {
-  const std::vector<Session> fitted = sessions_of(takes);
-  std::vector<std::vector<double>> reading;
-  for (Eigen::Index s = 0; s < std::ssize(takes.front().sensors); ++s)
-    reading.push_back(used_readings(fitted, s));
-  for (JointSamples& take : takes) {
-    std::vector<std::vector<double>> all;
-    for (const recording::Aligned& a : take.sensors) {
-      for (std::vector<double>& of = all.emplace_back(a.input); double& u : of)
-        u = std::clamp(u, a.valid.min, a.valid.max);
-    }
-    take.estimated_deg[name] = score::least_squares_curves(reading, used_angles(fitted), all);
-  }
-}
-
 // A joint's baselines, as --structure gives them; one that cannot be fitted is refused.
 void add_baselines(const model::Model& inputs, const JointMap& map, const std::vector<Files>& files,
                    Takes& takes, std::map<std::string, model::Model> fitted,
                    std::vector<std::string>& refusals) {
   const std::size_t sensors = map.sensors.size();
   for (const score::Baseline& one : score::kBaselines) {
-    if (one.structure == nullptr) {
-      add_static_curve(one.name, takes);
-      continue;
-    }
     const WantedStructure wanted = parse_structure(one.structure, sensors);
     const Chain* chain = std::get_if<Chain>(&wanted);
     if (chain != nullptr && sensors > 1)
@@ -380,8 +359,7 @@ score::Verdict judged(const HandRequest& request, HeldOut errors,
   for (const score::Baseline& one : score::kBaselines) {
     const auto at = errors.baseline.find(one.name);
     if (at == errors.baseline.end()) continue;
-    const bool is_asked_for = one.structure != nullptr && one.structure == request.structure;
-    if (!is_asked_for && !alike(at->second, errors.own)) continue;
+    if (one.structure != request.structure && !alike(at->second, errors.own)) continue;
     if (itself.empty()) itself = one.name;
     errors.baseline.erase(at);
   }

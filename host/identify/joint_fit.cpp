@@ -33,10 +33,9 @@ constexpr double kSure =
     1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
 constexpr int kAttacks = 15;  // of the search for fixed point's error
 constexpr int kReadings = 5000;
-constexpr double kNearly = 0.5;  // what a short search finds is less than what there is
-constexpr double kMostFixedError_deg =
-    0.06;                          // deploy refuses 1/16, and searches all joints with other readings
-constexpr double kFewCounts = 64;  // readings below: a board's steps are too coarse for them
+constexpr double kNearly = 0.5;              // what a short search finds is less than what there is
+constexpr double kMargin = 0.96;             // deploy searches all joints together, with other readings
+constexpr double kFewCounts = 64;            // readings below: a board's steps are too coarse for them
 constexpr double kMostCounts = 32767. / 32;  // that a board holds
 constexpr double kTwelveBits = 4095;         // of larger counts a model is one for a PC
 
@@ -70,12 +69,13 @@ std::string imprecision_of(const model::Model& identified) {
   model::ErrorSearch search;
   search.attacks = kAttacks;
   search.noise = kReadings;
-  double error_deg = model::worst_fixed_error_deg(model, search);
-  if (error_deg > kNearly * kMostFixedError_deg && error_deg <= kMostFixedError_deg)
-    error_deg = model::worst_fixed_error_deg(model);
-  if (error_deg <= kMostFixedError_deg) return "";
+  const double most_deg = kMargin * model::allowed_fixed_error_deg(model.joints.front());
+  double error_deg = model::worst_fixed_error_deg(model, search).front();
+  if (error_deg > kNearly * most_deg && error_deg <= most_deg)
+    error_deg = model::worst_fixed_error_deg(model).front();
+  if (error_deg <= most_deg) return "";
   return fmt::format("in the glove's integers it is up to {:.3f} degrees off, at most {:.2f} are allowed",
-                     error_deg, kMostFixedError_deg);
+                     error_deg, most_deg);
 }
 
 // "curve at 352", "play 2 at 352", "motion over 0.3 s at 352"; of several sensors with their names before.

@@ -1,7 +1,7 @@
 // The compensator of one joint: the chain that was asked for (chain_fit.hpp), or of the additive candidates
 // (additive.hpp), best first, the first that can be worn. It holds still when the finger does, to a degree in a minute,
-// and by itself it fits the glove's integers within 0.055 degree (of several sensors 0.06), since deploy searches all
-// joints together and finds more; where none is so precise, the best that holds still. A candidate that creeps back after its sensor is taken in
+// and in the glove's integers it is as near to double as deploy asks for (model::allowed_fixed_error_deg); where none is, the
+// best that holds still. A candidate that creeps back after its sensor is taken in
 // its place where its cross-validated error is a tenth lower, its loss surely lower over the folds, and its
 // error wanders no more than half as much again in the holds that the reference itself shows; without a hold its drift is bounded. Then chains, over the same folds and fitted for other donnings too (Donnings): one is taken where its loss
 // is lower, by a standard error unless it is the smaller; one that creeps is judged as other candidates that do. Of several

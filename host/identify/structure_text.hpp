@@ -8,7 +8,8 @@
 //   curve(20)                  of the reading
 //   play(0.08) > curve(20)     of the reading through a play, its radius a share of the reading's range
 //   motion(0.3)                of the reading, minus itself through a lag of so many seconds
-//   open                       the angle goes on beyond the farthest that was seen; without it it stops there
+//   open                       the angle goes on beyond the farthest that was seen; without it it stops there. auto, line-lead, curve
+//                              and hysteresis try both
 // A chain with dynamics, fitted as fit.hpp says, with blocks in this order, each at most once:
 //   lag(0.2) > dead-zone > hysteresis(2) > curve(10) > lti(2) > saturation
 //   hysteresis: so many plays; lti: so many real poles, pair in its place: two complex ones; the curve may stand behind them, or

@@ -17,7 +17,8 @@ TEST(StructureText, ASumHasTheCurvesThatItNames) {
             (Branches{{0.03, 0.08}, {0.3}, 20}));
   EXPECT_EQ(sum("curve(2)"), sum("limited-line"));
   EXPECT_EQ(sum("curve(12) + open").open, true);
-  EXPECT_EQ(sum("curve(12)"), sum("curve"));
+  EXPECT_EQ(std::get<Candidates>(parse_structure("curve", 1)).branches,
+            (std::vector{sum("curve(12) + open"), sum("curve(12)")}));
 }
 
 TEST(StructureText, AChainHasTheBlocksThatItNames) {
@@ -39,7 +40,7 @@ TEST(StructureText, ShorthandsAreTheFamilies) {
   EXPECT_TRUE(chain("wh").lag);
   EXPECT_FALSE(chain("wh").lag_s);
   EXPECT_EQ(chain("dead-zone > lti(1) > saturation"), chain(std::string(kPublishedForm)));
-  EXPECT_TRUE(std::get<Candidates>(parse_structure("auto", 1)).finer);
+  EXPECT_TRUE(std::get<Candidates>(parse_structure("auto", 1)).search);
 }
 
 TEST(StructureText, WhatIsWrittenIsReadAsTheSame) {

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "host/model/compensator.hpp"
+#include "host/model/lti.hpp"
 
 namespace flexor::model {
 namespace {
@@ -36,26 +37,25 @@ class Pair {
   std::vector<double> deviation_deg_;
 };
 
-double largest(const std::vector<double>& deviation_deg) {
-  double out = 0;
-  for (const double d : deviation_deg) out = std::max(out, std::abs(d));
-  return out;
+void take_larger(const std::vector<double>& deviation_deg, std::vector<double>& worst_deg) {
+  for (std::size_t j = 0; j < worst_deg.size(); ++j)
+    worst_deg[j] = std::max(worst_deg[j], std::abs(deviation_deg[j]));
 }
 
 class Search {
  public:
   Search(const Model& model, const ErrorSearch& search)
-      : fresh_(model), search_(search), joints_(model.joints.size()), random_(search.seed) {
+      : fresh_(model), search_(search), worst_(model.joints.size()), random_(search.seed) {
     // Inside the limits as both arithmetics have them.
     const FixedModel fixed(model);
     for (const std::int16_t low : fixed.valid_min) low_.push_back(std::ldexp(low, -core::kInputFraction));
     for (const std::int16_t high : fixed.valid_max) high_.push_back(std::ldexp(high, -core::kInputFraction));
   }
 
-  double worst() {
+  std::vector<double> worst() {
     ramps_and_noise();
     for (int k = 0; k < search_.attacks; ++k) {
-      attack(k % 2 == 0 ? 1 : -1, static_cast<std::size_t>(k / 2) % joints_);
+      attack(k % 2 == 0 ? 1 : -1, static_cast<std::size_t>(k / 2) % worst_.size());
     }
     return worst_;
   }
@@ -79,7 +79,7 @@ class Search {
     Pair pair = fresh_;
     const auto add = [&](const auto& share) {
       const Readings u = readings([&](std::size_t i) { return low_[i] + (high_[i] - low_[i]) * share(); });
-      worst_ = std::max(worst_, largest(pair.step(u)));
+      take_larger(pair.step(u), worst_);
     };
     constexpr int kRamp = 4096;
     for (int k = 0; k <= 2 * kRamp; ++k) {
@@ -106,7 +106,7 @@ class Search {
         const std::vector<double>& deviation = next.step(readings([&](std::size_t i) {
           return k < kJumps ? uniform(low_[i], high_[i]) : base[i] + uniform(-kNear, kNear);
         }));
-        worst_ = std::max(worst_, largest(deviation));
+        take_larger(deviation, worst_);
         if (direction * deviation[joint] > most) {
           most = direction * deviation[joint];
           std::swap(best, next);
@@ -118,27 +118,34 @@ class Search {
 
   Pair fresh_;
   ErrorSearch search_;
-  std::size_t joints_;
+  std::vector<double> worst_;
   Readings low_;
   Readings high_;
   std::mt19937 random_;
-  double worst_ = 0;
 };
 
 }  // namespace
 
-double worst_fixed_error_deg(const Model& model, const ErrorSearch& search) {
+double allowed_fixed_error_deg(const Joint& joint) {
+  constexpr double kShare = 0.1;
+  double squares = 0;
+  for (const double error_deg : joint.accuracy.value_or(Accuracy{}).standard_error_deg)
+    squares += error_deg * error_deg / static_cast<double>(joint.accuracy->standard_error_deg.size());
+  return std::max(kFixedError_deg, kShare * std::sqrt(squares));
+}
+
+std::vector<double> worst_fixed_error_deg(const Model& model, const ErrorSearch& search) {
   return Search(model, search).worst();
 }
 
-double fixed_error_deg(const Model& model, const std::vector<Readings>& readings) {
+std::vector<double> fixed_error_deg(const Model& model, const std::vector<Readings>& readings) {
   Pair pair(model);
-  double worst = 0;
+  std::vector<double> worst(model.joints.size());
   Readings rounded;
   for (const Readings& row : readings) {
     rounded.clear();
     for (const double u : row) rounded.push_back(in_steps(u));
-    worst = std::max(worst, largest(pair.step(rounded)));
+    take_larger(pair.step(rounded), worst);
   }
   return worst;
 }

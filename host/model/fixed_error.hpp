@@ -15,12 +15,16 @@ struct ErrorSearch {
   std::uint32_t seed = 1;
 };
 
-// Largest |fixed point - double| in degrees over a model's joints that was found, both given the same readings:
+// By how much a joint's fixed point may be off double: kFixedError_deg, or a tenth of the error that the joint states of itself,
+// root mean square over its angles, which makes that error at most half a per cent larger.
+double allowed_fixed_error_deg(const Joint& joint);
+
+// Largest |fixed point - double| in degrees of each joint that was found, both given the same readings:
 // ramps, steps and noise over all valid readings, and then attacks, each of which chooses the next readings as
 // those that take both furthest apart. Throws io::InputError when the model does not fit fixed point.
-double worst_fixed_error_deg(const Model& model, const ErrorSearch& search = {});
+std::vector<double> worst_fixed_error_deg(const Model& model, const ErrorSearch& search = {});
 
 // The same over given readings, one of each input in a row, rounded to the steps of Q5.
-double fixed_error_deg(const Model& model, const std::vector<std::vector<double>>& readings);
+std::vector<double> fixed_error_deg(const Model& model, const std::vector<std::vector<double>>& readings);
 
 }  // namespace flexor::model

@@ -133,7 +133,7 @@ std::string in_words(const Verdict& v) {
                      v.rmse_deg - v.baseline_deg, v.low_deg, v.high_deg);
   if (v.word == Verdict::Word::better) return out;
   out += v.word == Verdict::Word::worse ? "; record more" : "; the data do not tell them apart: record more";
-  if (baseline->structure == nullptr || !v.advises || v.rmse_deg <= v.baseline_deg) return out;
+  if (!v.advises || v.rmse_deg <= v.baseline_deg) return out;
   const std::string_view structure = baseline->structure;
   const char* quote = structure.find(' ') == std::string_view::npos ? "" : "'";
   return out + fmt::format(", or take that: --structure {0}{1}{0}", quote, structure);

@@ -41,13 +41,13 @@ double rms(std::span<const double> error);
 struct Baseline {
   const char* name;
   const char* words;
-  const char* structure;  // that gives it; null: none does
+  const char* structure;  // that gives it
 };
 inline constexpr std::array kBaselines = {
     Baseline{"line", "a straight line", "line"},
     Baseline{"limited_line", "a straight line between limits", "limited-line"},
     Baseline{"line_lead", "a straight line with a lead", "line-lead"},
-    Baseline{"static_curve", "a static curve by least squares", nullptr},
+    Baseline{"static_curve", "a static curve", "curve"},
     Baseline{"published_form", "the published form", "dead-zone > gain > lti(1) > saturation"}};
 
 // Errors at the same samples, degrees, at least two; baselines by their names. `part_ends`: of parts, one after the other, that are drawn whole in place of blocks, as persons are; none: blocks.

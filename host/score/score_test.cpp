@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "host/io/io.hpp"
-#include "host/score/least_squares.hpp"
 
 namespace flexor::score {
 namespace {
@@ -166,26 +165,6 @@ TEST(Score, WhatWasNotSeenIsNotScored) {
   ASSERT_TRUE(in_words_left_out(s.left_out, s.samples + s.left_out, "scored"));
   EXPECT_NE(in_words_left_out(s.left_out, s.samples + s.left_out, "scored")->find("25 %"), std::string::npos);
   EXPECT_GT(score(t, measured, estimated).rmse_deg, 100);
-}
-
-TEST(LeastSquares, LineAndCurveGoThroughWhatLiesOnThem) {
-  const auto x = values(grid(500, 1), [](double k) { return 300 + std::fmod(k, 250); });
-  const auto line = values(x, [](double u) { return 5 + 0.3 * u; });
-  const auto bent = values(x, [](double u) { return 0.001 * u * u; });
-  const std::vector<double> at = {310, 420, 540};
-  const std::vector<double> curve = least_squares_curves({x}, bent, {at});
-  for (std::size_t k = 0; k < at.size(); ++k) EXPECT_NEAR(curve[k], 0.001 * at[k] * at[k], 0.1);
-  EXPECT_NEAR(least_squares_curves({x}, line, {{1000}})[0], 5 + 0.3 * 549, 0.2)
-      << "level beyond the readings";
-  EXPECT_NEAR(least_squares_curves({{7, 7}}, {3, 3}, {{9}})[0], 3, 0.01);
-}
-
-TEST(LeastSquares, SeveralSensorsHaveACurveEach) {
-  const auto a = values(grid(500, 1), [](double k) { return std::fmod(k, 25); });
-  const auto b = values(grid(500, 1), [](double k) { return std::fmod(7 * k, 31); });
-  std::vector<double> y;
-  for (std::size_t k = 0; k < a.size(); ++k) y.push_back(3 * a[k] + 0.1 * b[k] * b[k]);
-  EXPECT_NEAR(least_squares_curves({a, b}, y, {{10}, {20}})[0], 70, 0.5);
 }
 
 }  // namespace

@@ -59,15 +59,13 @@ std::string diagram(const Model& m) {
       io::one_line(m.name), io::one_line(m.description), 1000 * m.sample_period_s, m.inputs.size(),
       m.blocks.size(), m.joints.size(), kSchemaVersion, io::one_line(m.written_by));
   out += Diagram(m).text();
-  const auto add_error = [&](const std::string& of, const nlohmann::ordered_json& fit) {
-    if (fit.contains("holdout") && fit.at("holdout").contains("rmse_deg") &&
-        !fit.at("holdout").at("rmse_deg").is_null())
-      out += fmt::format("\nheld-out error{} {:.2f} deg RMSE when it was fitted\n", of,
-                         fit.at("holdout").at("rmse_deg").get<double>());
-  };
-  add_error("", m.fit);  // of models before 0.2
-  if (m.fit.contains("joints")) {
-    for (const auto& [name, fit] : m.fit.at("joints").items()) add_error(" of " + io::one_line(name), fit);
+  for (const auto& [joint, fit] : m.fit.value("joints", nlohmann::ordered_json::object()).items()) {
+    const auto rmse_deg =
+        fit.value(nlohmann::ordered_json::json_pointer("/holdout/rmse_deg"), nlohmann::ordered_json());
+    if (!rmse_deg.is_number()) continue;
+    out += fmt::format("\nheld-out error of {} {:.2f} deg RMSE when it was fitted{}\n", io::one_line(joint),
+                       rmse_deg.get<double>(),
+                       fit.contains("untried_structures") ? ", by a search that was stopped" : "");
   }
   return out;
 }

@@ -8,6 +8,7 @@
 #include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
 #include "host/model/channel.hpp"
+#include "host/model/diagram.hpp"
 
 namespace flexor::model {
 namespace {
@@ -205,6 +206,14 @@ TEST(Model, RefusesAGraphThatDoesNotFitTogether) {
               fmt::format("m.json: both: sum: takes 1 to {} signals", kMaxTerms));
   expect_line(edited([](auto& j) { j["joints"] = Json::array(); }),
               "m.json: \"joints\" must be a list, not empty");
+}
+
+TEST(Model, ADiagramSaysThatTheSearchWasStopped) {
+  Model m = example();
+  m.fit = {{"joints", {{"index", {{"holdout", {{"rmse_deg", 2.5}}}}}}}};
+  EXPECT_NE(diagram(m).find("index 2.50 deg RMSE when it was fitted\n"), std::string::npos);
+  m.fit["joints"]["index"]["untried_structures"] = 3;
+  EXPECT_NE(diagram(m).find("stopped"), std::string::npos);
 }
 
 TEST(Model, SavingABrokenModelWritesNothing) {

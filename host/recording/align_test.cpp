@@ -91,20 +91,20 @@ TEST(Align, ADriftIsMeasuredWithItsError) {
   }
 }
 
+// The sensor's log begins somewhere within the camera's: every period, and every half, is another answer.
 TEST(Align, AMotionThatRepeatsItselfExactlyIsCalledAmbiguous) {
-  for (const double speed : {1.0, 2.0}) {
+  for (const double speed : {1.0, 2.0, 2 * std::numbers::pi, 15.0}) {
     TwoLogs p;
     std::mt19937 random(2);
     std::normal_distribution<double> noise;
-    for (double t = 0; t < 100; t += 0.05) {
+    for (double t = 0; t < 60; t += 0.02) {
       p.sensor_t.push_back(t);
       p.sensor.push_back(500 + 200 * std::sin(speed * t));
-      p.reference_t.push_back(t);
-      p.reference.push_back(50 + 20 * std::sin(speed * t) + 4 * noise(random));
+      p.reference_t.push_back(t - 0.3);
+      p.reference.push_back(50 + 20 * std::sin(speed * (t - 0.3)) + noise(random));
     }
     const Alignment a = p.align();
-    EXPECT_LT(a.confidence, 0.65) << "one of two";
-    EXPECT_LT(std::abs(std::remainder(speed * a.clock_offset_s, 2 * std::numbers::pi)), 0.2);
+    EXPECT_LT(a.confidence, kUnsure) << speed;
     EXPECT_NE(a.warnings.at(0).find("ambiguous"), std::string::npos) << a.warnings[0];
   }
 }
@@ -220,7 +220,8 @@ TEST(AlignShort, FiveToNineSecondsAt250HzFindTheirOffset) {
 }
 
 // Of what says p, p is right to 0.15 s: of stretches of 5 to 100 s, some of motions that repeat themselves, of which the
-// camera saw all or lost up to a third of either end. Other seeds than those of the fit.
+// camera saw all or lost up to a third of either end; always of those that repeat themselves, where the ends of the logs
+// must not tell. Other seeds than those of the fit.
 TEST(AlignBelief, ConfidenceIsTheShareOfOffsetsThatAreRight) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform;
@@ -232,7 +233,7 @@ TEST(AlignBelief, ConfidenceIsTheShareOfOffsetsThatAreRight) {
     const double length_s = 5 * std::pow(20, uniform(random));
     SlowMotion motion(seed, length_s + 20);
     if (seed % 3 == 0) motion.repeat(1 + 5 * uniform(random), 0.03 * uniform(random), length_s + 20, random);
-    const double cut_s = seed % 2 == 0 ? 0 : 0.33 * length_s;
+    const double cut_s = seed % 2 == 0 && seed % 3 != 0 ? 0 : 0.33 * length_s;
     const Signal sensor = glove(motion, 3, 3 + length_s, 50, seed);
     const Signal reference = camera(motion, 2 + cut_s * uniform(random),
                                     4 + length_s - cut_s * uniform(random), 12.34, seed, 0, 8);
@@ -247,7 +248,8 @@ TEST(AlignBelief, ConfidenceIsTheShareOfOffsetsThatAreRight) {
   }
   for (const Said& of : said) {
     EXPECT_GT(of.count, 40);
-    EXPECT_NEAR(of.confidence / of.count, of.right / of.count, 0.1);
+    EXPECT_LT(of.confidence, of.right + 0.1 * of.count);
+    EXPECT_GT(of.confidence, of.right - 0.2 * of.count) << "of many alike it doubts more than it must";
   }
 }
 

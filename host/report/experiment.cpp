@@ -8,8 +8,8 @@
 #include "host/io/io.hpp"
 #include "host/report/colours.hpp"
 #include "host/report/experiment_figures.hpp"
-#include "host/report/jobs.hpp"
 #include "host/report/page.hpp"
+#include "host/report/render.hpp"
 
 namespace flexor::report {
 namespace {
@@ -164,7 +164,7 @@ void finger_table(Page& page, const Experiment& e) {
 // Mean over motions of the total error.
 double overall(const Json& cells, std::size_t compensator, std::size_t compensators) {
   double total = 0;
-  for (std::size_t i = compensator; i < cells.size(); i += compensators) total += mean_error(cells[i]);
+  for (std::size_t i = compensator; i < cells.size(); i += compensators) total += mean_error(cells.at(i));
   return total / (static_cast<double>(cells.size()) / static_cast<double>(compensators));
 }
 

@@ -29,8 +29,8 @@ void widen(Panel& panel) {
 // Fingers below one another: angles over the reference, or what is left between them.
 void add_trial(Page& page, const Saved& saved, const Experiment& e, std::size_t m) {
   std::vector<Columns> runs;
-  for (const Json& trace : e.motions.at(m).at("traces")) {
-    const auto file = trace.at("file").get<std::string>();
+  while (runs.size() < e.compensators.size()) {
+    const std::string file = fmt::format("traces/motion{}_compensator{}.csv", m + 1, runs.size() + 1);
     const auto& t_s = runs.emplace_back(saved.columns(file)).at("t_s");
     if (t_s.size() < 2 || t_s.size() != runs.front().at("t_s").size())
       throw io::InputError(fmt::format("{}: ends after {} rows: it was cut off; run the job again",
@@ -116,7 +116,7 @@ void add_posture(Page& page, const Experiment& e, std::size_t m) {
   };
   hand(0, "finger (reference)", motion.at("final_posture_deg"), kInk);
   for (std::size_t c = 0; c < e.compensators.size(); ++c)
-    hand(c + 1, e.compensators[c], motion.at("traces")[c].at("final_posture_deg"), e.colours[c]);
+    hand(c + 1, e.compensators[c], motion.at("traces").at(c).at("final_posture_deg"), e.colours[c]);
   const Figure figure{fmt::format("posture_{}", m + 1), "Final posture",
                       "The joints follow the MCP angle: PIP 3/4, DIP 2/3 of it, the thumb's IP one half."};
   const auto rows = static_cast<int>((e.compensators.size() + 2) / 2);

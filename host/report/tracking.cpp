@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "host/io/io.hpp"
-#include "host/report/jobs.hpp"
 #include "host/report/page.hpp"
+#include "host/report/render.hpp"
 
 namespace flexor::report {
 namespace {
@@ -124,12 +124,10 @@ void render_tracking(const Saved& saved) {
   Page page("Angles from " + std::filesystem::path(saved.text("video")).filename().string());
   frame_summary(page, r);
   page.chart(angles_chart(saved));
-  const auto frame = saved.folder() / "frame.jpg";
-  if (std::filesystem::exists(frame)) {
+  if (std::filesystem::exists(saved.folder() / "frame.jpg"))
     page.picture(
         {"frame", "One frame", "Marks, bones and angles as they were found, drawn over the picture."},
-        io::read_file(frame));
-  }
+        saved.read("frame.jpg"));
   angle_table(page, r);
   unsure_table(page, r);
   const auto lens = saved.text("lens");

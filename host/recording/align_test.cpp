@@ -17,7 +17,6 @@
 namespace flexor::recording {
 namespace {
 
-// A finger that moves to random angles and rests there, seen by a sensor through a curve.
 struct TwoLogs {
   std::vector<double> sensor_t, sensor, reference_t, reference;
   Alignment align() const { return recording::align({sensor_t, sensor}, {reference_t, reference}); }
@@ -35,34 +34,64 @@ struct Moves {
   }
 };
 
-struct Motion : Moves {
-  explicit Motion(unsigned seed, double duration_s) {
+// A finger that bends to random angles, quickly or slowly, and rests there for a while.
+struct SlowMotion : Moves {
+  SlowMotion(unsigned seed, double duration_s, double slowest_move_s = 1.2) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform;
     while (at.back() < duration_s) {
-      at.push_back(at.back() + 0.5 + 3 * uniform(random));  // move
-      angle.push_back(20 + 70 * uniform(random));
-      at.push_back(at.back() + 2 * uniform(random));  // rest
+      at.push_back(at.back() + 0.3 + slowest_move_s * uniform(random));
+      angle.push_back(angle.back() > 55 ? 10 + 40 * uniform(random) : 60 + 40 * uniform(random));
+      at.push_back(at.back() + 0.6 * uniform(random));
       angle.push_back(angle.back());
+    }
+  }
+  // Bends and straightens with this period instead, which varies by `share`.
+  void repeat(double period_s, double share, double duration_s, std::mt19937& random) {
+    std::normal_distribution<double> normal;
+    for (at = {0}, angle = {10}; at.back() < duration_s;) {
+      at.push_back(at.back() + period_s / 2 * std::max(0.1, 1 + share * normal(random)));
+      angle.push_back(angle.back() > 45 ? 10 : 80);
     }
   }
 };
 
-TwoLogs make(double offset_s, double drift = 0) {
-  const Motion motion(3, 120);
-  TwoLogs p;
-  std::mt19937 random(5);
+struct Signal {
+  std::vector<double> t_s, value;
+  Series series() const { return {t_s, value}; }
+};
+
+// A glove's sensor: bent, falling, noisy, in whole counts.
+Signal glove(const SlowMotion& motion, double begin_s, double end_s, double rate_hz, unsigned seed) {
+  std::mt19937 random(seed);
   std::normal_distribution<double> noise;
-  for (double t = 5; t < 110; t += 0.11) {
-    if (t > 50 && t < 52) continue;  // the log pauses
-    p.sensor_t.push_back(t);
-    p.sensor.push_back(900 - 600 * std::pow(motion(t) / 100, 1.7) + 3 * noise(random));
+  Signal s;
+  for (double t = begin_s; t < end_s; t += 1 / rate_hz) {
+    s.t_s.push_back(t);
+    s.value.push_back(std::round(900 - 500 * std::pow(motion(t) / 100, 1.6) + 2 * noise(random)));
   }
-  for (double t = 0; t < 118; t += 1.0 / 30) {
-    p.reference_t.push_back(t * (1 + drift) + offset_s);
-    p.reference.push_back(motion(t) + noise(random));
+  return s;
+}
+
+Signal camera(const SlowMotion& motion, double begin_s, double end_s, double offset_s, unsigned seed,
+              double drift = 0, double noise_deg = 0.5) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise;
+  Signal s;
+  for (double t = begin_s; t < end_s; t += 1.0 / 30) {
+    s.t_s.push_back(t * (1 + drift) + offset_s);
+    s.value.push_back(motion(t) + noise_deg * noise(random));
   }
-  return p;
+  return s;
+}
+
+TwoLogs make(double offset_s, double drift = 0) {
+  const SlowMotion motion(3, 130, 3);
+  Signal sensor = glove(motion, 5, 110, 9, 5);
+  for (std::vector<double>* v : {&sensor.t_s, &sensor.value})
+    v->erase(v->begin() + 405, v->begin() + 423);  // a pause
+  const Signal reference = camera(motion, 0, 118, offset_s, 5, drift, 1);
+  return {sensor.t_s, sensor.value, reference.t_s, reference.value};
 }
 
 TEST(Align, FindsTheOffsetThroughSignScaleCurveAndGap) {
@@ -144,62 +173,11 @@ TEST(Align, AUsersOffsetIsCheckedAgainstTheSignals) {
 
 TEST(Align, ASensorThatTurnsBackOverPartOfTheRangeStillAligns) {
   TwoLogs p = make(2.5);
-  const Motion motion(3, 120);
+  const SlowMotion motion(3, 130, 3);
   for (std::size_t k = 0; k < p.sensor.size(); ++k) {
     p.sensor[k] = 500 - 0.2 * std::pow(motion(p.sensor_t[k]) - 35, 2);
   }
   EXPECT_NEAR(p.align().clock_offset_s, 2.5, 0.1);
-}
-
-// A finger that bends to random angles, quickly or slowly, and rests there for a while.
-struct SlowMotion : Moves {
-  SlowMotion(unsigned seed, double duration_s, double slowest_move_s = 1.2) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> uniform;
-    while (at.back() < duration_s) {
-      at.push_back(at.back() + 0.3 + slowest_move_s * uniform(random));
-      angle.push_back(angle.back() > 55 ? 10 + 40 * uniform(random) : 60 + 40 * uniform(random));
-      at.push_back(at.back() + 0.6 * uniform(random));
-      angle.push_back(angle.back());
-    }
-  }
-  // Bends and straightens with this period instead, which varies by `share`.
-  void repeat(double period_s, double share, double duration_s, std::mt19937& random) {
-    std::normal_distribution<double> normal;
-    for (at = {0}, angle = {10}; at.back() < duration_s;) {
-      at.push_back(at.back() + period_s / 2 * std::max(0.1, 1 + share * normal(random)));
-      angle.push_back(angle.back() > 45 ? 10 : 80);
-    }
-  }
-};
-
-struct Signal {
-  std::vector<double> t_s, value;
-  Series series() const { return {t_s, value}; }
-};
-
-// A glove's sensor: bent, falling, noisy, in whole counts.
-Signal glove(const SlowMotion& motion, double begin_s, double end_s, double rate_hz, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> noise;
-  Signal s;
-  for (double t = begin_s; t < end_s; t += 1 / rate_hz) {
-    s.t_s.push_back(t);
-    s.value.push_back(std::round(900 - 500 * std::pow(motion(t) / 100, 1.6) + 2 * noise(random)));
-  }
-  return s;
-}
-
-Signal camera(const SlowMotion& motion, double begin_s, double end_s, double offset_s, unsigned seed,
-              double drift = 0, double noise_deg = 0.5) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> noise;
-  Signal s;
-  for (double t = begin_s; t < end_s; t += 1.0 / 30) {
-    s.t_s.push_back(t * (1 + drift) + offset_s);
-    s.value.push_back(motion(t) + noise_deg * noise(random));
-  }
-  return s;
 }
 
 TEST(AlignShort, FiveToNineSecondsAt250HzFindTheirOffset) {

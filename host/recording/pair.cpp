@@ -282,10 +282,6 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
   if (!stated.empty() && (!wanted || (*wanted != "deg" && *wanted != "rad"))) {
     throw InputError(fmt::format("unit \"{}\" of the angle: deg or rad", stated));
   }
-  if (wanted && !it->unit.empty() && *wanted != it->unit) {
-    throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by the option: which?",
-                                 recording.source, name, it->unit, *wanted));
-  }
   if (const std::string other = unknown_angle_unit(name); it->unit.empty() && !other.empty()) {
     const bool grad = lower(other) == "grad";
     if (!grad || !wanted)
@@ -304,7 +300,8 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
         : high - low > 360 ? "; it spans more than a turn: is this the measured angle?"
                            : ""));
   }
-  const std::string unit = !it->unit.empty() ? it->unit : wanted.value_or("deg");
+  state_unit(recording, name, stated);
+  const std::string unit = it->unit.empty() ? "deg" : it->unit;
   if (unit != "deg" && unit != "rad") {
     throw InputError(fmt::format("{}: column \"{}\" is in {}: an angle in deg or rad is needed",
                                  recording.source, name, unit));
@@ -334,7 +331,7 @@ void state_unit(Recording& recording, const std::string& column, const std::stri
   (void)recording.column(column);
   std::string& unit = std::ranges::find(recording.columns, column, &Column::name)->unit;
   if (!unit.empty() && unit != *asked) {
-    throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by --input-unit: which?",
+    throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by the option: which?",
                                  recording.source, column, unit, *asked));
   }
   unit = *asked;

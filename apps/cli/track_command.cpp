@@ -164,7 +164,6 @@ struct FilmOptions {
 
 Output run_film(const FilmOptions& o) {
   const twin::Parameters parameters = twin_parameters(o.twin);
-  io::require_folder(o.folder);
   std::vector<twin::Motion> motions = study::motions(o.gestures);
   motions.insert(motions.begin(), study::short_motion());
   const model::Model raw = study::compensator("raw", o.rate_hz).model;

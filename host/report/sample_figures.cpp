@@ -250,7 +250,6 @@ Chart error_correlation(const std::string& name, const Part& held, double period
              level("", kHeldOut, -cross_band),
              {"errors", kEstimated, distance_s, own, Style::line, 2},
              {"errors, earlier readings", kHeldOut, distance_s, cross, Style::line, 2}},
-            {},
             -1,
             1}},
           {},

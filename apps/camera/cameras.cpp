@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <new>
 
 #include "apps/camera/film.hpp"
 #include "host/camera/draw.hpp"
-#include "host/camera/jpeg.hpp"
 #include "host/camera/video.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
@@ -56,12 +56,6 @@ class AngleFile {
   io::Output output_;
 };
 
-// The report reads the angles back.
-void require_file(const std::filesystem::path& path) {
-  if (!std::filesystem::exists(path) || std::filesystem::is_regular_file(path)) return;
-  throw io::InputError(fmt::format("{}: a report needs its angles in a file; name one", path.string()));
-}
-
 // For the report: angles.csv, results.json, and one picture with its marks.
 void save_results(const Tracked& r, const TrackRequest& request, const camera::Picture& labelled) {
   const std::filesystem::path& folder = request.report;
@@ -69,7 +63,8 @@ void save_results(const Tracked& r, const TrackRequest& request, const camera::P
   std::error_code error;
   if (!std::filesystem::equivalent(request.out, folder / "angles.csv", error))
     io::write_file(folder / "angles.csv", io::read_file(request.out));
-  if (!labelled.empty()) camera::write_picture(folder / "frame.jpg", labelled);
+  labelled.empty() ? void(std::filesystem::remove(folder / "frame.jpg", error))
+                   : camera::write_picture(folder / "frame.jpg", labelled);
   nlohmann::ordered_json json = {{"kind", "tracking"}};
   json.update(to_json(r, request));
   json["lens"] = io::to_utf8(request.lens.string());
@@ -100,12 +95,9 @@ class Track {
   explicit Track(const TrackRequest& request)
       : request_(request), joints_(camera::load_joints(request.joints)) {
     if (!request.lens.empty()) lens_ = camera::load_lens(request.lens);
-    io::require_writable(request.out);
-    if (!request.preview.empty()) io::require_writable(request.preview);
-    if (!request.report.empty()) {
-      io::require_folder(request.report, "tracking");
-      require_file(request.out);
-    }
+    io::require_outputs({request.out, request.preview});
+    if (!request.preview.empty()) io::require_file(request.preview);
+    if (!request.report.empty()) io::require_file(request.out);  // which the report reads back
   }
 
   Tracked run(const TrackProgress& progress) {
@@ -138,7 +130,7 @@ class Track {
       const std::vector<camera::FilteredRow> rows = tracker->push(picture, t_s);
       out.tracking_s += seconds_since(begin);
       file->add(rows);
-      if (preview) preview->add(picture, tracker->seen(), rows);
+      if (preview) preview->add(picture, tracker->seen());
       const bool all = std::ranges::all_of(tracker->seen(), &camera::Observation::labelled);
       if (all && labelled.empty()) {
         labelled = camera::draw_seen(picture, joints_, tracker->seen());
@@ -147,14 +139,13 @@ class Track {
       if (progress && !progress(video.frames(), video.declared_frames())) break;
       if (request_.seconds > 0 && t_s >= request_.seconds) break;
     }
-    const std::vector<camera::FilteredRow> last = tracker->flush();
-    file->add(last);
+    file->add(tracker->flush());
     out.summary = tracker->summary();
     require_fit(out.summary);
     out.warnings = video.warnings();
     add_warnings(out, bone_px > 0 ? bone_px : out.width / 12.0);
     file->finish();
-    if (preview) preview->finish(last);
+    if (preview) preview->finish();
     if (!request_.report.empty()) save_results(out, request_, labelled);
     return out;
   }
@@ -259,15 +250,20 @@ Played play(const FilmRequest& request) {
 
 Tracked track(const TrackRequest& request, const TrackProgress& progress) {
   for (const auto& input : {request.video, request.joints, request.lens}) io::note_input(input);
-  return Track(request).run(progress);
+  try {
+    return Track(request).run(progress);
+  } catch (const std::bad_alloc&) {
+    throw io::JobError(fmt::format("{}: its pictures need more memory than there is{}: make them smaller",
+                                   request.video.string(),
+                                   request.preview.empty() ? "" : ", with --preview"));
+  }
 }
 
 camera::MarkProposal propose_marks(const MarkProposalRequest& request) {
   for (const auto& input : {request.video, request.joints}) io::note_input(input);
   camera::Joints joints = camera::load_joints(request.joints);
   camera::Skeleton& skeleton = joints.skeletons[skeleton_index(joints, request.skeleton)];
-  io::require_writable(request.picture);
-  if (!request.save.empty()) io::require_writable(request.save);
+  io::require_outputs({request.picture, request.save});
   camera::VideoReader video(request.video);
   camera::Picture picture;
   double t_s = 0;
@@ -277,7 +273,7 @@ camera::MarkProposal propose_marks(const MarkProposalRequest& request) {
     throw io::InputError(
         fmt::format("{}: ends at {:.2f} s, before {:g} s", request.video.string(), t_s, request.at_s));
   }
-  camera::MarkProposal proposal = camera::propose_marks(skeleton, picture, request.colour, request.assigned);
+  camera::MarkProposal proposal = camera::propose_marks(skeleton, picture, request.mark, request.assigned);
   camera::write_picture(request.picture, camera::draw_proposal(picture, proposal));
   if (!request.save.empty()) {
     skeleton = camera::with_start(skeleton, proposal);
@@ -300,18 +296,13 @@ std::size_t film(const FilmRequest& request, const TrackProgress& progress) {
   io::make_folder(request.folder);
   HandFilm hand(request.seed);
   camera::VideoWriter video(request.folder / "video.mp4", HandFilm::kWidth, HandFilm::kHeight, frame_rate_hz);
-  std::optional<io::Output> mjpeg;
-  if (request.mjpeg) mjpeg.emplace(request.folder / "video.mjpeg");
   for (std::size_t k = 0; k < truth.t_s.size(); ++k) {
     twin::PerFinger pose{};
     for (std::size_t i = 0; i < twin::kFingers; ++i) pose[i] = truth.columns[i].value[k];
-    const camera::Picture& picture = hand.shoot(pose, k, twin::kGreen);
-    video.add(picture);
-    if (mjpeg) mjpeg->write(camera::to_jpeg(picture));
+    video.add(hand.shoot(pose, k, twin::kGreen));
     if (progress && !progress(k + 1, truth.t_s.size())) throw io::Cancelled("stopped");
   }
   video.finish();
-  if (mjpeg) mjpeg->commit();
   io::write_file(request.folder / "glove.csv", recording::to_csv(glove));
   io::write_file(request.folder / "truth.csv", recording::to_csv(truth));
   io::write_file(request.folder / "joints.json", camera::to_json(request.joints));

@@ -40,9 +40,9 @@ using TrackProgress = std::function<bool(std::size_t frames, std::size_t of)>;
 struct MarkProposalRequest {
   std::filesystem::path video;
   std::filesystem::path joints;
-  double at_s = 0;       // which picture: the first from there on
-  std::string skeleton;  // its name; empty: the first
-  camera::ColourChoice colour;
+  double at_s = 0;                      // which picture: the first from there on
+  std::string skeleton;                 // its name; empty: the first
+  std::optional<camera::Point> mark;    // a point on one, whose colour is learnt
   std::map<int, std::string> assigned;  // candidate -> mark; empty: they are proposed
   std::filesystem::path picture;        // PNG with numbers
   std::filesystem::path save;           // joint file with colour and start positions; empty: none
@@ -59,7 +59,6 @@ struct FilmRequest {
   camera::Joints joints;                 // of what is drawn
   std::uint64_t seed = 1;
   std::filesystem::path folder;
-  bool mjpeg = false;  // the pictures also as video.mjpeg
 };
 
 // Writes t_s, and for each angle NAME_deg, NAME_se_deg, NAME_quality (camera::Quality as a number); the report
@@ -69,8 +68,7 @@ Tracked track(const TrackRequest& request, const TrackProgress& progress);
 camera::MarkProposal propose_marks(const MarkProposalRequest& request);
 camera::LensFit fit_lens(const LensFitRequest& request);
 // The twin wears the glove and is filmed: glove.csv (readings), video.mp4, truth.csv (exact angles at the
-// video's frames) and joints.json; video.mjpeg, if asked for, is JPEGs one after the other and nothing else, as a
-// browser takes it in place of a camera. The glove's clock is seconds away from the video's. How many frames. Throws
+// video's frames) and joints.json. The glove's clock is seconds away from the video's. How many frames. Throws
 // io::Cancelled.
 std::size_t film(const FilmRequest& request, const TrackProgress& progress);
 

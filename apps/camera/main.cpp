@@ -30,7 +30,7 @@ camera::Joints joints_of(io::JsonReader& arguments) {
 // A picture or a video may state any size, and its decoder asks nobody: memory that it does not get is the video's end. Each
 // core's threads have their stacks beside.
 void bound_memory() {
-  constexpr rlim_t kMostBytes = 850 << 20;
+  constexpr rlim_t kMostBytes = 1100 << 20;
   constexpr rlim_t kStacks = 24 << 20;
   const rlim_t bytes = kMostBytes + kStacks * std::thread::hardware_concurrency();
   const rlimit most{bytes, bytes};
@@ -51,22 +51,6 @@ Json track(const Json& json, const io::JobProgress& progress) {
   return filming::to_json(filming::track(request, progress), request);
 }
 
-camera::ColourChoice colour_of(io::JsonReader& arguments) {
-  camera::ColourChoice out;
-  if (arguments.has("colour_at_px")) {
-    const std::vector<double> v = arguments.numbers("colour_at_px");
-    if (v.size() != 2) arguments.fail("\"colour_at_px\" must be x and y");
-    out.at = camera::Point{v[0], v[1]};
-  }
-  if (arguments.has("colour_in_px")) {
-    const std::vector<double> v = arguments.numbers("colour_in_px");
-    if (v.size() != 4) arguments.fail("\"colour_in_px\" must be left, top, width and height");
-    out.in = camera::Window{static_cast<int>(v[0]), static_cast<int>(v[1]), static_cast<int>(v[2]),
-                            static_cast<int>(v[3])};
-  }
-  return out;
-}
-
 Json propose_marks(const Json& json, const io::JobProgress&) {
   io::JsonReader arguments(json, "propose_marks");
   filming::MarkProposalRequest request;
@@ -74,7 +58,11 @@ Json propose_marks(const Json& json, const io::JobProgress&) {
   request.joints = path_of(arguments, "joints");
   request.at_s = arguments.number("at_s");
   request.skeleton = io::bytes_from_json(arguments.member("skeleton"));
-  request.colour = colour_of(arguments);
+  if (arguments.has("colour_at_px")) {
+    const std::vector<double> v = arguments.numbers("colour_at_px");
+    if (v.size() != 2) arguments.fail("\"colour_at_px\" must be x and y");
+    request.mark = camera::Point{v[0], v[1]};
+  }
   for (const Json& pair : arguments.member("assigned")) {
     request.assigned.emplace(pair.at("number").get<int>(), io::bytes_from_json(pair.at("mark")));
   }
@@ -116,7 +104,6 @@ Json film(const Json& json, const io::JobProgress& progress) {
   request.joints = joints_of(arguments);
   request.seed = arguments.member("seed").get<std::uint64_t>();
   request.folder = path_of(arguments, "folder");
-  request.mjpeg = arguments.has("mjpeg") && arguments.member("mjpeg").get<bool>();
   arguments.done();
   return {{"folder", request.folder.string()},
           {"frames", filming::film(request, progress)},

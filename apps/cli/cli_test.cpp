@@ -1,10 +1,12 @@
 // The program as its users run it: exit codes, one clear line for bad input, nothing half-written.
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <map>
 
 #include "apps/cli/command_test.hpp"
+#include "host/io/folder_lock.hpp"
 #include "host/model/channel.hpp"
 #include "host/recording/csv.hpp"
 
@@ -468,6 +470,9 @@ TEST_F(Cli, CameraCommandsRefuseBadInputInOneLineAndLeaveNothingBehind) {
   make(FLEXOR_TEST_INPUTS);
   write("text.mp4", "no video");
   write("empty.mp4", "");
+  ASSERT_EQ(::mkfifo(path("pipe.mp4").c_str(), 0600), 0);
+  fs::create_directory(path("rep"));
+  const io::FolderLock lock(path("rep"));
   const std::string joints = " --joints " + kGreenMarkers;
   const std::string out = " --out a.csv";
   const std::string picture = " board0.png";
@@ -478,8 +483,16 @@ TEST_F(Cli, CameraCommandsRefuseBadInputInOneLineAndLeaveNothingBehind) {
       {"track empty.mp4" + joints + out, "is empty"},
       {"track" + picture + " --joints simulated_glove.csv" + out, "simulated_glove.csv"},
       {"track" + picture + joints + " --out no/where.csv", "no/where.csv"},
-      {"track" + picture + joints + out + " --lens " + kGreenMarkers, "not a lens file"},
+      {"track" + picture + joints + out + " --lens " + kGreenMarkers, "\"flexor-lens\""},
       {"track" + picture + joints + out + " --preview p.txt", ".mp4"},
+      {"track" + picture + joints + out + " --preview pipe.mp4", "is no file"},
+      {"track" + picture + joints + " --out x.mp4 --preview x.mp4", "another output"},
+      {"identify --sensor simulated_glove.csv --reference simulated_camera.csv --model rep/m.json --report "
+       "rep",
+       "folder of the report"},
+      {"identify --sensor simulated_glove.csv --reference simulated_camera.csv --report rep",
+       "another run works"},
+      {"track" + picture + joints + out + " --report rep", "another run works"},
       {"track /dev/null" + joints + out, "camera cannot be opened"},
       {"track" + picture + joints + out + " --colour 1,1", "--setup"},
       {setup + " --colour one", "--colour: At least 2"},

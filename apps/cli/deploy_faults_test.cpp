@@ -205,11 +205,11 @@ TEST_F(DeployFaults, AModelInAnotherUnitNeedsACalibrationThatSaysIt) {
 
 TEST_F(DeployFaults, WiringDoesNotWriteOverADeployments) {
   fs::create_directories(path("d"));
-  write(path("d/glove.hex"), ":00000001FF\n");
+  write(path("d/results.json"), R"({"kind": "deployment"})");
   write(path("d/wiring.md"), "its own");
   const Finished r = run("wiring --hardware lucidgloves --out d");
   EXPECT_EQ(r.exit, 2);
-  EXPECT_NE(r.err.find("d: holds a deployment"), std::string::npos) << r.err;
+  EXPECT_NE(r.err.find("d: holds what another job found"), std::string::npos) << r.err;
   EXPECT_EQ(content(path("d/wiring.md")), "its own");
   EXPECT_EQ(run("wiring --hardware lucidgloves --out w").exit, 0);
 }

@@ -191,11 +191,8 @@ void show_shard(const Options& o) {
 void play(Options& o) {
   const study::Plan& plan = o.plan;
   study::check(plan);
-  std::optional<study::FolderLock> lock;  // until the report is written
-  if (!o.folder.empty()) {
-    io::require_folder(o.folder, "experiment");
-    o.plan.lock = &lock.emplace(plan.folder);
-  }
+  std::optional<io::FolderLock> lock;  // until the report is written
+  if (!o.folder.empty()) o.plan.lock = &lock.emplace(plan.folder, "experiment");
   study::Result result;
   std::vector<study::ScenarioResult> scenarios;
   {

@@ -156,8 +156,6 @@ file a.mcap "$flexor" export "$in/angles.csv" --to mcap --start 2026-05-01T12:00
 track=("$flexor" track "$in/video.mp4" --joints "$in/joints.json")
 file a.csv "${track[@]}" --out "$disk/a.csv"
 file p.mp4 "${track[@]}" --out "$work/a.csv" --preview "$disk/p.mp4"
-file p.avi "${track[@]}" --out "$work/a.csv" --preview "$disk/p.avi"
-file p.mkv "${track[@]}" --out "$work/a.csv" --preview "$disk/p.mkv"
 folder "${track[@]}" --out "$work/a.csv" --report "$disk/new"
 setup=("$flexor" track --setup "$in/video.mp4" --joints "$in/joints.json")
 file s.png "${setup[@]}" --out "$disk/s.png"

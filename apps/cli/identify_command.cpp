@@ -13,8 +13,10 @@
 #include "host/identify/hand.hpp"
 #include "host/identify/hand_results.hpp"
 #include "host/identify/joint_map.hpp"
+#include "host/io/folder_lock.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
+#include "host/io/output.hpp"
 #include "host/recording/csv.hpp"
 #include "host/report/render.hpp"
 #include "host/study/cohort.hpp"
@@ -381,7 +383,7 @@ void track_reference(Options& o, std::optional<io::TemporaryFolder>& temporary) 
     return;
   }
   io::Worker camera(io::program_beside(kCameraWorker));
-  o.report.empty() ? void(temporary.emplace()) : io::make_folder(o.report);
+  if (o.report.empty()) temporary.emplace();
   o.files.reference =
       angles_of_video(o, camera, temporary ? temporary->path() : std::filesystem::path(o.report));
 }
@@ -392,8 +394,9 @@ void run(Options& o) {
   if (!o.out.empty() || !o.shard.empty())
     throw io::InputError("--out and --shard go with --manifest; one model goes to --model");
   if (!o.poses.empty()) return run_poses(o);
-  if (!o.model.empty()) io::require_writable(o.model);
-  if (!o.report.empty()) io::require_folder(o.report, "hand");
+  io::require_outputs({o.model}, o.report);
+  std::optional<io::FolderLock> lock;
+  if (!o.report.empty()) lock.emplace(o.report, "hand");
   std::optional<io::TemporaryFolder> temporary;
   track_reference(o, temporary);
   add_takes(o);
@@ -407,6 +410,7 @@ void run(Options& o) {
   // The model first: a report that cannot be drawn must not cost the fit.
   if (!o.model.empty()) model::save(result.model, o.model);
   if (!o.report.empty()) {
+    report::clear_hand(o.report);
     identify::save_hand_results(result, o.report);
     report::render(o.report);
   }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/cli/commands.hpp"
+#include "host/io/folder_lock.hpp"
 #include "host/report/render.hpp"
 #include "host/study/latency.hpp"
 
@@ -26,7 +27,8 @@ Output run(const Options& o) {
   compensator.model = deploy::on_hand(std::move(compensator.model), p, notes);
   const deploy::Glove glove = deploy::glove_for(p, compensator.model, study::bench_key());
   const double frames_hz = o.rate_hz / deploy::samples_per_frame(glove);
-  if (!o.folder.empty()) io::require_folder(o.folder, "latency");
+  std::optional<io::FolderLock> lock;
+  if (!o.folder.empty()) lock.emplace(o.folder, "latency");
   log(fmt::format("{} edges on simulated boards ...", o.edges));
   const study::LatencyBudget budget =
       study::budget_of(boards.latency(p, compensator.model, o.edges, o.seed), o.edges);

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "apps/cli/commands.hpp"
+#include "host/io/folder_lock.hpp"
 #include "host/report/render.hpp"
-#include "host/study/journal.hpp"
 
 namespace flexor::cli {
 namespace report_command {
@@ -17,7 +17,7 @@ struct Options {
 };
 
 Output run(const Options& o) {
-  std::optional<study::FolderLock> lock;  // a run that goes on there would mix its results with these
+  std::optional<io::FolderLock> lock;  // a run that goes on there would mix its results with these
   if (std::filesystem::exists(std::filesystem::path(o.folder) / "results.json")) lock.emplace(o.folder);
   report::render(o.folder, nullptr, o.files);
   const std::string page = o.folder + "/report.html";

@@ -7,10 +7,10 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
+#include "host/io/folder_lock.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
 #include "host/report/render.hpp"
-#include "host/study/bench.hpp"
 #include "host/study/builtin.hpp"
 #include "host/study/catalogue.hpp"
 #include "host/twin/exact_json.hpp"
@@ -27,7 +27,6 @@ struct Options {
   double at_s = 0;
   std::string skeleton;
   std::vector<double> colour;
-  std::vector<double> colour_in;
   std::vector<std::string> assign;
   std::string save;
   bool json = false;
@@ -61,9 +60,7 @@ Json setup_arguments(const Options& o) {
               {"assigned", assignments_of(o.assign)},
               {"picture", bytes(o.track.out)},
               {"save", bytes(o.save)}};
-  if (!o.colour.empty() && !o.colour_in.empty()) throw io::InputError("--colour or --colour-in, not both");
   if (!o.colour.empty()) out["colour_at_px"] = o.colour;
-  if (!o.colour_in.empty()) out["colour_in_px"] = o.colour_in;
   return out;
 }
 
@@ -114,6 +111,8 @@ Output run(const Options& o) {
   if (o.setup) return run_setup(o, camera);
   // A camera has no end of its own: Ctrl-C is how its recording is finished.
   std::optional<io::StopOnSignal> stop;
+  std::optional<io::FolderLock> lock;
+  if (!o.track.report.empty()) lock.emplace(o.track.report, "tracking");
   if (std::filesystem::is_character_file(o.track.video)) stop.emplace();
   Json result = track_video(camera, o.track, [&] { return !stop || !*stop->flag(); });
   if (!o.track.report.empty()) report::render(o.track.report);
@@ -159,28 +158,14 @@ struct FilmOptions {
   double rate_hz = 50;
   std::uint64_t seed = 1;
   std::string gestures = "1-6";
-  std::string motion;
-  bool mjpeg = false;
   TwinFiles twin;
   bool json = false;
 };
 
-// One after the other.
-std::vector<twin::Motion> filmed(const FilmOptions& o) {
-  if (!o.motion.empty() && std::isdigit(static_cast<unsigned char>(o.motion[0])) == 0) {
-    if (const std::optional<twin::Motion> motion = study::bench_motion(o.motion)) return {*motion};
-    throw io::InputError("--motion rest: nothing moves, so there is nothing to film");
-  }
-  if (!o.motion.empty()) return study::motions(o.motion);
-  std::vector<twin::Motion> out = study::motions(o.gestures);
-  out.insert(out.begin(), study::short_motion());
-  return out;
-}
-
 Output run_film(const FilmOptions& o) {
   const twin::Parameters parameters = twin_parameters(o.twin);
-  io::require_folder(o.folder);
-  const std::vector<twin::Motion> motions = filmed(o);
+  std::vector<twin::Motion> motions = study::motions(o.gestures);
+  motions.insert(motions.begin(), study::short_motion());
   const model::Model raw = study::compensator("raw", o.rate_hz).model;
   Json inputs = Json::array();
   for (const twin::Motion& motion : motions)
@@ -193,15 +178,13 @@ Output run_film(const FilmOptions& o) {
                         {{"inputs", std::move(inputs)},
                          {"joints", Json::parse(study::builtin("joints/paper_hand.json"))},
                          {"seed", o.seed},
-                         {"folder", io::bytes_to_json(o.folder)},
-                         {"mjpeg", o.mjpeg}},
+                         {"folder", io::bytes_to_json(o.folder)}},
                         [&](const io::Progress& p) {
                           line.step("filming: frame", p.done, p.of);
                           return true;
                         });
   }
-  return {result, fmt::format("glove.csv, video.mp4{}, truth.csv and joints.json are in {}\n",
-                              o.mjpeg ? ", video.mjpeg" : "", o.folder)};
+  return {result, fmt::format("glove.csv, video.mp4, truth.csv and joints.json are in {}\n", o.folder)};
 }
 
 }  // namespace track_command
@@ -243,12 +226,10 @@ void add_track(CLI::App& app) {
   command->add_option("--at", o->at_s, "the picture at this time, seconds")->needs(setup);
   command->add_option("--skeleton", o->skeleton, "which of the joint file's (default: the first)")
       ->needs(setup);
-  const auto pixels = [&, command = command](const char* name, std::vector<double>& to, const char* about,
-                                             int count) {
-    command->add_option(name, to, about)->delimiter(',')->expected(count)->needs(setup);
-  };
-  pixels("--colour", o->colour, "X,Y: learn the colour from this point on a mark", 2);
-  pixels("--colour-in", o->colour_in, "LEFT,TOP,WIDTH,HEIGHT: learn it from a rectangle within a mark", 4);
+  command->add_option("--colour", o->colour, "X,Y: learn the colour from this point on a mark")
+      ->delimiter(',')
+      ->expected(2)
+      ->needs(setup);
   command->add_option("--assign", o->assign, "NUMBER=MARK, for each mark: instead of the proposal")
       ->needs(setup);
   command->add_option("--save", o->save, "write a joint file with this colour and these places")
@@ -270,15 +251,8 @@ void add_camera(CLI::App& app) {
       add_command(*camera, "film",
                   "The twin wears its glove before a camera: a log, a video, and the exact angles", run_film);
   film->add_option("--out", f->folder, "folder for glove.csv, video.mp4, truth.csv, joints.json")->required();
-  auto* gestures = film->add_option("--gestures", f->gestures,
-                                    "what follows the calibration motion, as for flexor experiment")
-                       ->capture_default_str();
-  film->add_option("--motion", f->motion,
-                   "one motion alone: calibration, ordinary, protocol, or gestures as for --gestures")
-      ->excludes(gestures);
-  film->add_flag("--mjpeg", f->mjpeg,
-                 "also video.mjpeg, which a browser takes in place of a camera "
-                 "(Chromium: --use-file-for-fake-video-capture)");
+  film->add_option("--gestures", f->gestures, "what follows the calibration motion, as for flexor experiment")
+      ->capture_default_str();
   film->add_option("--rate", f->rate_hz, "of the glove's log, Hz")->capture_default_str();
   add_seed(*film, f->seed);
   add_twin_options(*film, f->twin);

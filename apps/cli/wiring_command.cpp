@@ -1,10 +1,8 @@
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "apps/cli/commands.hpp"
 #include "host/deploy/wiring.hpp"
-#include "host/io/io.hpp"
+#include "host/io/folder_lock.hpp"
 #include "host/report/wiring.hpp"
 
 namespace flexor::cli {
@@ -17,20 +15,11 @@ struct Options {
   bool json = false;
 };
 
-void refuse_deployment(const std::string& folder) {
-  std::error_code error;
-  if (!std::filesystem::exists(std::filesystem::path(folder) / "glove.hex", error)) return;
-  throw io::InputError(fmt::format(
-      "{}: holds a deployment, whose own wiring.md and pictures would go: --out another folder", folder));
-}
-
 Output run(const Options& o) {
   const model::Hardware hardware = model::hardware(o.hardware);
   const deploy::Output output = deploy::kOutputs.at(o.output);
   nlohmann::ordered_json json = deploy::wiring_plan(hardware, output);
-  io::require_folder(o.out);
-  refuse_deployment(o.out);
-  io::make_folder(o.out);
+  const io::FolderLock lock(o.out, "wiring");
   report::save_wiring(json, o.out);
   json["folder"] = o.out;
   json["pins"] = model::to_json(hardware.pins);

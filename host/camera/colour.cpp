@@ -75,6 +75,7 @@ cv::Mat scores(const cv::Mat& bgr, const ColourModel& model) {
 
 double quantile(const cv::Mat& score, const cv::Mat& mask, double share) {
   std::vector<float> values;
+  values.reserve(static_cast<std::size_t>(cv::countNonZero(mask)));
   for (int y = 0; y < score.rows; ++y) {
     for (int x = 0; x < score.cols; ++x) {
       if (mask.at<std::uint8_t>(y, x)) values.push_back(score.at<float>(y, x));
@@ -255,23 +256,6 @@ ColourModel colour_at(const Picture& picture, Point at) {
   return out;
 }
 
-ColourModel colour_in(const Picture& picture, const Window& window) {
-  require_inside(picture, window.x, window.y);
-  require_inside(picture, window.x + window.width - 1, window.y + window.height - 1);
-  if (window.empty()) throw io::InputError("the rectangle is empty: give left,top,width,height in pixels");
-  cv::Mat mask = cv::Mat::zeros(picture.height, picture.width, CV_8U);
-  mask(cv::Rect(window.x, window.y, window.width, window.height)) = 255;
-  ColourModel first = learn(mat(picture), mask);
-  // Marks elsewhere in the picture have been learnt as background; once more without them.
-  const cv::Mat score = scores(mat(picture), first);
-  const cv::Mat all(score.size(), CV_8U, cv::Scalar(255));
-  const Blobs found = find_blobs(score > quantile(score, all, 0.5) + first.level / 2);
-  if (found.label.empty()) return first;
-  ColourModel out = learn(mat(picture), cores(found, found.label.size()));
-  out.area_px = typical_area(found, found.label.size());
-  return out;
-}
-
 ColourModel colour_like(const Picture& picture, const std::array<double, 3>& rgb) {
   cv::Mat hue;
   cv::Mat chroma;
@@ -319,6 +303,7 @@ ColourModel colour_automatic(const Picture& picture, const Window& region, std::
         "bright colour that nothing else has, or tell the colour with --colour X,Y",
         marks, most));
   }
+  for (cv::Mat* done : {&picture_lab, &hue, &chroma}) done->release();  // before as much again is needed
   return learn_twice(bgr, best, marks);
 }
 

@@ -28,9 +28,6 @@ struct ColourModel {
 // Throws io::InputError: outside the picture, or nothing that differs from its surroundings.
 ColourModel colour_at(const Picture& picture, Point at);
 
-// From a rectangle that holds mark pixels only. Throws as above.
-ColourModel colour_in(const Picture& picture, const Window& window);
-
 // From a colour that was told: the blobs nearest to it. Throws io::InputError when there are none.
 ColourModel colour_like(const Picture& picture, const std::array<double, 3>& rgb);
 

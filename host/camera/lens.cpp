@@ -64,11 +64,7 @@ void require_directions(const Lens& lens, const std::string& source) {
 Lens lens_from_json(const std::string& text, const std::string& source) {
   const Json json = io::parse_json(text, source);
   io::JsonReader reader(json, source);
-  if (!reader.has("schema") || reader.text("schema") != "flexor-lens") {
-    reader.fail("not a lens file: \"schema\" must be \"flexor-lens\"; flexor camera calibrate writes one");
-  }
-  if (reader.number("schema_version") != 1)
-    reader.fail("schema_version must be 1: newer files need a newer flexor");
+  reader.schema("flexor-lens", 1);
   Lens out;
   out.width = reader.whole_within("width", 1, kLargestSide_px);
   out.height = reader.whole_within("height", 1, kLargestSide_px);

@@ -12,12 +12,6 @@
 
 namespace flexor::camera {
 
-// At most one of the two: a click on a mark, or a rectangle within one.
-struct ColourChoice {
-  std::optional<Point> at;
-  std::optional<Window> in;
-};
-
 struct MarkProposal {
   ColourModel colour;
   std::vector<Mark> candidates;   // numbered from 1 in this order: from the top left to the bottom right
@@ -25,9 +19,9 @@ struct MarkProposal {
   std::string trouble;            // why nothing is proposed
 };
 
-// Of a skeleton of colour marks. `assigned`: candidate number -> mark; then nothing is proposed. Throws
+// Of a skeleton of colour marks. `mark`: a point on one, whose colour is learnt. `assigned`: candidate number -> mark; then nothing is proposed. Throws
 // io::InputError for a number or a name that does not exist, io::JobError when no colour is found.
-MarkProposal propose_marks(const Skeleton& skeleton, const Picture& picture, const ColourChoice& colour,
+MarkProposal propose_marks(const Skeleton& skeleton, const Picture& picture, const std::optional<Point>& mark,
                            const std::map<int, std::string>& assigned);
 
 // The skeleton with this colour and these start positions. Throws io::InputError when a mark has no

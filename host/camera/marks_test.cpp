@@ -24,10 +24,9 @@ void add_noise(Picture& picture, double sigma, unsigned seed) {
     v = static_cast<std::uint8_t>(std::clamp(v + normal(random), 0.0, 255.0));
 }
 
-TEST(Colour, IsLearntFromAClickARectangleATellingOrAlone) {
+TEST(Colour, IsLearntFromAClickATellingOrAlone) {
   const Picture picture = three();
-  const std::vector<ColourModel> models = {colour_at(picture, {150, 90}), colour_in(picture, {147, 87, 7, 7}),
-                                           colour_like(picture, {40, 150, 50}),
+  const std::vector<ColourModel> models = {colour_at(picture, {150, 90}), colour_like(picture, {40, 150, 50}),
                                            colour_automatic(picture, kAll, 3)};
   for (const ColourModel& model : models) {
     EXPECT_NEAR(model.weight[0] + model.weight[1] + model.weight[2], 0, 1e-9);
@@ -40,8 +39,6 @@ TEST(Colour, RefusesWhatIsNoMark) {
   const Picture picture = three();
   EXPECT_THROW(colour_at(picture, {-1, 5}), io::InputError);
   EXPECT_THROW(colour_at(picture, {10, 190}), io::InputError);
-  EXPECT_THROW(colour_in(picture, {310, 190, 50, 50}), io::InputError);
-  EXPECT_THROW(colour_in(picture, {5, 180, 10, 10}), io::InputError);
   EXPECT_THROW(colour_like(picture, {250, 20, 250}), io::InputError);
   EXPECT_THROW(colour_automatic(picture, kAll, 4), io::JobError);
   EXPECT_THROW(colour_automatic(Picture(1, 1), {0, 0, 1, 1}, 3), io::JobError);

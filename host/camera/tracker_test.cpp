@@ -200,8 +200,7 @@ TEST_F(RealVideo, TheProposedSetupIsRightAndCanBeToldOtherwise) {
     assigned[static_cast<int>(i + 1)] = name;
   }
   ASSERT_EQ(assigned.size(), 8U);
-  const Skeleton kept =
-      with_start(skeleton, propose_marks(skeleton, picture, {Point{718, 335}, {}}, assigned));
+  const Skeleton kept = with_start(skeleton, propose_marks(skeleton, picture, Point{718, 335}, assigned));
   EXPECT_LT(std::hypot(kept.start[0]->x - 718, kept.start[0]->y - 335), 8);
   assigned.erase(assigned.begin());
   EXPECT_THROW(with_start(skeleton, propose_marks(skeleton, picture, {}, assigned)), io::InputError);

@@ -7,6 +7,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <new>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -20,7 +21,6 @@ namespace flexor::camera {
 namespace {
 
 constexpr double kMost_s = 1e9;
-constexpr std::uintmax_t kMostPictureBytes = 256 << 20;
 constexpr double kMostPixels = 36e6;  // of a picture, and of a video's frame
 
 double now_s() {
@@ -60,9 +60,19 @@ void require_few_pixels(double pixels, const char* of, const std::string& source
 // By the first bytes: OpenCV may have been built with readers of much else.
 bool is_picture(std::string_view bytes) {
   using std::literals::operator""sv;
-  static constexpr std::array kBegin = {"\x89PNG\r\n"sv, "\xff\xd8\xff"sv, "BM"sv,  "RIFF"sv, "II*\0"sv,
-                                        "MM\0*"sv,       "P5 "sv,          "P6 "sv, "P5\n"sv, "P6\n"sv};
+  static constexpr std::array kBegin = {"\x89PNG\r\n"sv, "\xff\xd8\xff"sv, "BM"sv,   "II*\0"sv, "MM\0*"sv,
+                                        "P5 "sv,         "P6 "sv,          "P5\n"sv, "P6\n"sv};
+  if (bytes.starts_with("RIFF")) return bytes.substr(8, 4) == "WEBP";
   return std::ranges::any_of(kBegin, [&](std::string_view begin) { return bytes.starts_with(begin); });
+}
+
+// What OpenCV says; memory that the process does not get is said likewise.
+std::string reason(const std::exception& error) {
+  const auto* own = dynamic_cast<const cv::Exception*>(&error);
+  if (own != nullptr) return ": " + io::one_line(own->err);
+  return dynamic_cast<const std::bad_alloc*>(&error) != nullptr
+             ? ": there is not enough memory for its pixels"
+             : "";
 }
 
 void copy(const cv::Mat& from, Picture& to) {
@@ -90,21 +100,23 @@ VideoReader::VideoReader(const std::filesystem::path& path)
   bool open = false;
   try {
     open = capture_->capture.open(source_, live_ ? cv::CAP_V4L2 : cv::CAP_FFMPEG);
-  } catch (const cv::Exception&) {
+  } catch (const std::exception& error) {
+    reason_ = reason(error);
   }
-  try {
-    if (!open && !live_ && std::filesystem::file_size(path) < kMostPictureBytes)
-      capture_->still = read_picture(path);
-  } catch (const std::exception&) {
+  if (!open && std::filesystem::is_regular_file(path)) {
+    std::array<char, 12> begin{};
+    std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
+    if (is_picture({begin.data(), begin.size()})) capture_->still = read_picture(path);
   }
   if (!open && capture_->still.width == 0) {
     throw io::InputError(
-        live_ ? fmt::format("{}: this camera cannot be opened: is it plugged in, free, and yours to read?",
-                            source_)
-              : fmt::format(
-                    "{}: no video that can be read: is it one, is it whole, and is its codec installed? MP4 "
-                    "with H.264 always works",
-                    source_));
+        live_
+            ? fmt::format("{}: this camera cannot be opened{}: is it plugged in, free, and yours to read?",
+                          source_, reason_)
+            : fmt::format(
+                  "{}: no video that can be read{}: is it one, is it whole, and is its codec installed? MP4 "
+                  "with H.264 always works",
+                  source_, reason_));
   }
   const auto codec = static_cast<std::uint32_t>(capture_->capture.get(cv::CAP_PROP_FOURCC));
   constexpr std::uint32_t kCase = 0x20202020;
@@ -148,7 +160,8 @@ bool VideoReader::next(Picture& picture, double& t_s) {
       const bool still = frames_ == 0 && capture_->still.width > 0;
       if (still) capture_->frame = mat(capture_->still);
       got = still || (capture_->capture.read(capture_->frame) && !capture_->frame.empty());
-    } catch (const cv::Exception&) {
+    } catch (const std::exception& error) {
+      reason_ = reason(error);
     }
     if (!got) {
       ended_ = true;
@@ -178,9 +191,11 @@ bool VideoReader::next(Picture& picture, double& t_s) {
     last_s_ = t_s = t;
     ++frames_;
     copy(frame, picture);
+    capture_->still = {};
     return true;
   }
-  if (frames_ == 0) throw io::InputError(fmt::format("{}: holds no picture that can be decoded", source_));
+  if (frames_ == 0)
+    throw io::InputError(fmt::format("{}: holds no picture that can be decoded{}", source_, reason_));
   return false;
 }
 
@@ -197,8 +212,8 @@ std::vector<std::string> VideoReader::warnings() const {
         fmt::format("{}: {} frame(s) whose time does not increase are left out", source_, out_of_order_));
   }
   if (ended_ && read_ + 1 < declared_frames()) {
-    out.push_back(fmt::format("{}: ends early, after {} of {} frames: the file is cut off or damaged",
-                              source_, read_, declared_frames()));
+    out.push_back(fmt::format("{}: ends early, after {} of {} frames: the file is cut off or damaged{}",
+                              source_, read_, declared_frames(), reason_));
   }
   return out;
 }
@@ -248,27 +263,25 @@ struct VideoWriter::Writer {
 
 VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz) {
   be_silent();
-  const std::string extension = path.extension().string();
-  if (extension != ".mp4" && extension != ".avi" && extension != ".mkv") {
-    throw io::InputError(fmt::format("{}: a video's name must end in .mp4, .avi or .mkv", path.string()));
-  }
+  if (path.extension() != ".mp4")
+    throw io::InputError(fmt::format("{}: a video's name must end in .mp4", path.string()));
+  io::require_file(path);
   writer_ = std::make_unique<Writer>(path);
-  const int codec = extension == ".mp4" ? cv::VideoWriter::fourcc('a', 'v', 'c', '1')
-                                        : cv::VideoWriter::fourcc('F', 'F', 'V', '1');
   bool open = false;
   try {
     // It opens by name: after an interruption had removed the file it would make another.
     io::uninterrupted([&] {
-      open = writer_->writer.open(writer_->output.name().string(), cv::CAP_FFMPEG, codec, rate_hz,
-                                  {width, height});
+      open = writer_->writer.open(writer_->output.name().string(), cv::CAP_FFMPEG,
+                                  cv::VideoWriter::fourcc('a', 'v', 'c', '1'), rate_hz, {width, height});
     });
   } catch (const cv::Exception&) {
   }
   if (!open) {
     writer_->output.require_room();
-    throw io::InputError(
-        fmt::format("{}: cannot be written as a video of {} x {} pixels: is the codec installed?",
-                    path.string(), width, height));
+    throw io::InputError(fmt::format(
+        "{}: cannot be written as a video of {} x {} pixels: is the codec installed, and is there memory for "
+        "pictures of this size?",
+        path.string(), width, height));
   }
 }
 
@@ -297,17 +310,19 @@ Picture read_picture(const std::filesystem::path& path) {
   be_silent();
   const std::string bytes = io::read_file(path);
   cv::Mat picture;
+  std::string why;
   try {
     if (is_picture(bytes))
       picture =
           cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
                        cv::IMREAD_COLOR);
-  } catch (const std::exception&) {  // a size beyond OpenCV's bound, or the process's memory, among them
+  } catch (const std::exception& error) {
+    why = reason(error);
   }
   if (picture.empty())
     throw io::InputError(fmt::format(
-        "{}: no picture that can be read: is it a PNG or a JPEG, of at most {:.0f} million pixels?",
-        path.string(), kMostPixels / 1e6));
+        "{}: no picture that can be read{}: is it a PNG or a JPEG, of at most {:.0f} million pixels?",
+        path.string(), why, kMostPixels / 1e6));
   require_few_pixels(static_cast<double>(picture.total()), "a picture", path.string());
   Picture out;
   copy(picture, out);

@@ -38,6 +38,7 @@ class VideoReader {
 
   std::unique_ptr<Capture> capture_;
   std::string source_;
+  std::string reason_;  // why OpenCV gave no picture; empty: it does not say
   bool live_ = false;
   bool no_clock_ = false;
   bool ended_ = false;
@@ -68,7 +69,7 @@ class DropFinder {
 
 class VideoWriter {
  public:
-  // .mp4 as H.264, which browsers play, .avi or .mkv without loss (FFV1). By the rules and with the errors of
+  // .mp4 as H.264, which browsers play. By the rules and with the errors of
   // host/io/output.hpp; finish() counts the frames in the file. Left out, nothing is left behind.
   VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz);
   ~VideoWriter();

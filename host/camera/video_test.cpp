@@ -151,25 +151,15 @@ TEST_F(Video, FramesThatGoBackInTimeAreLeftOutWithAWarning) {
 }
 
 TEST_F(Video, WhatIsWrittenIsReadBackWithItsTimes) {
-  struct Case {
-    const char* name;
-    double rate_hz;
-    double most_s;
-    int worst;  // of 255; without loss: colour space, there and back
-  };
-  for (const Case& c : {Case{"lossless.avi", 25, 0.0011, 2}, Case{"lossless.mkv", 25, 0.0011, 2},
-                        Case{"h264.mp4", 30, 1e-3, 255}}) {
-    const fs::path p = path(c.name);
-    write_film(p, 30, c.rate_hz);
-    const Film film = read(p);
-    ASSERT_EQ(film.t_s.size(), 30U) << c.name;
-    for (std::size_t k = 0; k < film.t_s.size(); ++k) {
-      EXPECT_NEAR(film.t_s[k], static_cast<double>(k) / c.rate_hz, c.most_s) << c.name;
-      const Picture written = moving_dot(static_cast<int>(k));
-      ASSERT_EQ(film.pictures[k].bgr.size(), written.bgr.size());
-      for (std::size_t i = 0; i < written.bgr.size(); ++i)
-        ASSERT_LE(std::abs(film.pictures[k].bgr[i] - written.bgr[i]), c.worst) << c.name;
-    }
+  const fs::path p = path("h264.mp4");
+  write_film(p, 30, 30);
+  const Film film = read(p);
+  ASSERT_EQ(film.t_s.size(), 30U);
+  for (std::size_t k = 0; k < film.t_s.size(); ++k) {
+    EXPECT_NEAR(film.t_s[k], static_cast<double>(k) / 30, 1e-3);
+    EXPECT_NEAR(film.pictures[k].at(10 + static_cast<int>(k), 24)[1],
+                moving_dot(static_cast<int>(k)).at(10 + static_cast<int>(k), 24)[1], 40)
+        << "the dot";
   }
 }
 
@@ -280,7 +270,7 @@ TEST_F(Video, APicturesSizeIsBoundedAndAPictureIsAVideoOfOneFrame) {
   const fs::path huge = path("huge.png");
   io::write_file(huge, png_of(50000, 50000));
   EXPECT_THROW((void)read_picture(huge), io::InputError);
-  EXPECT_THROW((void)VideoReader(huge), io::InputError);
+  EXPECT_NE(io::refusal_of([&] { (void)VideoReader(huge); }).find("at most 36 million"), std::string::npos);
   cv::imwrite(huge.string(), cv::Mat::zeros(6001, 6000, CV_8U));
   EXPECT_NE(io::refusal_of([&] { (void)read_picture(huge); }).find("at most 36 million"), std::string::npos);
   const fs::path small = path("small.png");

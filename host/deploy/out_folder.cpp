@@ -2,8 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -57,35 +55,11 @@ void mark(const fs::path& path) {
 
 }  // namespace
 
-OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), umask_before_(umask(0077)) {
-  try {
-    made_ = !is_there(folder_);
-    io::make_folder(folder_);
-    lock();
-    for (const char* part : kParts)
-      require_replaceable(folder_ / part, part == std::string_view(kArduinoFolder));
-    end_what_was_cut_off();
-    staging_.emplace([this] { return make_staging(); });
-  } catch (...) {
-    if (lock_ >= 0) close(lock_);
-    umask(umask_before_);
-    throw;
-  }
-}
-
-OutFolder::~OutFolder() {
-  staging_.reset();
-  std::error_code ignored;
-  if (made_) fs::remove(folder_, ignored);  // where it is empty
-  close(lock_);
-  umask(umask_before_);
-}
-
-// The kernel lets go of it when the process ends, however it ends.
-void OutFolder::lock() {
-  lock_ = open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (lock_ >= 0 && flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-    throw io::JobError(fmt::format("{}: another deploy is writing there: wait for it", folder_.string()));
+OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), lock_(folder_) {
+  for (const char* part : kParts)
+    require_replaceable(folder_ / part, part == std::string_view(kArduinoFolder));
+  end_what_was_cut_off();
+  staging_.emplace([this] { return make_staging(); });
 }
 
 fs::path OutFolder::make_staging() const {

@@ -4,11 +4,12 @@
 // between is ended by the next.
 #pragma once
 
-#include <sys/types.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <optional>
 
+#include "host/io/folder_lock.hpp"
 #include "host/io/interrupt.hpp"
 
 namespace flexor::deploy {
@@ -20,13 +21,9 @@ inline constexpr const char* kArduinoFolder = "arduino/Flexor";
 class OutFolder {
  public:
   // Makes `folder` where there is none, and ends or removes what a run that was cut off has left in it. Throws
-  // io::InputError when it cannot be made or something else has the name of an image, io::JobError while
-  // another run writes there. Until the end, new files of this process are readable by their owner alone.
+  // io::InputError when it cannot be made, something else has the name of an image, or another run writes there. Until the end, new files of this process are readable by their owner alone.
+  // Without publish() it is as if nothing had been.
   explicit OutFolder(const std::filesystem::path& folder);
-  // Without publish(): as if nothing had been.
-  ~OutFolder();
-  OutFolder(const OutFolder&) = delete;
-  OutFolder& operator=(const OutFolder&) = delete;
 
   // To be filled: images, arduino/, reports, and kKeyFile when the key changes.
   const std::filesystem::path& staging() const { return staging_->path(); }
@@ -36,17 +33,20 @@ class OutFolder {
   void publish();
 
  private:
-  void lock();
+  struct OwnersAlone {
+    mode_t before = umask(0077);
+    ~OwnersAlone() { umask(before); }
+  };
+
   std::filesystem::path make_staging() const;
   void replace(const std::filesystem::path& staged) const;
   bool put_back() const;
   void end_what_was_cut_off() const;
 
   std::filesystem::path folder_;
+  OwnersAlone owners_alone_;
+  io::FolderLock lock_;
   std::optional<io::Temporary> staging_;
-  bool made_ = false;
-  int lock_ = -1;
-  mode_t umask_before_;
 };
 
 }  // namespace flexor::deploy

@@ -366,7 +366,7 @@ TEST_F(Hand, WhatTheCameraLostIsNotFitted) {
     change(files.reference, [&](recording::Recording& seen) {
       const auto lose = [&](std::vector<double>& v) {
         const auto last = v.begin() + 180;
-        frozen ? void(std::fill(last + 1, last + 290, *last)) : void(v.erase(last + 1, last + 290));
+        frozen ? void(std::fill(last + 1, last + 290, *last)) : void(v.erase(last, last + 290));
       };
       if (frozen) return lose(seen.columns[0].value);
       lose(seen.t_s);

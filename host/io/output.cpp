@@ -12,6 +12,7 @@
 #include <csignal>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -231,6 +232,24 @@ void note_input(const fs::path& path) {
 }
 
 void require_writable(const fs::path& path) { (void)target_of(path); }
+
+void require_file(const fs::path& path) {
+  if (target_of(path).through) refuse(path, "is no file");
+}
+
+void require_outputs(std::initializer_list<fs::path> files, const fs::path& report) {
+  std::set<fs::path> taken;
+  for (const fs::path& path : files) {
+    if (path.empty()) continue;
+    const Target target = target_of(path);
+    if (target.through) continue;
+    const fs::path file = fs::weakly_canonical(fs::absolute(target.file));
+    if (!taken.insert(file).second) refuse(path, "another output of this command has this name");
+    if (!report.empty() &&
+        file.string().starts_with(fs::weakly_canonical(fs::absolute(report)).string() + "/"))
+      refuse(path, "it lies in the folder of the report, whose own files may take its place");
+  }
+}
 
 struct Output::Open {
   Target target;

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <filesystem>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -20,6 +21,14 @@
 #include "host/io/io.hpp"
 
 namespace flexor::io {
+
+// require_writable() for each of a command's outputs; empty: none. Throws InputError where two are one file, or one lies in the
+// folder of the report.
+void require_outputs(std::initializer_list<std::filesystem::path> files,
+                     const std::filesystem::path& report = "");
+
+// Likewise for what a library writes: neither a device nor a pipe, which would wait for its reader.
+void require_file(const std::filesystem::path& path);
 
 // Whether `path` is this process's standard output: /dev/stdout, /proc/self/fd/1 or a link to them.
 bool is_standard_output(const std::filesystem::path& path);

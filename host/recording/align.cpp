@@ -21,7 +21,7 @@
 namespace flexor::recording {
 namespace {
 
-constexpr double kFineRate_hz = 20;
+constexpr double kRate_hz = 20;  // of both while they are compared
 constexpr double kExplainedRate_hz = 5;
 constexpr double kMinOverlap_s = 2;
 constexpr double kMinOverlapShare = 0.4;
@@ -42,27 +42,24 @@ constexpr double kDisagreementErrors = 4;  // standard errors
 constexpr double kTapped_s = 0.5;          // from the taps' offset to that of all motion
 constexpr double kTappedWorse = 0.15;      // in eta^2, than the best offset
 constexpr double kTappedGain = 3;          // Evidence::gain of taps that agree, at least
-constexpr double kNoGain = 0.12;           // the other offset explains as much
-constexpr double kOneOfTwo =
-    0.62;  // then: right in half of the motions of a metronome, in 7 of 10 of other repeated ones
-constexpr double kMostAnyway = 1e6;  // samples of a log, and
+constexpr double kNoGain = 0.12;           // an offset whose gain is less explains almost as much
+constexpr double kGainError = 0.1;         // of a second alone, standard error
+constexpr double kValley = 0.3;            // as a gain, of what lies between two answers
+constexpr double kOverlap = 9.1;           // of the log odds, for the overlap's share
+constexpr double kMostAnyway = 1e6;        // samples of a log, and
 constexpr double kMostPerReading = 60;
 constexpr int kMaxBins = 12;
 
 // What short recordings need otherwise: all constant from half a minute on.
 struct Scales {
-  double coarse_rate_hz;
   double smoothing_s;
-  double reach_s;           // of the fine search
-  double rival_distance_s;  // an offset nearer than this is the same answer
+  double reach_s;  // of the fine search
   double min_overlap_s;
   int bins;
 
   explicit Scales(double shorter_s)
-      : coarse_rate_hz(shorter_s < 20 ? 20 : 5),
-        smoothing_s(recording::smoothing_s(shorter_s)),
+      : smoothing_s(recording::smoothing_s(shorter_s)),
         reach_s(3 * smoothing_s),
-        rival_distance_s(std::clamp(shorter_s / 5, 1.0, 2.0)),
         min_overlap_s(std::max(kMinOverlap_s, kMinOverlapShare * shorter_s)),
         bins(std::clamp(static_cast<int>(std::sqrt(5 * shorter_s)), 4, kMaxBins)) {}
 };
@@ -107,7 +104,7 @@ Sampled sample(const Series& series, double rate_hz) {
 void check_span(const Series& series) {
   const auto t = series.t_s;
   const double readings = static_cast<double>(t.size());
-  if ((t.back() - t.front()) * kFineRate_hz <= kMostAnyway + kMostPerReading * readings) return;
+  if ((t.back() - t.front()) * kRate_hz <= kMostAnyway + kMostPerReading * readings) return;
   std::size_t widest = 1;
   for (std::size_t i = 1; i < t.size(); ++i) {
     if (t[i] - t[i - 1] > t[widest] - t[widest - 1]) widest = i;
@@ -154,6 +151,8 @@ struct Scan {
   std::vector<std::ptrdiff_t> lag;
   std::vector<double> eta_squared;
   std::vector<double> score;
+  std::vector<double> share;  // that overlaps, of the shorter recording
+  double seconds = 0;         // of the shorter recording
 };
 
 // c[lag] = sum_i a[i] b[i + lag] for all lags at once, by discrete Fourier transforms of zero-padded signals:
@@ -236,6 +235,7 @@ Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference, 
   CrossCorrelator correlator(static_cast<std::size_t>(n + m));
   const Sums sums = sums_over_lags(correlator, sensor, bins, y, reference.good);
   Scan result;
+  result.seconds = static_cast<double>(std::min(n, m)) * sensor.period_s;
   for (std::ptrdiff_t lag = needed - n; lag <= m - needed; ++lag) {
     const Overlap overlap(sensor, reference, lag);
     if (overlap.end - overlap.begin < needed) continue;
@@ -248,25 +248,56 @@ Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference, 
     const double eta_squared = at_rest ? 0 : std::clamp((sums.between[i] - mean_term) / total, 0.0, 1.0);
     result.lag.push_back(lag);
     result.eta_squared.push_back(eta_squared);
+    result.share.push_back(static_cast<double>(overlap.end - overlap.begin) /
+                           static_cast<double>(std::min(n, m)));
     result.score.push_back(-sums.n[i] * std::log(std::max(1 - eta_squared, 1e-9)));
   }
   return result;
 }
 
-// Of the score's local maxima at least `distance` from the best that which explains most: where the recordings overlap
-// less it may be the truth all the same.
-std::optional<std::size_t> rival_of(const Scan& scan, std::size_t best, std::size_t distance) {
-  const std::size_t reach = distance / 2;
-  std::optional<std::size_t> rival;
-  for (std::size_t i = 0; i < scan.score.size(); ++i) {
-    if (i + distance > best && i < best + distance) continue;
-    const auto low = scan.score.begin() + static_cast<std::ptrdiff_t>(i - std::min(i, reach));
-    const auto high =
-        scan.score.begin() + static_cast<std::ptrdiff_t>(std::min(i + reach + 1, scan.score.size()));
-    if (*std::max_element(low, high) > scan.score[i]) continue;
-    if (!rival || scan.eta_squared[i] > scan.eta_squared[*rival]) rival = i;
+// The offsets beside the best one that are another answer: local maxima behind an offset that explains clearly less.
+struct Rivals {
+  std::optional<std::size_t> strongest;  // explains most
+  double gain = 0;                       // log of what it leaves unexplained over what the best one does
+  double as_good = 0;  // how many explain as much, each by how likely its overlap is beside that of the best
+};
+
+// What the offset leaves unexplained, at the top of the parabola through it and its neighbours.
+double unexplained(const Scan& scan, std::size_t i) {
+  double out = 1 - scan.eta_squared[i];
+  if (i > 0 && i + 1 < scan.eta_squared.size()) {
+    const double before = scan.eta_squared[i - 1];
+    const double after = scan.eta_squared[i + 1];
+    const double curvature = before - 2 * scan.eta_squared[i] + after;
+    if (curvature < 0) out += (after - before) * (after - before) / (8 * curvature);
   }
-  return rival;
+  return std::max(out, kLeastError);
+}
+
+Rivals rivals_of(const Scan& scan, std::size_t best) {
+  Rivals out;
+  const double least = unexplained(scan, best);
+  double most_left = 1;
+  for (const int way : {-1, 1}) {
+    double between = 0;  // the most that is left unexplained on the way
+    for (std::ptrdiff_t k = static_cast<std::ptrdiff_t>(best) + way; k > 0 && k + 1 < std::ssize(scan.lag);
+         k += way) {
+      const auto i = static_cast<std::size_t>(k);
+      between = std::max(between, 1 - scan.eta_squared[i]);
+      const double left = unexplained(scan, i);
+      const bool is_top =
+          scan.eta_squared[i] >= scan.eta_squared[i - 1] && scan.eta_squared[i] >= scan.eta_squared[i + 1];
+      if (!is_top || std::log(between / std::max(left, least)) < kValley) continue;
+      const double gain = std::max(0.0, std::log(left / least));
+      const double deviations = gain / kGainError * std::sqrt(scan.seconds);
+      out.as_good += std::exp(kOverlap * (scan.share[i] - scan.share[best]) - deviations * deviations / 2);
+      if (left >= most_left) continue;
+      most_left = left;
+      out.strongest = i;
+      out.gain = gain;
+    }
+  }
+  return out;
 }
 
 // Smoothed velocity; not good within three standard deviations of a gap or an end.
@@ -317,7 +348,7 @@ struct Peak {
 std::optional<Peak> refine(const Sampled& a, const Sampled& b, double around, double reach_s,
                            std::ptrdiff_t begin, std::ptrdiff_t end) {
   const auto centre = static_cast<std::ptrdiff_t>(std::lround(around));
-  const auto reach = static_cast<std::ptrdiff_t>(reach_s * kFineRate_hz);
+  const auto reach = static_cast<std::ptrdiff_t>(reach_s * kRate_hz);
   std::vector<double> r;
   for (std::ptrdiff_t d = -reach; d <= reach; ++d) r.push_back(correlation(a, b, centre + d, begin, end));
   const auto peak = std::ranges::max_element(r) - r.begin();
@@ -392,25 +423,24 @@ void find_quarters(const Sampled& a, const Sampled& b, const Overlap& overlap, d
     if (energy(b, begin, end, overlap.lag) < kMinQuarterEnergy * whole) continue;
     const auto quarter = refine(a, b, lag, reach_s, begin, end);
     if (quarter) {
-      result.quarter_offset_s[static_cast<std::size_t>(q)] = start_difference + quarter->lag / kFineRate_hz;
+      result.quarter_offset_s[static_cast<std::size_t>(q)] = start_difference + quarter->lag / kRate_hz;
     }
   }
   check_drift(result);
 }
 
-// That the offset is right. Of the overlap its share of the shorter recording; gain: log of what the other offset leaves
-// unexplained over what this one leaves.
-double probability(const Alignment& found, double overlap_share, double gain) {
+// That the offset is right. Of the overlap its share of the shorter recording.
+double probability(const Alignment& found, double overlap_share, const Rivals& rivals) {
   const double r = found.velocity_correlation;
-  const double log_odds = -12.7 + 5.5 * r * r + 9.1 * overlap_share + 1.6 * std::sqrt(gain);
+  const double log_odds = -12.7 + 5.5 * r * r + kOverlap * overlap_share + 1.6 * std::sqrt(rivals.gain);
   const double error_s = found.clock_offset_se_s.value_or(kVelocityError_s);
-  const double alone = std::erf(kRight_s / (std::numbers::sqrt2 * 1.6 * error_s)) / (1 + std::exp(-log_odds));
-  return gain < kNoGain ? std::min(alone, kOneOfTwo) : alone;
+  return std::erf(kRight_s / (std::numbers::sqrt2 * 1.6 * error_s)) / (1 + std::exp(-log_odds)) /
+         (1 + rivals.as_good);
 }
 
 // Says what of it is weakest, or that the motion repeats itself.
-std::string low_confidence(const Alignment& found) {
-  if (found.velocity_correlation < kRelated) {
+std::string low_confidence(const Alignment& found, const Rivals& rivals) {
+  if (rivals.as_good < 1 && found.velocity_correlation < kRelated) {
     return fmt::format(
         "the two recordings hardly move together (their velocities correlate by {:.2f}): are they of the "
         "same take and finger?",
@@ -426,7 +456,7 @@ double duration_s(const Series& series) { return series.t_s.back() - series.t_s.
 
 // The lag of the scan that both recordings' taps ask for, where it explains nearly as much as the best.
 std::optional<std::size_t> tapped_lag(const Series& sensor, const Series& reference, const Scan& scan,
-                                      std::size_t best, double rate_hz) {
+                                      std::size_t best) {
   const auto sensed = taps(sensor);
   const auto seen = sensed ? taps(reference) : std::nullopt;
   if (!seen) return std::nullopt;
@@ -434,25 +464,17 @@ std::optional<std::size_t> tapped_lag(const Series& sensor, const Series& refere
   for (std::size_t i = 0; i < 3; ++i) lag_s += ((*seen)[i] - (*sensed)[i]) / 3;
   std::optional<std::size_t> out;
   for (std::size_t i = 0; i < scan.lag.size(); ++i) {
-    if (std::abs(static_cast<double>(scan.lag[i]) / rate_hz - lag_s) > kTapped_s) continue;
+    if (std::abs(static_cast<double>(scan.lag[i]) / kRate_hz - lag_s) > kTapped_s) continue;
     if (scan.eta_squared[i] < scan.eta_squared[best] - kTappedWorse) continue;
     if (!out || scan.score[i] > scan.score[*out]) out = i;
   }
   return out;
 }
 
-struct Repetition {
-  double lag_s = 0;
-  double rival_eta_squared = 0;
-};
-
-Repetition find_repetition(const Series& sensor, const Series& reference, const Scales& scales,
-                           double start_difference, Alignment& result) {
-  const Sampled coarse_sensor = sample(sensor, scales.coarse_rate_hz);
-  const Sampled coarse_reference = sample(reference, scales.coarse_rate_hz);
-  const Binning bins(coarse_sensor, scales.bins);
-  const Scan scanned =
-      scan(coarse_sensor, bins, coarse_reference, scales.min_overlap_s * scales.coarse_rate_hz);
+// Stage 1: the lag that explains most, and what else it could be.
+std::pair<double, Rivals> find_lag(const Series& sensor, const Series& reference, const Sampled& sensed,
+                                   const Sampled& seen, const Scales& scales, Alignment& result) {
+  const Scan scanned = scan(sensed, Binning(sensed, scales.bins), seen, scales.min_overlap_s * kRate_hz);
   if (scanned.score.empty()) {
     throw io::JobError(
         fmt::format("overlap too short: the recordings last {:.1f} s and {:.1f} s, alignment needs "
@@ -460,7 +482,7 @@ Repetition find_repetition(const Series& sensor, const Series& reference, const 
                     duration_s(sensor), duration_s(reference), scales.min_overlap_s));
   }
   auto best = static_cast<std::size_t>(std::ranges::max_element(scanned.score) - scanned.score.begin());
-  if (const auto tapped = tapped_lag(sensor, reference, scanned, best, scales.coarse_rate_hz)) {
+  if (const auto tapped = tapped_lag(sensor, reference, scanned, best)) {
     result.tapped = true;
     best = *tapped;
   }
@@ -472,17 +494,12 @@ Repetition find_repetition(const Series& sensor, const Series& reference, const 
                     "finger?",
                     100 * result.eta_squared, 100 * kMinEtaSquared));
   }
-  const auto lag_s = [&](std::size_t i) {
-    return static_cast<double>(scanned.lag[i]) / scales.coarse_rate_hz;
-  };
-  Repetition found{lag_s(best), 0};
-  const auto rival =
-      rival_of(scanned, best, static_cast<std::size_t>(scales.rival_distance_s * scales.coarse_rate_hz));
-  if (rival) {
-    found.rival_eta_squared = scanned.eta_squared[*rival];
-    result.rival_offset_s = start_difference + lag_s(*rival);
-  }
-  return found;
+  Rivals rivals = rivals_of(scanned, best);
+  if (rivals.strongest)
+    result.rival_offset_s = reference.t_s.front() - sensor.t_s.front() +
+                            static_cast<double>(scanned.lag[*rivals.strongest]) / kRate_hz;
+  if (result.tapped) rivals = {{}, std::max(rivals.gain, kTappedGain), 0};
+  return {static_cast<double>(scanned.lag[best]), rivals};
 }
 
 // Stage 3: what of the offset is the sensor's own.
@@ -507,14 +524,15 @@ void tell_lag(const Series& sensor, const Series& reference, Alignment& result) 
 Alignment align(const Series& sensor, const Series& reference) {
   check_span(sensor);
   check_span(reference);
-  const Scales scales(std::min(duration_s(sensor), duration_s(reference)));
+  const double shorter_s = std::min(duration_s(sensor), duration_s(reference));
+  const Scales scales(shorter_s);
   const double start_difference = reference.t_s.front() - sensor.t_s.front();
   Alignment result;
-  const Repetition coarse = find_repetition(sensor, reference, scales, start_difference, result);
-
-  const Sampled a = velocity(sample(sensor, kFineRate_hz), scales.smoothing_s);
-  const Sampled b = velocity(sample(reference, kFineRate_hz), scales.smoothing_s);
-  const double coarse_lag = coarse.lag_s * kFineRate_hz;
+  const Sampled sensed = sample(sensor, kRate_hz);
+  const Sampled seen = sample(reference, kRate_hz);
+  const auto [coarse_lag, rivals] = find_lag(sensor, reference, sensed, seen, scales, result);
+  const Sampled a = velocity(sensed, scales.smoothing_s);
+  const Sampled b = velocity(seen, scales.smoothing_s);
   const auto refined = refine(a, b, coarse_lag, scales.reach_s, 0, std::ssize(a.value));
   if (!refined) {
     result.warnings.emplace_back(
@@ -522,20 +540,17 @@ Alignment align(const Series& sensor, const Series& reference) {
   }
   const double lag = refined ? refined->lag : coarse_lag;
   result.velocity_correlation = refined ? refined->correlation : 0;
-  result.clock_offset_s = start_difference + lag / kFineRate_hz;
+  result.clock_offset_s = start_difference + lag / kRate_hz;
   const auto whole_lag = static_cast<std::ptrdiff_t>(std::lround(lag));
   const Overlap overlap(a, b, whole_lag);
-  result.overlap_s = static_cast<double>(overlap.end - overlap.begin) / kFineRate_hz;
+  result.overlap_s = static_cast<double>(overlap.end - overlap.begin) / kRate_hz;
 
   find_quarters(a, b, overlap, lag, scales.reach_s, start_difference, result);
   if (refined) tell_lag(sensor, reference, result);
 
-  const double gain =
-      std::max(std::log((1 - coarse.rival_eta_squared) / std::max(1 - result.eta_squared, kLeastError)),
-               result.tapped ? kTappedGain : 0.0);
-  const double shorter_s = std::min(duration_s(sensor), duration_s(reference));
-  result.confidence = probability(result, std::min(1.0, result.overlap_s / shorter_s), gain);
-  if (result.confidence < kUnsure || gain < kNoGain) result.warnings.push_back(low_confidence(result));
+  result.confidence = probability(result, std::min(1.0, result.overlap_s / shorter_s), rivals);
+  if (result.confidence < kUnsure || rivals.gain < kNoGain)
+    result.warnings.push_back(low_confidence(result, rivals));
   return result;
 }
 

@@ -12,14 +12,17 @@
 //  3. From there the offset, the drift, the sensor's own lag and the cloth's play together (sensor_lag.hpp).
 // Where both recordings hold one tapped synchronisation (taps.hpp), it says which of the offsets that explain nearly as
 // much as the best is meant.
-// Recordings of less than half a minute get a narrower Gaussian, fewer bins and a finer search.
+// Recordings of less than half a minute get a narrower Gaussian and fewer bins.
 //
 // The confidence is the probability that the offset is right to 0.15 s:
 //   1 / (1 + exp(12.7 - 5.5 r^2 - 9.1 s - 1.6 g^(1/2)))  that it is not another one, times
-//   erf(0.15 s / (2^(1/2) 1.6 e))                        that it is told well enough
-//   r  correlation of the velocities     s  overlap as a share of the shorter recording     e  standard error
-//   g  ln((1 - eta^2 of the other offset that explains most) / (1 - eta^2)), 0 at least, 3 where taps agree
-// The numbers are a fit by maximum likelihood to 7000 stretches of 5 to 211 s, cut from recordings of a glove, two
+//   erf(0.15 s / (2^(1/2) 1.6 e))                        that it is told well enough, over
+//   1 + sum_j exp(9.1 (s_j - s) - (g_j / 0.1)^2 T / 2)   the offsets that explain as much, of a periodic motion one for
+//                                                        each period, and for each half where it is symmetric
+//   r  correlation of the velocities     s  overlap as a share of the shorter recording, which lasts T seconds
+//   e  standard error                    g_j  ln((1 - eta_j^2) / (1 - eta^2)) of another local maximum of eta^2, 0 at least
+//   g  the least of these; where taps agree at least 3, and no sum
+// The numbers but 0.1 are a fit by maximum likelihood to 7000 stretches of 5 to 211 s, cut from recordings of a glove, two
 // knees, a bending plate and a joint capsule, and simulated; pairs of different motions have a third of the weight.
 // A share s below one counts against an offset: people start and stop the two recordings together.
 // Source: A. Renyi, On measures of dependence (1959) for eta^2.
@@ -48,7 +51,7 @@ struct Alignment {
   double velocity_correlation = 0;  // of the smoothed velocities at the offset, 0 where they do not line up
   double overlap_s = 0;
   bool tapped = false;                   // a synchronisation that both recordings hold says so, too
-  std::optional<double> rival_offset_s;  // the other offset that explains most, at least 2 s away
+  std::optional<double> rival_offset_s;  // the other offset that explains most
   // The offset found in each quarter of an overlap of 20 s or more, where that quarter moves enough to tell.
   std::array<std::optional<double>, 4> quarter_offset_s;
   // How much faster the reference's clock runs, where three quarters tell; of the velocities, or of stage 3, which

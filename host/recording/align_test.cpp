@@ -17,7 +17,6 @@
 namespace flexor::recording {
 namespace {
 
-// A finger that moves to random angles and rests there, seen by a sensor through a curve.
 struct TwoLogs {
   std::vector<double> sensor_t, sensor, reference_t, reference;
   Alignment align() const { return recording::align({sensor_t, sensor}, {reference_t, reference}); }
@@ -34,122 +33,6 @@ struct Moves {
     return angle[i - 1] + (angle[i] - angle[i - 1]) * s * s * (3 - 2 * s);
   }
 };
-
-struct Motion : Moves {
-  explicit Motion(unsigned seed, double duration_s) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> uniform;
-    while (at.back() < duration_s) {
-      at.push_back(at.back() + 0.5 + 3 * uniform(random));  // move
-      angle.push_back(20 + 70 * uniform(random));
-      at.push_back(at.back() + 2 * uniform(random));  // rest
-      angle.push_back(angle.back());
-    }
-  }
-};
-
-TwoLogs make(double offset_s, double drift = 0) {
-  const Motion motion(3, 120);
-  TwoLogs p;
-  std::mt19937 random(5);
-  std::normal_distribution<double> noise;
-  for (double t = 5; t < 110; t += 0.11) {
-    if (t > 50 && t < 52) continue;  // the log pauses
-    p.sensor_t.push_back(t);
-    p.sensor.push_back(900 - 600 * std::pow(motion(t) / 100, 1.7) + 3 * noise(random));
-  }
-  for (double t = 0; t < 118; t += 1.0 / 30) {
-    p.reference_t.push_back(t * (1 + drift) + offset_s);
-    p.reference.push_back(motion(t) + noise(random));
-  }
-  return p;
-}
-
-TEST(Align, FindsTheOffsetThroughSignScaleCurveAndGap) {
-  for (const double offset : {-300.0, -7.3, 0.0, 12.34, 300.0}) {
-    const Alignment a = make(offset).align();
-    EXPECT_NEAR(a.clock_offset_s, offset, 0.05);
-    EXPECT_GT(a.confidence, 0.5);
-    EXPECT_LE(a.confidence, 1);
-    EXPECT_TRUE(a.warnings.empty());
-  }
-}
-
-TEST(Align, FlippingTheAngleChangesNothing) {
-  TwoLogs p = make(4);
-  const double before = p.align().clock_offset_s;
-  for (double& y : p.reference) y = -y;
-  EXPECT_NEAR(p.align().clock_offset_s, before, 1e-9);
-}
-
-TEST(Align, ADriftIsMeasuredWithItsError) {
-  for (const double ppm : {-5000.0, 0.0, 1000.0, 10000.0}) {
-    const Alignment a = make(0, 1e-6 * ppm).align();
-    ASSERT_TRUE(a.drift_se_ppm.has_value());
-    EXPECT_NEAR(*a.drift_ppm, ppm, 3 * *a.drift_se_ppm);
-    EXPECT_LT(*a.drift_se_ppm, 500);
-  }
-}
-
-TEST(Align, AMotionThatRepeatsItselfExactlyIsCalledAmbiguous) {
-  for (const double speed : {1.0, 2.0}) {
-    TwoLogs p;
-    std::mt19937 random(2);
-    std::normal_distribution<double> noise;
-    for (double t = 0; t < 100; t += 0.05) {
-      p.sensor_t.push_back(t);
-      p.sensor.push_back(500 + 200 * std::sin(speed * t));
-      p.reference_t.push_back(t);
-      p.reference.push_back(50 + 20 * std::sin(speed * t) + 4 * noise(random));
-    }
-    const Alignment a = p.align();
-    EXPECT_LT(a.confidence, 0.65) << "one of two";
-    EXPECT_LT(std::abs(std::remainder(speed * a.clock_offset_s, 2 * std::numbers::pi)), 0.2);
-    EXPECT_NE(a.warnings.at(0).find("ambiguous"), std::string::npos) << a.warnings[0];
-  }
-}
-
-void expect_refusal(const TwoLogs& p, const char* why) {
-  try {
-    (void)p.align();
-    FAIL();
-  } catch (const io::JobError& error) {
-    EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
-  }
-}
-
-TEST(Align, RefusesUnrelatedAndShortRecordings) {
-  TwoLogs p = make(0);
-  std::mt19937 random(1);
-  for (double& y : p.reference) y = static_cast<double>(random() % 100);
-  expect_refusal(p, "do not correlate");
-  TwoLogs brief = make(0);
-  brief.reference_t.resize(45);
-  brief.reference.resize(45);
-  expect_refusal(brief, "overlap too short");
-  TwoLogs cut = make(0);
-  cut.sensor_t.resize(15);
-  cut.sensor.resize(15);
-  expect_refusal(cut, "overlap too short");
-}
-
-TEST(Align, AUsersOffsetIsCheckedAgainstTheSignals) {
-  const Alignment a = make(4).align();
-  EXPECT_FALSE(disagreement(4.1, a).has_value());
-  EXPECT_TRUE(disagreement(4.3, a).has_value());
-  const auto warning = disagreement(6.5, a);
-  ASSERT_TRUE(warning.has_value());
-  EXPECT_NE(warning->find("by +2."), std::string::npos) << *warning;
-}
-
-TEST(Align, ASensorThatTurnsBackOverPartOfTheRangeStillAligns) {
-  TwoLogs p = make(2.5);
-  const Motion motion(3, 120);
-  for (std::size_t k = 0; k < p.sensor.size(); ++k) {
-    p.sensor[k] = 500 - 0.2 * std::pow(motion(p.sensor_t[k]) - 35, 2);
-  }
-  EXPECT_NEAR(p.align().clock_offset_s, 2.5, 0.1);
-}
 
 // A finger that bends to random angles, quickly or slowly, and rests there for a while.
 struct SlowMotion : Moves {
@@ -202,6 +85,101 @@ Signal camera(const SlowMotion& motion, double begin_s, double end_s, double off
   return s;
 }
 
+TwoLogs make(double offset_s, double drift = 0) {
+  const SlowMotion motion(3, 130, 3);
+  Signal sensor = glove(motion, 5, 110, 9, 5);
+  for (std::vector<double>* v : {&sensor.t_s, &sensor.value})
+    v->erase(v->begin() + 405, v->begin() + 423);  // a pause
+  const Signal reference = camera(motion, 0, 118, offset_s, 5, drift, 1);
+  return {sensor.t_s, sensor.value, reference.t_s, reference.value};
+}
+
+TEST(Align, FindsTheOffsetThroughSignScaleCurveAndGap) {
+  for (const double offset : {-300.0, -7.3, 0.0, 12.34, 300.0}) {
+    const Alignment a = make(offset).align();
+    EXPECT_NEAR(a.clock_offset_s, offset, 0.05);
+    EXPECT_GT(a.confidence, 0.5);
+    EXPECT_LE(a.confidence, 1);
+    EXPECT_TRUE(a.warnings.empty());
+  }
+}
+
+TEST(Align, FlippingTheAngleChangesNothing) {
+  TwoLogs p = make(4);
+  const double before = p.align().clock_offset_s;
+  for (double& y : p.reference) y = -y;
+  EXPECT_NEAR(p.align().clock_offset_s, before, 1e-9);
+}
+
+TEST(Align, ADriftIsMeasuredWithItsError) {
+  for (const double ppm : {-5000.0, 0.0, 1000.0, 10000.0}) {
+    const Alignment a = make(0, 1e-6 * ppm).align();
+    ASSERT_TRUE(a.drift_se_ppm.has_value());
+    EXPECT_NEAR(*a.drift_ppm, ppm, 3 * *a.drift_se_ppm);
+    EXPECT_LT(*a.drift_se_ppm, 500);
+  }
+}
+
+// The sensor's log begins somewhere within the camera's: every period, and every half, is another answer.
+TEST(Align, AMotionThatRepeatsItselfExactlyIsCalledAmbiguous) {
+  for (const double speed : {1.0, 2.0, 2 * std::numbers::pi, 15.0}) {
+    TwoLogs p;
+    std::mt19937 random(2);
+    std::normal_distribution<double> noise;
+    for (double t = 0; t < 60; t += 0.02) {
+      p.sensor_t.push_back(t);
+      p.sensor.push_back(500 + 200 * std::sin(speed * t));
+      p.reference_t.push_back(t - 0.3);
+      p.reference.push_back(50 + 20 * std::sin(speed * (t - 0.3)) + noise(random));
+    }
+    const Alignment a = p.align();
+    EXPECT_LT(a.confidence, kUnsure) << speed;
+    EXPECT_NE(a.warnings.at(0).find("ambiguous"), std::string::npos) << a.warnings[0];
+  }
+}
+
+void expect_refusal(const TwoLogs& p, const char* why) {
+  try {
+    (void)p.align();
+    FAIL();
+  } catch (const io::JobError& error) {
+    EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
+  }
+}
+
+TEST(Align, RefusesUnrelatedAndShortRecordings) {
+  TwoLogs p = make(0);
+  std::mt19937 random(1);
+  for (double& y : p.reference) y = static_cast<double>(random() % 100);
+  expect_refusal(p, "do not correlate");
+  TwoLogs brief = make(0);
+  brief.reference_t.resize(45);
+  brief.reference.resize(45);
+  expect_refusal(brief, "overlap too short");
+  TwoLogs cut = make(0);
+  cut.sensor_t.resize(15);
+  cut.sensor.resize(15);
+  expect_refusal(cut, "overlap too short");
+}
+
+TEST(Align, AUsersOffsetIsCheckedAgainstTheSignals) {
+  const Alignment a = make(4).align();
+  EXPECT_FALSE(disagreement(4.1, a).has_value());
+  EXPECT_TRUE(disagreement(4.3, a).has_value());
+  const auto warning = disagreement(6.5, a);
+  ASSERT_TRUE(warning.has_value());
+  EXPECT_NE(warning->find("by +2."), std::string::npos) << *warning;
+}
+
+TEST(Align, ASensorThatTurnsBackOverPartOfTheRangeStillAligns) {
+  TwoLogs p = make(2.5);
+  const SlowMotion motion(3, 130, 3);
+  for (std::size_t k = 0; k < p.sensor.size(); ++k) {
+    p.sensor[k] = 500 - 0.2 * std::pow(motion(p.sensor_t[k]) - 35, 2);
+  }
+  EXPECT_NEAR(p.align().clock_offset_s, 2.5, 0.1);
+}
+
 TEST(AlignShort, FiveToNineSecondsAt250HzFindTheirOffset) {
   int believed = 0;
   for (const double duration_s : {5.0, 7.0, 9.0}) {
@@ -220,7 +198,8 @@ TEST(AlignShort, FiveToNineSecondsAt250HzFindTheirOffset) {
 }
 
 // Of what says p, p is right to 0.15 s: of stretches of 5 to 100 s, some of motions that repeat themselves, of which the
-// camera saw all or lost up to a third of either end. Other seeds than those of the fit.
+// camera saw all or lost up to a third of either end; always of those that repeat themselves, where the ends of the logs
+// must not tell. Other seeds than those of the fit.
 TEST(AlignBelief, ConfidenceIsTheShareOfOffsetsThatAreRight) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform;
@@ -232,7 +211,7 @@ TEST(AlignBelief, ConfidenceIsTheShareOfOffsetsThatAreRight) {
     const double length_s = 5 * std::pow(20, uniform(random));
     SlowMotion motion(seed, length_s + 20);
     if (seed % 3 == 0) motion.repeat(1 + 5 * uniform(random), 0.03 * uniform(random), length_s + 20, random);
-    const double cut_s = seed % 2 == 0 ? 0 : 0.33 * length_s;
+    const double cut_s = seed % 2 == 0 && seed % 3 != 0 ? 0 : 0.33 * length_s;
     const Signal sensor = glove(motion, 3, 3 + length_s, 50, seed);
     const Signal reference = camera(motion, 2 + cut_s * uniform(random),
                                     4 + length_s - cut_s * uniform(random), 12.34, seed, 0, 8);
@@ -247,7 +226,8 @@ TEST(AlignBelief, ConfidenceIsTheShareOfOffsetsThatAreRight) {
   }
   for (const Said& of : said) {
     EXPECT_GT(of.count, 40);
-    EXPECT_NEAR(of.confidence / of.count, of.right / of.count, 0.1);
+    EXPECT_LT(of.confidence, of.right + 0.1 * of.count);
+    EXPECT_GT(of.confidence, of.right - 0.2 * of.count) << "of many alike it doubts more than it must";
   }
 }
 

@@ -2,7 +2,7 @@
 //
 // Of each angle the surest sensor counts, and of each sensor all of its angles together. Signals that are more than half a
 // second apart do not mean one clock: those that agree with the surest count, each with the weight confidence / error^2.
-// Confidence of all: 1 - prod (1 - confidence).
+// Confidence of all: that of the surest.
 #pragma once
 
 #include <optional>

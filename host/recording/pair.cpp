@@ -115,6 +115,10 @@ void keep_rows(Recording& r, const std::function<bool(std::size_t)>& wanted) {
   for (Column& column : r.columns) keep(column.value);
 }
 
+void require_rows(const Recording& r, const std::string& column) {
+  if (r.t_s.size() < 2) throw JobError(fmt::format("{}: {} has hardly any reading", r.source, column));
+}
+
 // An angle that jumps by a turn at the end of one goes on; its middle is then within half a turn of where it jumps.
 void unwrap(Recording& recording, Column& column) {
   constexpr double kWrap_deg = 270;
@@ -173,7 +177,7 @@ void leave_out_lost(Recording& r, const std::string& name) {
   const std::vector<double> q = std::move(quality->value);
   r.columns.erase(quality);
   keep_rows(r, [&](std::size_t k) { return q[k] < kLost; });
-  if (r.t_s.size() < 2) throw JobError(fmt::format("{}: {} is lost in every row", r.source, name));
+  require_rows(r, name);
   if (r.t_s.size() < q.size()) {
     r.warnings.push_back(fmt::format("{}: {} of {} rows of {} are lost and left out", r.source,
                                      q.size() - r.t_s.size(), q.size(), name));
@@ -184,7 +188,7 @@ Recording without_holes(const Recording& r, const std::string& name) {
   const Column& read = r.column(name);
   Recording out{r.source, r.t_s, {read}, r.warnings, r.digest};
   keep_rows(out, [&](std::size_t k) { return !std::isnan(read.value[k]); });
-  if (out.t_s.size() < 2) throw JobError(fmt::format("{}: {} has hardly any reading", r.source, name));
+  require_rows(out, name);
   return out;
 }
 
@@ -202,10 +206,14 @@ void leave_out_spikes(Recording& r, const std::string& name) {
   keep_rows(r, [&](std::size_t k) { return !spike(seen[k]); });
 }
 
-std::optional<Still> frozen(const Series& signal, const Series& other, double offset_s) {
+namespace {
+
+// Of values within `moving`, both ends left out.
+std::optional<Still> longest_still(const Series& signal, const Series& other, double offset_s,
+                                   const Range& moving) {
   constexpr double kLeast_s = 3;
+  constexpr double kSettles_s = 1;  // a sensor's lag behind a step: what it does then is no motion of its own
   constexpr double kMovesOn = 0.25;
-  const auto [least, most] = std::ranges::minmax(signal.value);
   const auto [other_least, other_most] = without_spikes(other.value);
   const auto at = [&](double t_s) {
     return std::ranges::lower_bound(other.t_s, t_s + offset_s) - other.t_s.begin();
@@ -215,13 +223,20 @@ std::optional<Still> frozen(const Series& signal, const Series& other, double of
     for (to = from; to < signal.value.size() && signal.value[to] == signal.value[from];) ++to;
     const Still one{signal.t_s[from], signal.t_s[to - 1]};
     if (one.end_s - one.begin_s < std::max(kLeast_s, longest.end_s - longest.begin_s) ||
-        signal.value[from] == least || signal.value[from] == most)
+        signal.value[from] <= moving.min || signal.value[from] >= moving.max)
       continue;
-    const auto [low, high] =
-        std::minmax_element(other.value.begin() + at(one.begin_s), other.value.begin() + at(one.end_s));
+    const auto [low, high] = std::minmax_element(other.value.begin() + at(one.begin_s + kSettles_s),
+                                                 other.value.begin() + at(one.end_s));
     if (low != high && *high - *low >= kMovesOn * (other_most - other_least)) longest = one;
   }
   return longest.end_s > longest.begin_s ? std::optional(longest) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Still> frozen(const Series& reading, const Series& angle, double offset_s) {
+  const auto [least, most] = std::ranges::minmax(reading.value);
+  return longest_still(reading, angle, offset_s, {least, most});
 }
 
 std::string in_words(const Still& still) {
@@ -232,13 +247,14 @@ std::string in_words(const Still& still) {
 bool leave_out_frozen(Recording& angle, const std::string& column, const Series& reading,
                       double clock_offset_s, std::vector<std::string>& warnings) {
   bool any = false;
-  while (const auto still = frozen(angle.series(column), reading, -clock_offset_s)) {
+  while (const auto still = longest_still(angle.series(column), reading, -clock_offset_s, {})) {
     any = true;
     warnings.push_back(
         fmt::format("{}: column \"{}\" {} while the sensor moves: left out; was the finger lost from sight?",
                     angle.source, column, in_words(*still)));
     const std::vector<double> t_s = angle.t_s;
-    keep_rows(angle, [&](std::size_t k) { return t_s[k] <= still->begin_s || t_s[k] > still->end_s; });
+    keep_rows(angle, [&](std::size_t k) { return t_s[k] < still->begin_s || t_s[k] > still->end_s; });
+    require_rows(angle, column);
   }
   return any;
 }
@@ -266,10 +282,6 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
   if (!stated.empty() && (!wanted || (*wanted != "deg" && *wanted != "rad"))) {
     throw InputError(fmt::format("unit \"{}\" of the angle: deg or rad", stated));
   }
-  if (wanted && !it->unit.empty() && *wanted != it->unit) {
-    throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by the option: which?",
-                                 recording.source, name, it->unit, *wanted));
-  }
   if (const std::string other = unknown_angle_unit(name); it->unit.empty() && !other.empty()) {
     const bool grad = lower(other) == "grad";
     if (!grad || !wanted)
@@ -288,7 +300,8 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
         : high - low > 360 ? "; it spans more than a turn: is this the measured angle?"
                            : ""));
   }
-  const std::string unit = !it->unit.empty() ? it->unit : wanted.value_or("deg");
+  state_unit(recording, name, stated);
+  const std::string unit = it->unit.empty() ? "deg" : it->unit;
   if (unit != "deg" && unit != "rad") {
     throw InputError(fmt::format("{}: column \"{}\" is in {}: an angle in deg or rad is needed",
                                  recording.source, name, unit));
@@ -318,7 +331,7 @@ void state_unit(Recording& recording, const std::string& column, const std::stri
   (void)recording.column(column);
   std::string& unit = std::ranges::find(recording.columns, column, &Column::name)->unit;
   if (!unit.empty() && unit != *asked) {
-    throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by --input-unit: which?",
+    throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by the option: which?",
                                  recording.source, column, unit, *asked));
   }
   unit = *asked;

@@ -40,16 +40,17 @@ Recording without_holes(const Recording& recording, const std::string& column);
 // Takes out the rows whose angle is a spike (resample.hpp, without_spikes), and says so.
 void leave_out_spikes(Recording& recording, const std::string& column);
 
-// Where a signal does not change at all while another moves on by a quarter of its range, the longest such stretch of three seconds
-// or more; not at an end of its range, where it is clipped. `offset_s`: of the other's clock from its own.
+// Where a sensor's reading does not change at all while the angle moves on by a quarter of its range, the longest such stretch of
+// three seconds or more; not at an end of its range, where it is clipped. `offset_s`: of the angle's clock from the reading's.
 struct Still {
   double begin_s = 0;
   double end_s = 0;
 };
-std::optional<Still> frozen(const Series& signal, const Series& other, double offset_s);
+std::optional<Still> frozen(const Series& reading, const Series& angle, double offset_s);
 std::string in_words(const Still& still);
 
-// Takes out the rows in which an angle stands so while the sensor moves, and says so. False where there are none.
+// Takes out the rows in which an angle stands so while the sensor moves, at whatever value: trackers repeat the last one, or write 0.
+// Says so; false where there are none. Throws io::JobError where hardly any is left.
 bool leave_out_frozen(Recording& angle, const std::string& column, const Series& reading,
                       double clock_offset_s, std::vector<std::string>& warnings);
 

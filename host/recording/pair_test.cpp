@@ -160,6 +160,20 @@ TEST(Pair, RowsThatATrackerLostAreLeftOut) {
   EXPECT_THROW(leave_out_lost(lost, "a_deg"), io::JobError);
 }
 
+TEST(Pair, AnAngleOfZeroWhereTheMarksAreLostIsLeftOutAndAFingerAtRestIsNot) {
+  Pair pair = simulated();
+  std::vector<double>& angle = pair.reference.columns[0].value;
+  for (std::size_t k = 750; k < 1000; ++k) angle[k] = 0;
+  for (std::size_t k = 2000; k < 2250; ++k)
+    angle[k] = 85;  // as does the finger, before both begin to move again
+  for (std::size_t k = 1600; k < 1800; ++k) pair.sensor.columns[0].value[k] = 640;
+  std::vector<std::string> warnings;
+  EXPECT_TRUE(leave_out_frozen(pair.reference, "index_deg", pair.sensor.series("flex_adc"), 3, warnings));
+  EXPECT_EQ(pair.reference.t_s.size(), 3000U - 250U);
+  EXPECT_GT(*std::ranges::min_element(angle), 0);
+  EXPECT_EQ(warnings.size(), 1U);
+}
+
 TEST(Pair, ReadingsThatTheFittedPartsDidNotReachAreCounted) {
   const std::vector<double> low = {1, 2, 3};
   const std::vector<double> high = {7, 8, 9};

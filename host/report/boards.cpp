@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "host/io/io.hpp"
-#include "host/report/jobs.hpp"
 #include "host/report/page.hpp"
+#include "host/report/render.hpp"
 #include "host/report/wiring.hpp"
 
 namespace flexor::report {
@@ -27,6 +27,7 @@ std::string bars_svg(const Figure& figure,
   for (const auto& row : rows)
     for (const Stretch& part : row.second) end_ms = std::max(end_ms, part.to_ms);
   const double step = std::pow(10, std::floor(std::log10(end_ms)));
+  if (!(step > 0) || !std::isfinite(step)) throw std::domain_error("no time has passed");
   Drawing d;
   const auto x = [&](double ms) { return kLeft + kWidth * ms / end_ms; };
   const double foot = 10 + kRow * static_cast<double>(rows.size());

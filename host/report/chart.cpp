@@ -96,7 +96,6 @@ void Script::panel(const Panel& panel, bool is_last, const Chart& chart) {
                         series.colour, title);
   }
   add("set ylabel {} noenhanced; set yrange {}", gnuplot_text(panel.label), range(panel.least, panel.most));
-  panel.names.empty() ? add("set ytics auto") : add("set ytics ({}) noenhanced", tics(panel.names));
   add("{}", panel.is_logarithmic ? "set logscale y" : "unset logscale y");
   if (!is_last) add("set format x ''; unset xlabel");
   if (is_last) add("set format x '%g'; set xlabel {} noenhanced", gnuplot_text(chart.x_label));
@@ -151,10 +150,7 @@ std::string to_json(const Chart& chart) {
                       {"width", s.width},
                       {"dashed", s.dashed}});
     }
-    Json names = Json::array();
-    for (const std::string& name : panel.names) names.push_back(io::to_utf8(name));
     panels.push_back({{"label", io::to_utf8(panel.label)},
-                      {"names", std::move(names)},
                       {"least", bound(panel.least)},
                       {"most", bound(panel.most)},
                       {"log", panel.is_logarithmic},

@@ -39,7 +39,6 @@ Series intervals(const std::string& colour, const std::vector<double>& x, const 
 struct Panel {
   std::string label;
   std::vector<Series> series;
-  std::vector<std::string> names = {};  // of y = 0, 1, ...
   double least = std::numeric_limits<double>::quiet_NaN();
   double most = std::numeric_limits<double>::quiet_NaN();
   bool is_logarithmic = false;

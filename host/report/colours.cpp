@@ -31,18 +31,12 @@ std::vector<std::string> colours_of(const std::vector<std::string>& compensators
   std::vector<std::string> out;
   for (const std::string& name : compensators) {
     const auto fixed = std::ranges::find(kFixedColours, name, &Fixed::name);
-    if (fixed != std::end(kFixedColours)) {
-      out.emplace_back(fixed->colour);
-      continue;
+    std::string colour = fixed != std::end(kFixedColours) ? fixed->colour : "";
+    for (std::size_t tried = 0; colour.empty(); ++tried) {
+      const char* const next = kOthers[(pick(name) + tried) % std::size(kOthers)];
+      if (tried == std::size(kOthers) || std::ranges::count(out, next) == 0) colour = next;
     }
-    std::size_t at = pick(name);
-    for (std::size_t tried = 0; tried < std::size(kOthers); ++tried) {
-      const std::size_t next = (pick(name) + tried) % std::size(kOthers);
-      if (std::ranges::find(out, kOthers[next]) != out.end()) continue;
-      at = next;
-      break;
-    }
-    out.emplace_back(kOthers[at]);
+    out.push_back(std::move(colour));
   }
   return out;
 }

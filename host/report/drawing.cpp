@@ -71,7 +71,7 @@ std::string Drawing::svg(const Figure& figure, int width, int height) const {
       "font-family=\"sans-serif\" role=\"img\" aria-labelledby=\"{2}_title\" aria-describedby=\"{2}_desc\">\n"
       "<title id=\"{2}_title\">{3}</title><desc id=\"{2}_desc\">{4}</desc>\n"
       "<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n{5}</svg>\n",
-      width, height, figure.name, escape_html(figure.title), escape_html(figure.caption), body_);
+      width, height, escape_html(figure.name), escape_html(figure.title), escape_html(figure.caption), body_);
 }
 
 }  // namespace flexor::report

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "host/io/io.hpp"
-#include "host/report/jobs.hpp"
 #include "host/report/page.hpp"
+#include "host/report/render.hpp"
 #include "host/report/sample_figures.hpp"
 
 namespace flexor::report {
@@ -71,8 +71,8 @@ std::vector<Card> error_cards(const Json& joints) {
 std::string lead_cost(const Json& joints) {
   if (!joints.front().contains("lead_off_rmse_deg")) return "";
   const auto off = [&](std::size_t which) {
-    return over_joints(joints,
-                       [&](const Json& joint) { return number_or_nan(joint["lead_off_rmse_deg"][which]); });
+    return over_joints(
+        joints, [&](const Json& joint) { return number_or_nan(joint.at("lead_off_rmse_deg").at(which)); });
   };
   return fmt::format("; where what follows takes 0.05 s less or more than that, they err by {} or {}",
                      degrees(off(0)), degrees(off(1)));
@@ -183,24 +183,6 @@ void joint_cards(Page& page, const Json& joint) {
   page.cards(cards);
 }
 
-// Figures of one joint, named with its number: those of all joints lie in one folder.
-void figures(Page& page, const Saved& saved, const Json& joint, std::size_t number) {
-  const Samples s = read_samples(saved, fmt::format("samples-{}.csv", number));
-  const auto name = [&](const char* figure) { return fmt::format("{}_{}", figure, number); };
-  const Json& sensors = joint.at("sensors");
-  page.chart(holdout_chart(name("holdout"), s));
-  Chart curve =
-      curve_chart(name("curve"), s, joint.at("static_map"), sensors.at(0).at("unit").get<std::string>());
-  if (sensors.size() > 1)
-    curve.figure.caption += " The joint's other sensors are held at their medians for that line.";
-  page.chart(std::move(curve));
-  const Part held = part_of(s, true);
-  if (held.error_deg.empty()) return;  // none of it lies outside pauses
-  page.chart(error_histogram(name("errors"), part_of(s, false).error_deg, held.error_deg));
-  page.chart(
-      error_correlation(name("error_correlation"), held, 1 / saved.results().at("rate_hz").get<double>()));
-}
-
 void tried_structures(Page& page, const Json& joint) {
   TableBlock t{"Structures tried, in order of preference",
                {"structure", "parameters", "error, fitted part", "cross-validated", "loss over the folds",
@@ -216,8 +198,8 @@ void tried_structures(Page& page, const Json& joint) {
                       degrees(number_or_nan(row.at("cross_validated_rmse_deg"))),
                       row.value("fold_loss", Json()).is_null()  // of results of before it was kept, too
                           ? "-"
-                          : fmt::format("{:.3g} ± {:.2g}", row["fold_loss"].get<double>(),
-                                        row["fold_loss_se"].get<double>()),
+                          : fmt::format("{:.3g} ± {:.2g}", row.at("fold_loss").get<double>(),
+                                        row.at("fold_loss_se").get<double>()),
                       degrees(number_or_nan(row.at("hold_drift_deg")))});
   }
   page.heading("Structures tried");
@@ -381,7 +363,7 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
   page.links("Report", back);
   page.paragraph(joint.at("verdict").at("words").get<std::string>() + ".");
   joint_cards(page, joint);
-  figures(page, saved, joint, number);
+  joint_figures(page, saved, joint, number);
   tried_structures(page, joint);
   const double period_s = 1 / saved.results().at("rate_hz").get<double>();
   transfer_function(page, joint, period_s);
@@ -391,8 +373,8 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
   if (const Json pairs = joint.value("pairs", Json::array()); pairs.size() > 1)
     rows_table(page, "Typical error (RMSE) on the part of each pair that was held out", pairs);
   if (joint.contains("left_out")) {
-    rows_table(page, "Typical error (RMSE) of fits to all but one", joint["left_out"].at("rows"));
-    if (const Json& verdict = joint["left_out"].at("verdict"); verdict.is_object())
+    rows_table(page, "Typical error (RMSE) of fits to all but one", joint.at("left_out").at("rows"));
+    if (const Json& verdict = joint.at("left_out").at("verdict"); verdict.is_object())
       page.paragraph(verdict.at("words").get<std::string>() + ".");
   }
   page.paragraph(fmt::format("Measured angle: {}. Structure of the saved model: {}.",
@@ -406,6 +388,7 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
 // The overview last: where it is, all pages that it links to are.
 void render_hand(const Saved& saved) {
   const Json& joints = saved.results().at("joints");
+  if (!joints.is_object() || joints.empty()) throw std::domain_error("no joint");
   std::size_t number = 0;
   for (const auto& [name, joint] : joints.items()) {
     saved.go_on();

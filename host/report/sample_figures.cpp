@@ -10,8 +10,29 @@
 namespace flexor::report {
 namespace {
 
+// Colours that stay apart for colour-blind readers (Okabe, Ito 2008).
+constexpr const char* kMeasured = "#222222";
+constexpr const char* kEstimated = "#0072B2";
+constexpr const char* kBaseline = "#E69F00";
+constexpr const char* kHeldOut = "#D55E00";
+
 constexpr std::size_t kMostPoints = 4000;
 constexpr double kBetween = 0.02;  // of the held-out parts' length, between two of them
+
+struct Samples {
+  std::vector<double> t_s;
+  std::vector<double> reading;
+  std::vector<double> measured_deg;
+  std::vector<double> estimated_deg;
+  std::vector<double> line_deg;
+  std::vector<double> gap;
+  std::vector<double> held_out;
+  std::vector<double> pair;  // of recordings that a sample is from; in each t_s starts anew
+  std::size_t size() const { return t_s.size(); }
+};
+
+// Every so many rows, so that an hour is drawn as quickly as a minute.
+std::size_t every(std::size_t rows) { return 1 + rows / kMostPoints; }
 
 // A pair's held-out part, and how much later than its own clock says it is drawn: they follow one another.
 struct HeldStretch {
@@ -79,8 +100,6 @@ Drawn drawn_of(const Samples& s, const std::vector<HeldStretch>& parts) {
   return out;
 }
 
-}  // namespace
-
 Samples read_samples(const Saved& saved, const std::string& file) {
   Columns c = saved.columns(file);
   Samples s{c.at("t_s"),
@@ -97,8 +116,11 @@ Samples read_samples(const Saved& saved, const std::string& file) {
   return s;
 }
 
-std::size_t every(std::size_t rows) { return 1 + rows / kMostPoints; }
-
+// What is held out, or what was fitted, outside pauses.
+struct Part {
+  std::vector<double> error_deg;  // estimated minus measured
+  std::vector<double> reading;
+};
 Part part_of(const Samples& s, bool held_out) {
   Part out;
   for (std::size_t k = 0; k < s.size(); ++k) {
@@ -108,8 +130,6 @@ Part part_of(const Samples& s, bool held_out) {
   }
   return out;
 }
-
-namespace {
 
 // Correlation of `later` with `before`, from no lag to so many.
 std::vector<double> correlation(std::vector<double> later, std::vector<double> before, std::size_t lags) {
@@ -129,8 +149,6 @@ std::vector<double> correlation(std::vector<double> later, std::vector<double> b
   }
   return out;
 }
-
-}  // namespace
 
 // The readings against the angles, measured and estimated, and the static map that a finger held still approaches.
 Chart curve_chart(const std::string& name, const Samples& s, const Json& static_map,
@@ -205,7 +223,7 @@ Chart error_histogram(const std::string& name, const std::vector<double>& fitted
 
 Chart error_correlation(const std::string& name, const Part& held, double period_s) {
   const auto n = static_cast<double>(held.error_deg.size());
-  const auto lags = std::min(static_cast<std::size_t>(5 / period_s), held.error_deg.size() / 4);
+  const auto lags = static_cast<std::size_t>(std::clamp(5 / period_s, 0.0, n / 4));
   const std::vector<double> own = correlation(held.error_deg, held.error_deg, lags);
   const std::vector<double> reading = correlation(held.reading, held.reading, lags);
   const std::vector<double> cross = correlation(held.error_deg, held.reading, lags);
@@ -232,12 +250,30 @@ Chart error_correlation(const std::string& name, const Part& held, double period
              level("", kHeldOut, -cross_band),
              {"errors", kEstimated, distance_s, own, Style::line, 2},
              {"errors, earlier readings", kHeldOut, distance_s, cross, Style::line, 2}},
-            {},
             -1,
             1}},
           {},
           {},
           300};
+}
+
+}  // namespace
+
+void joint_figures(Page& page, const Saved& saved, const Json& joint, std::size_t number) {
+  const Samples s = read_samples(saved, fmt::format("samples-{}.csv", number));
+  const auto name = [&](const char* figure) { return fmt::format("{}_{}", figure, number); };
+  const Json& sensors = joint.at("sensors");
+  page.chart(holdout_chart(name("holdout"), s));
+  Chart curve =
+      curve_chart(name("curve"), s, joint.at("static_map"), sensors.at(0).at("unit").get<std::string>());
+  if (sensors.size() > 1)
+    curve.figure.caption += " The joint's other sensors are held at their medians for that line.";
+  page.chart(std::move(curve));
+  const Part held = part_of(s, true);
+  if (held.error_deg.empty()) return;  // none of it lies outside pauses
+  page.chart(error_histogram(name("errors"), part_of(s, false).error_deg, held.error_deg));
+  page.chart(
+      error_correlation(name("error_correlation"), held, 1 / saved.results().at("rate_hz").get<double>()));
 }
 
 }  // namespace flexor::report

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <limits>
 #include <string_view>
@@ -35,7 +37,7 @@ bool read_number(std::string_view cell, double& value) {
 Saved::Saved(std::filesystem::path folder, const std::atomic<bool>* stop, bool draws_files)
     : folder_(std::move(folder)), stop_(stop), draws_files_(draws_files) {
   const auto path = folder_ / "results.json";
-  if (!std::filesystem::exists(path)) {
+  if (!std::filesystem::is_regular_file(path)) {
     throw io::InputError(
         fmt::format("{}: no results.json: give a folder that identify --report, experiment --out, track "
                     "--report, deploy or "
@@ -55,13 +57,23 @@ void Saved::go_on() const {
   if (stop_ != nullptr && stop_->load()) throw io::Cancelled("stopped");
 }
 
-Columns Saved::columns(const std::string& file) const {
+std::string Saved::read(const std::string& file) const {
   const auto path = folder_ / file;
-  if (std::filesystem::path(file).is_absolute() || file.find("..") != std::string::npos ||
-      !std::filesystem::is_regular_file(path)) {
-    throw io::InputError(fmt::format("{}: no file of this folder's; run the job again", path.string()));
-  }
-  const std::string text = io::read_file(path);
+  if (!std::filesystem::is_regular_file(path))
+    throw io::InputError(fmt::format("{}: no such file; run the job again", path.string()));
+  return io::read_file(path);
+}
+
+const std::string& plain_name(const std::string& name) {
+  const bool good = !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_';
+  });
+  if (!good) throw io::InputError(fmt::format("\"{}\" cannot be the name of a file", name));
+  return name;
+}
+
+Columns Saved::columns(const std::string& file) const {
+  const std::string text = read(file);
   std::vector<std::string_view> lines;
   std::vector<std::string> names;
   std::vector<std::vector<double>> values;
@@ -82,7 +94,8 @@ Columns Saved::columns(const std::string& file) const {
       values[i].push_back(value);
     }
     if (!good)
-      throw io::InputError(fmt::format("{}: row {}: not {} numbers", path.string(), row, names.size()));
+      throw io::InputError(
+          fmt::format("{}: row {}: not {} numbers", (folder_ / file).string(), row, names.size()));
   }
   Columns out;
   for (std::size_t i = 0; i < names.size(); ++i) out[names[i]] = std::move(values[i]);

@@ -31,6 +31,9 @@ class Saved {
   // Throws io::Cancelled when the report shall not be drawn any more.
   void go_on() const;
 
+  // A file of the folder. Throws io::InputError.
+  std::string read(const std::string& file) const;
+
   // Of a CSV with a header. Throws io::InputError naming file and row.
   Columns columns(const std::string& file) const;
 
@@ -40,6 +43,9 @@ class Saved {
   const std::atomic<bool>* stop_;
   bool draws_files_;
 };
+
+// For names of files that come from results, which may be anybody's: throws io::InputError but for letters, digits and _.
+const std::string& plain_name(const std::string& name);
 
 // A number that may be null.
 double number_or_nan(const Json& json);

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "host/io/io.hpp"
-#include "host/report/jobs.hpp"
 #include "host/report/page.hpp"
+#include "host/report/render.hpp"
 
 namespace flexor::report {
 namespace {
@@ -27,14 +27,10 @@ Chart angles_chart(const Saved& saved) {
   };
   const std::vector<double> t_s = every("t_s", [](std::size_t, double v) { return v; });
   Chart chart{
-      {"angles", "Over time",
-       "Coloured: good. Grey: unsure, and two standard errors on either side. Below: the worst quality "
-       "of any angle.",
-       true},
+      {"angles", "Over time", "Coloured: good. Grey: unsure, and two standard errors on either side.", true},
       "time (s)",
       {}};
   chart.panel_px = 150;
-  std::vector<double> worst(t_s.size(), 0);
   for (const auto& angle : r.at("angles").items()) {
     const std::string& name = angle.key();
     const auto& quality = table.at(name + "_quality");
@@ -50,13 +46,7 @@ Chart angles_chart(const Saved& saved) {
                              {"", "#999999", t_s, known(2, 2), Style::line, 0.6},
                              {"", "#999999", t_s, known(0, 2), Style::line, 1},
                              {"", colour, t_s, known(0, 0), Style::line, 2}}});
-    for (std::size_t i = 0; i < worst.size(); ++i) worst[i] = std::max(worst[i], quality[i * step]);
   }
-  chart.panels.push_back({"quality",
-                          {{"", "#D55E00", t_s, worst, Style::steps, 2}},
-                          {kQuality.begin(), kQuality.end()},
-                          -0.3,
-                          3.3});
   return chart;
 }
 
@@ -124,12 +114,10 @@ void render_tracking(const Saved& saved) {
   Page page("Angles from " + std::filesystem::path(saved.text("video")).filename().string());
   frame_summary(page, r);
   page.chart(angles_chart(saved));
-  const auto frame = saved.folder() / "frame.jpg";
-  if (std::filesystem::exists(frame)) {
+  if (std::filesystem::exists(saved.folder() / "frame.jpg"))
     page.picture(
         {"frame", "One frame", "Marks, bones and angles as they were found, drawn over the picture."},
-        io::read_file(frame));
-  }
+        saved.read("frame.jpg"));
   angle_table(page, r);
   unsure_table(page, r);
   const auto lens = saved.text("lens");

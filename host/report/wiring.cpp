@@ -136,6 +136,14 @@ void draw_digital_side(WiringDrawing& d, const ByPin& pins) {
   }
 }
 
+// As a cell of a table in Markdown, which takes HTML.
+std::string cell(const Json& text) {
+  std::string out;
+  for (const char c : io::one_line(text.get<std::string>()))
+    out += c == '<' ? "&lt;" : c == '|' ? "&#124;" : std::string(1, c);
+  return out;
+}
+
 std::string wiring_text(const Json& wiring) {
   const double divider = wiring.at("divider_kohm").get<double>();
   const std::string resistor = fmt::format("5 V ---[ {:g} kOhm ]---", divider);
@@ -153,15 +161,14 @@ std::string wiring_text(const Json& wiring) {
     out += fmt::format(
         "\n## The {0}'s board: {1}\n![wiring of the {0}'s board](wiring_{0}.svg)\n\n| pin | what | how "
         "|\n|---|---|---|\n",
-        name, board.at("board").get<std::string>());
+        name, cell(board.at("board")));
     for (const Json& c : board.at("connections")) {
-      out += fmt::format("| {} | {} | {} |\n", c.at("pin").get<std::string>(),
-                         c.at("name").get<std::string>(), c.at("how").get<std::string>());
+      out += fmt::format("| {} | {} | {} |\n", cell(c.at("pin")), cell(c.at("name")), cell(c.at("how")));
     }
   }
   out += "\n## Parts\n| | |\n|---|---|\n";
   for (const Json& part : wiring.at("parts"))
-    out += fmt::format("| {} | {} |\n", part.at("count").get<int>(), part.at("what").get<std::string>());
+    out += fmt::format("| {} | {} |\n", part.at("count").get<int>(), cell(part.at("what")));
   return out;
 }
 
@@ -192,10 +199,9 @@ std::string wiring_svg(const Json& board, double divider_kohm) {
 }
 
 void save_wiring(const Json& wiring, const std::filesystem::path& folder) {
-  for (const Json& board : wiring.at("boards")) {
-    io::write_file(folder / fmt::format("wiring_{}.svg", board.at("name").get<std::string>()),
+  for (const Json& board : wiring.at("boards"))
+    io::write_file(folder / fmt::format("wiring_{}.svg", plain_name(board.at("name").get<std::string>())),
                    wiring_svg(board, wiring.at("divider_kohm").get<double>()));
-  }
   io::write_file(folder / "wiring.md", wiring_text(wiring));
 }
 

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "host/deploy/model_block.hpp"
+#include "host/io/folder_lock.hpp"
 #include "host/io/json.hpp"
 #include "host/io/output.hpp"
 #include "host/io/run_in_order.hpp"
@@ -450,8 +451,7 @@ Manifest read_manifest(const fs::path& path) {
 
 CohortResult run_cohort(const CohortRequest& request,
                         const std::function<void(std::size_t done, std::size_t of)>& progress) {
-  io::require_folder(request.folder, "cohort");
-  const FolderLock lock(request.folder);
+  const io::FolderLock lock(request.folder, "cohort");
   const Run run(request);
   start_folder(request.folder, run.settings());
   const Shard& shard = request.shard;
@@ -519,7 +519,7 @@ void merge_cohort(const std::vector<fs::path>& parts, const fs::path& out) {
   for (std::size_t i = 0; i < folders.size(); ++i)  // of more shards than rows some need not be there
     if (folders.size() > 1 && !folders[i].empty())
       require_sealed(folders[i], digest_of(folders[i], settings, {i + 1, folders.size()}));
-  const FolderLock lock(out);
+  const io::FolderLock lock(out);
   start_folder(out, settings);
   for (std::size_t job = 0; job < jobs_of(settings); ++job) {
     const fs::path from = folder_of(job);

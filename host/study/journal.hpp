@@ -1,7 +1,6 @@
 // What an experiment keeps in its folder, so that it survives being killed at any instant:
 //   run.json    the settings; a run goes on only with the same
 //   trials.csv  a header and the rows of whole batches, in order; what follows the last whole one is cut off
-//   lock        held with flock(2) while somebody works there; says who. Gone when they are done
 #pragma once
 
 #include <cstdint>
@@ -14,22 +13,6 @@
 #include "host/io/io.hpp"
 
 namespace flexor::study {
-
-// While this lives nobody else holds the folder, in this process or another one. Makes the folder; takes it
-// away again if nothing was put into it.
-class FolderLock {
- public:
-  // Throws io::InputError: the folder cannot be made or written, or somebody, who is named, works in it.
-  explicit FolderLock(std::filesystem::path folder);
-  ~FolderLock();
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  std::filesystem::path folder_;
-  bool made_ = false;
-  int file_ = -1;
-};
 
 // Whether the folder's run.json is `settings`, sealed or not; false: it has none. Throws io::InputError: it has another run's.
 bool is_same_run(const std::filesystem::path& folder, const std::string& settings);

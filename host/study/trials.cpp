@@ -78,7 +78,7 @@ class Runner {
 
   // `shards`: where the rows are; none: they are played.
   Result run(const std::vector<std::filesystem::path>& shards) {
-    std::optional<FolderLock> lock;
+    std::optional<io::FolderLock> lock;
     if (!plan_.folder.empty() && plan_.lock == nullptr) lock.emplace(plan_.folder);
     try {
       if (!plan_.folder.empty()) open_journal();

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "host/io/folder_lock.hpp"
 #include "host/io/run_in_order.hpp"
 #include "host/model/model.hpp"
 #include "host/study/catalogue.hpp"
@@ -49,10 +50,10 @@ struct Plan {
   Engine* engine = nullptr;      // none: the twin. Outlives the run
   // Becomes true when the run shall end: io::Cancelled is thrown, with everything done so far in the folder.
   const std::atomic<bool>* stop = nullptr;
-  const FolderLock* lock = nullptr;  // of the folder, where the caller has it already
-  Scenario scenario = {};            // how long the glove is worn before each trial, and whether it tracks
-  bool scenarios = false;            // whether whoever runs it goes on with study::scenarios()
-  Shard shard = {};                  // plays the batches that this part of the run has
+  const io::FolderLock* lock = nullptr;  // of the folder, where the caller has it already
+  Scenario scenario = {};  // how long the glove is worn before each trial, and whether it tracks
+  bool scenarios = false;  // whether whoever runs it goes on with study::scenarios()
+  Shard shard = {};        // plays the batches that this part of the run has
 };
 
 // Mean and 95 % interval (Student's t) of a stream of numbers.

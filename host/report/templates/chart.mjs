@@ -72,7 +72,7 @@ function plotOf(chart, panel, place, plots) {
         x: { time: false, ...(isTall ? { range: [-0.5, chart.names.length - 0.5] } : {}) },
         y: panel.log ? { distr: 3 } : isNumber(panel.least) || isNumber(panel.most) ? { range } : {},
       },
-      axes: [x, { ...axis, label: panel.label, size: panel.names.length ? 70 : 48, ...named(panel.names) }],
+      axes: [x, { ...axis, label: panel.label, size: 48 }],
       series: [
         {},
         ...panel.series.map(({ colour, style, width, dashed }) => ({

@@ -1,0 +1,87 @@
+#include "host/io/folder_lock.hpp"
+
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+
+#include "host/io/io.hpp"
+#include "host/io/write_all.hpp"
+
+namespace flexor::io {
+namespace {
+namespace fs = std::filesystem;
+
+std::string me() {
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '?';
+  return fmt::format("process {} on {} since {:%F %T}\n", ::getpid(), host.data(),
+                     fmt::localtime(std::time(nullptr)));
+}
+
+// The first line of a lock; anything may have been put there.
+std::string holder(int file) {
+  std::array<char, 200> text{};
+  const ssize_t bytes = ::pread(file, text.data(), text.size(), 0);
+  std::string out(text.data(), static_cast<std::size_t>(std::max<ssize_t>(bytes, 0)));
+  out = out.substr(0, out.find('\n'));
+  std::ranges::replace_if(
+      out, [](char c) { return static_cast<unsigned char>(c) < ' '; }, '?');
+  return out.empty() ? "another process" : out;
+}
+
+// Whoever is done with a lock removes it: what was opened just before must not count.
+bool is_still_there(int file, const fs::path& path) {
+  struct stat mine {};
+  struct stat there {};
+  return ::fstat(file, &mine) == 0 && ::stat(path.c_str(), &there) == 0 && mine.st_ino == there.st_ino &&
+         mine.st_dev == there.st_dev;
+}
+
+}  // namespace
+
+FolderLock::FolderLock(fs::path folder, std::string_view kind) : folder_(std::move(folder)) {
+  require_folder(folder_, kind);
+  std::error_code error;
+  made_ = !fs::exists(folder_, error);
+  make_folder(folder_);
+  const fs::path path = folder_ / "lock";
+  for (;;) {
+    file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+    if (file_ < 0) {
+      throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno)));
+    }
+    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
+      const int reason = errno;
+      const std::string who = holder(file_);
+      ::close(file_);
+      if (reason != EWOULDBLOCK) {
+        throw InputError(fmt::format("{}: cannot be locked: {}", path.string(), std::strerror(reason)));
+      }
+      throw InputError(
+          fmt::format("{}: another run works in this folder ({}): wait for it or choose another folder",
+                      folder_.string(), who));
+    }
+    if (is_still_there(file_, path)) break;
+    ::close(file_);
+  }
+  // Who, for others' information: the lock holds without it, on a full disk too.
+  if (::ftruncate(file_, 0) == 0) (void)write_all(file_, me());
+}
+
+FolderLock::~FolderLock() {
+  std::error_code ignored;
+  fs::remove(folder_ / "lock", ignored);
+  if (made_) ::rmdir(folder_.c_str());  // if it is empty
+  ::close(file_);
+}
+
+}  // namespace flexor::io

@@ -1,0 +1,26 @@
+// A folder of results, for one job at a time: `lock` in it is held with flock(2) and says by whom. Gone when they are done.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+namespace flexor::io {
+
+// While this lives nobody else holds the folder, in this process or another one. Makes the folder; takes it
+// away again if nothing was put into it.
+class FolderLock {
+ public:
+  // Throws InputError: the folder cannot be made or written, it has the results of another job than `kind`, or somebody,
+  // who is named, works in it.
+  explicit FolderLock(std::filesystem::path folder, std::string_view kind = "");
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  std::filesystem::path folder_;
+  bool made_ = false;
+  int file_ = -1;
+};
+
+}  // namespace flexor::io

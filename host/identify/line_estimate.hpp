@@ -75,6 +75,7 @@ struct Case : RecalibratedSensor {
   std::optional<model::Poses> poses;           // where the model was made
   PosesHeld held;
   bool informed = false;
+  bool by_poses = false;  // alone
   std::string misfit;
   std::string wanted;
   FittedLine fit;

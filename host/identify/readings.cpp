@@ -1,10 +1,14 @@
 #include "host/identify/readings.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "host/identify/robust.hpp"
+#include "host/io/io.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/tracking.hpp"
 
@@ -15,24 +19,13 @@ constexpr int kStillParts = 8;
 constexpr double kStill_s = 1;
 constexpr double kMedian_s = 0.5;
 constexpr double kStillShare = 0.125;  // of the span: the range of what rests
-constexpr double kApart = 0.3;         // of the span: rests that are nearer are one
+constexpr double kApart = 0.3;         // of the span: rests that are nearer are of one pose
 
 double quantile_of(std::span<const double> sorted, double share) {
   const double at = share * static_cast<double>(sorted.size() - 1);
   const auto i = static_cast<std::size_t>(at);
   if (i + 1 >= sorted.size()) return sorted.back();
   return sorted[i] + (at - static_cast<double>(i)) * (sorted[i + 1] - sorted[i]);
-}
-
-// The running median over kMedian_s: neither a loose contact's spike nor a tremor ends a hold.
-std::vector<double> steadied(const std::vector<double>& readings, double period_s) {
-  const auto half = static_cast<std::size_t>(kMedian_s / period_s / 2);
-  std::vector<double> out;
-  for (std::size_t k = 0; k < readings.size(); ++k) {
-    const std::size_t end = std::min(k + half + 1, readings.size());
-    out.push_back(median({readings.data() + (k - std::min(k, half)), readings.data() + end}));
-  }
-  return out;
 }
 
 // The longest stretch from `begin` on in which no sensor moves.
@@ -51,11 +44,14 @@ std::size_t still_until(const std::vector<std::vector<double>>& readings, std::s
   return end;
 }
 
-double apart(const Rest& a, const Rest& b, const std::vector<model::Spread>& made) {
-  double most = 0;
+// In spans; mean over the half of the sensors that moved most: one that does not follow tells nothing.
+double distance(const Rest& a, const Rest& b, const std::vector<model::Spread>& made) {
+  std::vector<double> away;
   for (std::size_t i = 0; i < made.size(); ++i)
-    most = std::max(most, std::abs(a.reading[i] - b.reading[i]) / made[i].span());
-  return most;
+    if (!std::isnan(a.reading[i])) away.push_back(std::abs(a.reading[i] - b.reading[i]) / made[i].span());
+  std::ranges::sort(away, std::greater());
+  away.resize((away.size() + 1) / 2);
+  return away.empty() ? 0 : mean(away);
 }
 
 }  // namespace
@@ -109,6 +105,16 @@ double add_squares(double sum, const std::vector<double>& values, double unit) {
   return sum;
 }
 
+std::vector<double> steadied(const std::vector<double>& values, double period_s) {
+  const auto half = static_cast<std::size_t>(kMedian_s / period_s / 2);
+  std::vector<double> out;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const std::size_t end = std::min(k + half + 1, values.size());
+    out.push_back(median({values.data() + (k - std::min(k, half)), values.data() + end}));
+  }
+  return out;
+}
+
 std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
                            const std::vector<model::Spread>& made) {
   std::vector<std::vector<double>> steady;
@@ -125,7 +131,7 @@ std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, dou
     for (const auto& one : steady)
       rest.reading.push_back(std::accumulate(one.data() + k, one.data() + end, 0.0) /
                              static_cast<double>(end - k));
-    if (!out.empty() && apart(out.back(), rest, made) < kApart) {
+    if (!out.empty() && distance(out.back(), rest, made) < kApart) {
       if (rest.length() > out.back().length()) out.back() = rest;
     } else {
       out.push_back(std::move(rest));
@@ -135,12 +141,44 @@ std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, dou
   return out;
 }
 
-std::vector<Rest> longest(std::vector<Rest> rests, std::size_t count) {
-  if (rests.size() < count) return {};
-  std::ranges::stable_sort(rests, std::ranges::greater(), &Rest::length);
-  rests.resize(count);
-  std::ranges::sort(rests, {}, &Rest::begin);
-  return rests;
+Held poses_in(const std::vector<std::vector<double>>& readings, double period_s,
+              const std::vector<model::Spread>& made, const std::string& source) {
+  const std::vector<Rest> rests = rests_in(readings, period_s, made);
+  if (rests.empty())
+    throw io::JobError(fmt::format(
+        "{}: no second in which all sensors rest: hold the open hand, then a fist, each for three "
+        "seconds; a sensor that only trembles is to be unplugged",
+        source));
+  std::pair<const Rest*, const Rest*> ends = {&rests.front(), &rests.front()};
+  for (const Rest& one : rests) {
+    for (const Rest& other : rests) {
+      if (distance(one, other, made) > distance(*ends.first, *ends.second, made)) ends = {&one, &other};
+    }
+  }
+  Held out;
+  std::size_t others = 0;
+  for (const Rest& rest : rests) {
+    const double first = distance(rest, *ends.first, made);
+    const double second = distance(rest, *ends.second, made);
+    if (std::min(first, second) >= kApart)
+      ++others;
+    else
+      (first <= second ? out.open : out.fist).push_back(rest);
+  }
+  if (!out.fist.empty() && out.fist.front().begin < out.open.front().begin) std::swap(out.open, out.fist);
+  if (others > 1 && 4 * others >= rests.size())
+    throw io::JobError(fmt::format(
+        "{}: {} of {} rests lie between the poses: is it a log of an open hand and a fist, each held "
+        "for three seconds, and again?",
+        source, others, rests.size()));
+  return out;
+}
+
+std::vector<double> readings_in(const std::vector<Rest>& rests, std::size_t sensor) {
+  std::vector<double> out;
+  for (const Rest& rest : rests)
+    if (!std::isnan(rest.reading[sensor])) out.push_back(rest.reading[sensor]);
+  return out;
 }
 
 void add_spread(const std::vector<Session>& sessions, Eigen::Index sensor, model::Input& input) {

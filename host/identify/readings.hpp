@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "host/identify/additive.hpp"
@@ -42,6 +43,9 @@ inline constexpr std::array kSpreadShares = {0.02, 0.1, 0.5, 0.9, 0.98};  // of 
 // `sum`, and the squares of what the values are off their mean, each divided by `unit`.
 double add_squares(double sum, const std::vector<double>& values, double unit);
 
+// The running median over half a second: neither a loose contact's spike nor a tremor ends a hold.
+std::vector<double> steadied(const std::vector<double>& values, double period_s);
+
 // A second or more in which no sensor goes farther than an eighth of its span, and the sensors' mean readings then.
 struct Rest {
   std::size_t begin = 0;
@@ -51,13 +55,26 @@ struct Rest {
   std::size_t length() const { return end - begin; }
 };
 
-// `readings` of each sensor, evenly spaced, after a running median over half a second. Of successive rests that lie within
-// 0.3 of each sensor's span (`made`) the longest. A sensor of NaN does not count.
+// `readings` of each sensor, evenly spaced, after steadied(). Of successive rests that lie within
+// 0.3 of the sensors' spans (`made`) the longest. A sensor of NaN does not count.
 std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
                            const std::vector<model::Spread>& made);
 
-// As many of them, in their order in time: the longest. None where there are fewer.
-std::vector<Rest> longest(std::vector<Rest> rests, std::size_t count);
+// The pose that is held first, taken for the open hand, and the other one; without rests where only one is held.
+struct Held {
+  std::vector<Rest> open;
+  std::vector<Rest> fist;
+
+  bool empty() const { return open.empty() && fist.empty(); }
+};
+
+// The two rests that lie farthest apart, and every rest that lies by one of them: a hand at ease before the poses is none. Of
+// readings as rests_in takes them. Throws io::JobError naming `source`: no rest, or too many between the poses.
+Held poses_in(const std::vector<std::vector<double>>& readings, double period_s,
+              const std::vector<model::Spread>& made, const std::string& source);
+
+// What a sensor read in each of these rests, where it read anything.
+std::vector<double> readings_in(const std::vector<Rest>& rests, std::size_t sensor);
 
 // Median reading of `sensor`, a column of the sessions' input, where the angle is within the lowest and the highest
 // tenth of its range; of samples that count. None where there are fewer than ten of either, or both are one.

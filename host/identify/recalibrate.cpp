@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "host/identify/line_estimate.hpp"
 #include "host/identify/robust.hpp"
@@ -25,13 +26,14 @@ constexpr double kFistStayed = 0.04;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
 constexpr double kPose_deg = 5;
-constexpr double kMostPoseError = 0.3;    // of the span, where the joint hardly moves
-constexpr double kNotReached = 0.5;       // of what the poses were apart, by one sensor
-constexpr double kUsuallyReached = 0.75;  // by most
-constexpr double kSignificant = 0.7;      // standard errors
-constexpr double kSureErrors = 1.3;       // standard errors
-constexpr double kFarthest = 3;           // of the prior's standard deviations
+constexpr double kMostPoseError = 0.3;  // of the span, where the joint hardly moves
+constexpr double kSignificant = 0.7;    // standard errors
+constexpr double kSureErrors = 1.3;     // standard errors
+constexpr double kFarthest = 3;         // of the prior's standard deviations
 constexpr std::size_t kLeastReadings = 20;
+constexpr fmt::format_string<const std::string&, const double&> kTooFar =
+    "{}: it moves {:.1f} times as far as where the model was made: another strip or another hand, or another "
+    "unit?";
 constexpr const char* kTellsGain =
     "a camera (--pair) would tell it";  // poses: as well as they are held alike
 
@@ -79,10 +81,7 @@ Verdict judge(const Case& one, const Window& window, std::span<const double> rea
     if (covered < kLeastCovered)
       out.wanted = fmt::format("{}: bend it from one end to the other: {:.0f} % of its range was seen",
                                one.name, 100 * covered);
-    if (covered > kMostCovered)
-      out.misfit = fmt::format(
-          "{}: it moves {:.1f} times as far as where the model was made: another strip or another hand?",
-          one.name, covered);
+    if (covered > kMostCovered) out.misfit = fmt::format(kTooFar, one.name, covered);
     return out;
   }
   const double little = std::max(one.turn / 5, kStandsStill * one.made.span());
@@ -167,7 +166,7 @@ bool significant(const Case& one) {
 // What a stretch of motion alone says where the hand reached as far as it did where the model was made: the sensor has the
 // gain. The estimate holds a hand that reached less far for likelier; motion cannot tell the two apart. None: it is told.
 std::optional<Line> other_line(const RecalibrationRequest& request, const Case& one) {
-  if (!request.holds.empty() || request.seen || one.fit.gain_told || !one.informed || !one.shown) return {};
+  if (!request.held.empty() || request.seen || one.fit.gain_told || !one.informed || !one.shown) return {};
   const double gain = one.made.span() / one.shown->span();
   return Line{gain * (one.made.middle() - one.shown->middle()) / one.made.span(), std::log(gain)};
 }
@@ -187,12 +186,12 @@ bool is_known_unchanged(const Case& one) {
 // By how many standard errors the mean square of the angles becomes smaller by what was found of some sensors, m, with the
 // covariance C that is left: the true lines x are nearer to m than to none where 2 m'Wx > m'Wm, of which the left side is
 // normal with mean 2 m'Wm and variance 4 m'WCWm. W weighs shift and gain by what they move the angles.
-double surely_better(const std::vector<Case>& cases, const Eigen::MatrixXd& covariance) {
+double surely_better(const std::vector<Case>& cases, const std::vector<std::size_t>& found,
+                     const Eigen::MatrixXd& covariance) {
   Eigen::VectorXd weighed = Eigen::VectorXd::Zero(covariance.rows());
   double square = 0;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
+  for (const std::size_t i : found) {
     const Case& one = cases[i];
-    if (!one.kept.empty()) continue;
     double weight = 0;
     for (const double range : one.reach.range_deg) weight += range * range;
     const Eigen::Index at = column(i);
@@ -202,6 +201,23 @@ double surely_better(const std::vector<Case>& cases, const Eigen::MatrixXd& cova
   }
   const double variance = weighed.dot(covariance * weighed);
   return variance > 0 ? square / 2 / std::sqrt(variance) : 0;
+}
+
+// A wearer holds poses as well as he does; motion says by itself how well it repeats. Of what poses alone tell the surest are
+// corrected, as many as are more than chance together: one that tells little takes nothing from the others. True: some is chance.
+bool keep_what_may_be_chance(const Eigen::MatrixXd& covariance, std::vector<Case>& cases) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < cases.size(); ++i)
+    if (cases[i].by_poses && cases[i].kept.empty()) found.push_back(i);
+  const std::size_t all = found.size();
+  std::ranges::sort(found, std::greater(),
+                    [&](std::size_t i) { return surely_better(cases, {i}, covariance); });
+  while (!found.empty() && surely_better(cases, found, covariance) <= kSureErrors) {
+    Case& one = cases[found.back()];
+    one.kept = fmt::format("{}: what was found may be chance: the old calibration is kept", one.name);
+    found.pop_back();
+  }
+  return found.size() < all;
 }
 
 // Why a sensor stays as it is; empty: it is corrected.
@@ -269,126 +285,77 @@ bool turn_round(std::vector<Case>& cases) {
   return true;
 }
 
-// Whether most sensors that were held in both poses and moved went far enough.
-bool is_closed(const std::vector<Case>& cases) {
-  std::vector<double> shares;
-  for (const Case& one : cases)
-    if (one.held.moved()) shares.push_back(one.held.share);
-  return !shares.empty() && median(std::move(shares)) >= kUsuallyReached;
-}
-
-// The end that was not reached is the one that fits worse, all sensors together.
-bool fist_was_reached(const std::vector<Case>& cases) {
-  double nearer = 0;  // the fist than the open hand
-  for (const Case& one : cases) {
-    const PosesHeld& held = one.held;
-    if (!held.moved()) continue;
-    nearer += (std::abs(held.open - one.poses->open) - std::abs(held.fist - one.poses->fist)) /
-              std::abs(one.poses->fist - one.poses->open);
-  }
-  return nearer > 0;
-}
-
 // A strip that no donning explains, where most others moved from pose to pose.
 std::string misfit_of(const Case& one) {
-  if (!one.held.both() || one.held.share >= kUnmoved) return {};
-  if (one.held.share < -kUnmoved)
+  const PosesHeld& held = one.held;
+  if (std::isnan(held.open) && std::isnan(held.fist))
+    return fmt::format("{}: no reading of it is valid in the poses: is it plugged in?", one.name);
+  if (!held.both() || (held.share >= kUnmoved && held.share <= kMostCovered)) return {};
+  if (held.share > kMostCovered) return fmt::format(kTooFar, one.name, held.share);
+  if (held.share < -kUnmoved)
     return fmt::format("{}: it moves the other way than where the model was made: is its strip turned?",
                        one.name);
   return fmt::format(
       "{}: it stands still at {:.4g} where the others moved: is it plugged in, is its strip whole, "
       "was it bent?",
-      one.name, one.held.open);
+      one.name, held.open);
 }
 
-// Of a sensor without poses in the model nothing is said.
-void add_sightings(std::size_t i, bool fist_counts, Case& one, std::vector<Sighting>& sightings,
-                   std::vector<std::string>& notes) {
-  if (!one.poses) return;
-  if (std::string misfit = misfit_of(one); !misfit.empty()) {
-    if (one.informed)
-      notes.push_back(std::move(misfit));  // motion tells it all the same
-    else
-      one.misfit = std::move(misfit);
-    return;
-  }
+void add_sightings(std::size_t i, const Case& one, std::vector<Sighting>& sightings) {
   const double most_deg = one.reach.most_deg;
   const double error = most_deg > 0 ? std::min(kMostPoseError, kPose_deg / most_deg) : kMostPoseError;
   const double pose = (one.poses->fist - one.poses->open) / one.made.span();
   if (!std::isnan(one.held.open))
     sightings.push_back({i, one.held.open, one.poses->open, error, pose, false});
-  if (std::isnan(one.held.fist)) return;
-  if (!fist_counts || (one.held.both() && one.held.share < kNotReached)) {
-    notes.push_back(fmt::format("{}: its fist was not reached and does not count", one.name));
-    return;
-  }
-  sightings.push_back({i, one.held.fist, one.poses->fist, error, pose, true});
+  if (!std::isnan(one.held.fist)) sightings.push_back({i, one.held.fist, one.poses->fist, error, pose, true});
 }
 
-// Where no more than half of the sensors moved from one pose to the other, nothing: these were not the poses. A fist that most
-// sensors read far from where it was does not count; where it is the open hand that lies farther off, neither does.
-std::vector<Sighting> sightings_of(const std::vector<Hold>& holds, std::vector<Case>& cases,
-                                   Recalibration& out) {
+// Where no more than half of the sensors moved from one pose to the other, nothing: these were not the poses.
+std::vector<Sighting> check_poses(const Held& held, std::vector<Case>& cases, Recalibration& out) {
+  const auto reading = [](const std::vector<double>& of) { return of.empty() ? std::nan("") : mean(of); };
   for (std::size_t i = 0; i < cases.size(); ++i) {
     Case& one = cases[i];
     if (!one.poses) continue;
-    for (const Hold& hold : holds)
-      if (!std::isnan(hold.reading[i])) (hold.fist ? one.held.fist : one.held.open) = hold.reading[i];
+    one.held.open = reading(readings_in(held.open, i));
+    one.held.fist = reading(readings_in(held.fist, i));
     one.held.share = (one.held.fist - one.held.open) / (one.poses->fist - one.poses->open);
   }
   if (turn_round(cases)) out.notes.emplace_back("open hand and fist were held the other way round: taken so");
   const auto live = std::ranges::count_if(cases, [](const Case& one) { return one.held.both(); });
   const auto moved = std::ranges::count_if(cases, [](const Case& one) { return one.held.moved(); });
-  if (live > 0 && 2 * moved <= live) {
+  const bool are_poses = live == 0 || 2 * moved > live;
+  if (!are_poses)
     out.wanted.push_back(fmt::format(
         "open hand and fist with all fingers: {} of {} sensors moved from one to the other", moved, live));
-    return {};
-  }
-  const bool closed = live == 0 || is_closed(cases);
-  if (!closed && fist_was_reached(cases)) {
-    out.wanted.emplace_back(
-        "open hand and fist once more, the hand wholly open and wholly closed: they lie too near to each "
-        "other to say which of them was not reached");
-    return {};
-  }
-  if (!closed)
-    out.wanted.emplace_back("the fist once more, wholly closed: it was not reached and does not count");
   std::vector<Sighting> sightings;
-  for (std::size_t i = 0; i < cases.size(); ++i) add_sightings(i, closed, cases[i], sightings, out.notes);
-  return sightings;
-}
-
-std::vector<Sighting> check_poses(const RecalibrationRequest& request, std::vector<Case>& cases,
-                                  Recalibration& out) {
-  std::vector<Sighting> sightings = sightings_of(request.holds, cases, out);
   for (std::size_t i = 0; i < cases.size(); ++i) {
     Case& one = cases[i];
-    if (one.informed) continue;
-    const auto sighted = std::ranges::count(sightings, i, &Sighting::sensor);
-    one.informed = sighted > 0;
-    if (sighted > 1) one.misfit.clear();  // it moved from one to the other
-    if (one.informed || !one.misfit.empty()) continue;
-    const auto missing = [&](const Hold& hold) { return std::isnan(hold.reading[i]); };
-    if (!one.poses)
-      one.wanted =
-          fmt::format("{}: motion or a camera: the model does not say what it reads at the poses", one.name);
-    else if (std::ranges::all_of(request.holds, missing))
-      one.misfit = fmt::format("{}: no reading of it is valid in the poses: is it plugged in?", one.name);
+    if (!one.poses) {
+      if (!one.informed)
+        one.wanted = fmt::format("{}: motion or a camera: the model does not say what it reads at the poses",
+                                 one.name);
+    } else if (std::string misfit = misfit_of(one); !misfit.empty() && one.informed) {
+      out.notes.push_back(std::move(misfit));  // motion tells it all the same
+    } else if (!misfit.empty()) {
+      if (are_poses) one.misfit = std::move(misfit);
+    } else if (are_poses) {
+      add_sightings(i, one, sightings);
+      if (one.informed) continue;
+      one.by_poses = one.informed = true;
+      if (one.held.both()) one.misfit.clear();  // it moved from one to the other
+    }
   }
   return sightings;
 }
 
-// `sure`: what was found of all sensors together is more than chance.
-void decide(const RecalibrationRequest& request, bool sure, Case& one) {
+void decide(const RecalibrationRequest& request, Case& one) {
   one.shift_se = std::sqrt(one.fit.shift_variance) * one.made.span();
   one.gain_se = std::sqrt(one.fit.log_gain_variance) * std::exp(one.fit.line.log_gain);
   if (one.shown) one.reversals = one.shown->turns.count();
   if (one.shown) one.covered = one.shown->span() / one.made.span();
-  if (one.kept.empty() && !sure)
-    one.kept = fmt::format("{}: what was found may be chance: the old calibration is kept", one.name);
   // Poses that changed nothing may yet have been held otherwise: then the gain is as uncertain as they are.
   const bool is_doubted =
-      !request.holds.empty() && !request.seen && !one.kept.empty() && !is_known_unchanged(one);
+      !request.held.empty() && !request.seen && !one.kept.empty() && !is_known_unchanged(one);
   one.gain_is_told = !is_doubted && !one.other;
   one.applied = one.kept.empty();
   if (one.applied) one.correction = correction_of(one.fit.line, one.made);
@@ -416,10 +383,10 @@ void check_camera(const model::Model& model, const Seen& seen, const std::vector
 }
 
 // Where nothing was applied though no sensor said what it wants.
-std::string wanted_instead(const Recalibration& r, bool sure) {
+std::string wanted_instead(const Recalibration& r, bool may_be_chance) {
   if (!r.misfits.empty())
     return "strips as they were where the model was made: see what does not fit; or identify a model anew";
-  if (!sure)
+  if (may_be_chance)
     return "open hand and fist once more, held as they were where the model was made, or a camera (--pair): "
            "what the poses tell may be chance";
   return "nothing where the angles are right; else a camera (--pair): no change that was told is larger than "
@@ -429,7 +396,7 @@ std::string wanted_instead(const Recalibration& r, bool sure) {
 }  // namespace
 
 Recalibration recalibrate(const RecalibrationRequest& request) {
-  if (request.motion.empty() && request.holds.empty() && !request.seen && request.lacking.empty())
+  if (request.motion.empty() && request.held.empty() && !request.seen && request.lacking.empty())
     throw io::InputError(
         "nothing to calibrate from: --recording SHORT, --poses open,fist LOG or --pair SHORT CAMERA");
   Recalibration out;
@@ -439,9 +406,12 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
   std::vector<Case> cases = cases_of(known.model, request.prior);
   check_motion(known, cases);
   std::vector<Sighting> poses;
-  if (!known.holds.empty()) poses = check_poses(known, cases, out);
+  if (!known.held.empty()) poses = check_poses(known.held, cases, out);
   if (known.seen) {
-    for (const std::size_t sensor : told_by_camera(known.model, *known.seen)) cases[sensor].informed = true;
+    for (const std::size_t sensor : told_by_camera(known.model, *known.seen)) {
+      cases[sensor].informed = true;
+      cases[sensor].by_poses = false;
+    }
   }
   const Eigen::MatrixXd covariance = estimate(known.model, poses, known.seen ? &*known.seen : nullptr, cases);
   if (known.seen) check_camera(known.model, *known.seen, cases, out.notes);
@@ -449,13 +419,11 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
     one.other = other_line(known, one);
     one.kept = reason_to_keep(one);
   }
-  const bool found = std::ranges::any_of(cases, [](const Case& one) { return one.kept.empty(); });
-  // A wearer holds poses as well as he does; a stretch of motion says by itself how well it repeats.
-  const bool sure = request.holds.empty() || surely_better(cases, covariance) > kSureErrors;
+  const bool may_be_chance = keep_what_may_be_chance(covariance, cases);
   std::vector<std::string> shifted_alone;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     Case& one = cases[i];
-    decide(known, sure, one);
+    decide(known, one);
     out.sensors.push_back(one);
     if (!one.misfit.empty()) out.misfits.push_back(one.misfit);
     if ((!one.informed || !one.gain_is_told) && !one.wanted.empty()) out.wanted.push_back(one.wanted);
@@ -473,7 +441,7 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
   if (!shifted_alone.empty())
     out.notes.push_back(fmt::format("{}: shifted alone, the gain is not told: {}",
                                     fmt::join(shifted_alone, ", "), kTellsGain));
-  if (!out.applied && out.wanted.empty()) out.wanted.push_back(wanted_instead(out, sure || !found));
+  if (!out.applied && out.wanted.empty()) out.wanted.push_back(wanted_instead(out, may_be_chance));
   out.joints = joints_of(known.model, cases);
   return out;
 }

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "host/identify/donning_prior.hpp"
+#include "host/identify/readings.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/model.hpp"
 #include "host/model/range_count.hpp"
@@ -25,12 +26,6 @@ namespace flexor::identify {
 // Readings on the model's grid; of each input those that are good, pauses left out.
 struct Motion {
   std::vector<std::vector<double>> reading;
-};
-
-// A held pose: the mean reading of each input.
-struct Hold {
-  bool fist = false;
-  std::vector<double> reading;
 };
 
 // Angles of joints beside the readings, every sample of the grid.
@@ -48,7 +43,7 @@ struct RecalibrationRequest {
   model::Model model;
   Prior prior = shipped_prior();
   std::vector<Motion> motion = {};  // of each log
-  std::vector<Hold> holds = {};
+  Held held = {};
   std::optional<Seen> seen = {};
   std::vector<std::string> lacking = {};  // evidence that was given and cannot be used, in words
 };

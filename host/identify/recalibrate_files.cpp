@@ -30,25 +30,6 @@ std::vector<double> without_holes(std::vector<double> values) {
   return values;
 }
 
-// Volts where counts are read, or the like: nobody's glove reads twenty times as much, or a twentieth, once it is put on anew.
-void refuse_other_unit(const std::string& source, const recording::Column& column,
-                       const model::Input& input) {
-  constexpr double kTimes = 20;
-  const recording::Range range = recording::without_spikes(column.value);
-  if (!input.readings || !std::isfinite(range.max) || !(range.max > range.min)) return;
-  const auto is_whole = [](double u) { return std::isnan(u) || u == std::floor(u); };
-  if (input.unit == "count" && std::ranges::all_of(column.value, is_whole)) return;
-  const double low = input.readings->reading.front();
-  const double high = input.readings->reading.back();
-  const double now = std::max(std::abs(range.min), std::abs(range.max));
-  const double made = std::max(std::abs(low), std::abs(high));
-  if (now * kTimes > made && now < kTimes * made) return;
-  throw io::InputError(
-      fmt::format("{}: column \"{}\" reads {:.3g} to {:.3g}, where the model was made {} read {:.3g} to "
-                  "{:.3g} {}: is it in another unit? Log what the model takes",
-                  source, column.name, range.min, range.max, input.name, low, high, input.unit));
-}
-
 // A column for each input; a missing reading is NaN. The log continues where a reset of the board begins its clock anew.
 recording::Recording read_log(const recording::Log& path, const RecalibrationFiles& request,
                               const recording::TimeOptions& time, const model::Model& model,
@@ -61,8 +42,6 @@ recording::Recording read_log(const recording::Log& path, const RecalibrationFil
       notes.push_back(std::move(*note));
   }
   recording::Recording out = recording::read(*reader, recording::Resets::follow);
-  for (std::size_t i = 0; i < model.inputs.size(); ++i)
-    refuse_other_unit(out.source, out.columns[i], model.inputs[i]);
   notes.insert(notes.end(), out.warnings.begin(), out.warnings.end());
   return out;
 }
@@ -278,8 +257,8 @@ Motion motion_in(const recording::Recording& log, const model::Model& model) {
   return out;
 }
 
-std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recording::Recording& log,
-                           const model::Model& model) {
+Held poses_in(const std::vector<std::string>& poses, const recording::Recording& log,
+              const model::Model& model) {
   for (const std::string& pose : poses)
     if (pose != "open" && pose != "fist")
       throw io::InputError(fmt::format("unknown pose \"{}\"; known: open, fist", pose));
@@ -289,26 +268,20 @@ std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recordin
         log.source));
   std::vector<std::vector<double>> readings;
   std::vector<model::Spread> made;
-  bool any = false;
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     const model::Input& input = model.inputs[i];
     std::vector<double>& read = readings.emplace_back(sampled(log, model, i));
     made.push_back(input.poses ? spread_of(*input.poses) : model::Spread{{0, 1}, {0, 1}});
-    const bool live = input.poses && without_holes(read).size() * 2 >= read.size();
-    if (live)
+    if (input.poses && without_holes(read).size() * 2 >= read.size())
       read = held_over(read, input);
     else
       std::ranges::fill(read, std::numeric_limits<double>::quiet_NaN());  // it must not end a hold
-    any |= live;
   }
-  std::vector<Hold> out;
-  if (any)
-    for (Rest& rest : longest(rests_in(readings, model.sample_period_s, made), poses.size()))
-      out.push_back({poses[out.size()] == "fist", std::move(rest.reading)});
-  if (out.empty())
-    throw io::JobError(fmt::format(
-        "{}: {} were to be held, each for a second or more, and are not found: hold still, 2 s each",
-        log.source, fmt::join(poses, " and ")));
+  Held out = poses_in(readings, model.sample_period_s, made, log.source);
+  if (out.fist.empty() == (poses.size() > 1))
+    throw io::JobError(fmt::format("{}: {} to be held, {} found", log.source, fmt::join(poses, " and "),
+                                   out.fist.empty() ? "one pose is" : "two poses are"));
+  if (poses.front() == "fist") std::swap(out.open, out.fist);
   return out;
 }
 
@@ -337,7 +310,7 @@ Recalibration recalibrate_files(const RecalibrationFiles& files) {
   if (!files.poses_log.empty()) {
     const recording::Recording log = log_of(files.poses_log, files.time);
     try {
-      request.holds = poses_in(files.poses, log, request.model);
+      request.held = poses_in(files.poses, log, request.model);
     } catch (const io::JobError& error) {
       request.lacking.emplace_back("the poses once more: hold each for two seconds, and still");
       notes.emplace_back(error.what());

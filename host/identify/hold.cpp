@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/identify/readings.hpp"
 #include "host/model/compensator.hpp"
 
 namespace flexor::identify {
@@ -81,12 +82,13 @@ std::vector<StillPart> holds_of(const Session& session, double period_s) {
   Eigen::Index from = 0;
   double low = 0;
   double high = 0;
+  const std::vector<double> steady = steadied({session.angle_deg.begin(), session.angle_deg.end()}, period_s);
   const auto end = [&](Eigen::Index to) {
     if (static_cast<double>(to - from) * period_s >= kHeld_s) out.push_back({from, to});
     from = to;
   };
   for (Eigen::Index k = 0; k < session.angle_deg.size(); ++k) {
-    const double angle = session.angle_deg(k);
+    const double angle = steady[static_cast<std::size_t>(k)];
     if (k > from && std::max(high, angle) - std::min(low, angle) > kHeld_deg) end(k);
     low = k == from ? angle : std::min(low, angle);
     high = k == from ? angle : std::max(high, angle);

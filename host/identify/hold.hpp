@@ -19,7 +19,8 @@ double slowest_s(const model::Model& model);  // of its time constants; 0 where 
 double hold_drift_deg(const model::Model& model, const std::vector<Session>& sessions,
                       const std::vector<std::string>& sensors);
 
-// Samples of which the finger itself holds still: all used, within 2 degrees, for a second at least.
+// Samples of which the finger itself holds still: all used, for a second at least, their running median (readings.hpp) within 2
+// degrees: a camera's noise ends no hold.
 struct StillPart {
   Eigen::Index from;
   Eigen::Index to;

@@ -35,24 +35,17 @@ constexpr double kLeastModelError_deg = 2;
 constexpr double kUnknownError_deg = 5;  // of a model that does not say
 constexpr double kMarks_deg = 3;
 constexpr double kNews_s = 1;
-constexpr double kHuber = 2;  // standard deviations
-constexpr double kStep = 1e-3;
+constexpr double kHuber = 2;    // standard deviations
+constexpr double kStep = 1e-5;  // of slopes by differences
 constexpr double kMoves_deg = 10;
 
 double made_of(const Line& line, const model::Spread& made, double reading) {
   return made.middle() + std::exp(line.log_gain) * (reading - made.middle()) + line.shift * made.span();
 }
 
-// Shift and logarithm of the gain, of what `reading` is taken for; in spans.
-Eigen::RowVector2d derivative(const Line& line, const model::Spread& made, double reading) {
-  return {1, std::exp(line.log_gain) * (reading - made.middle()) / made.span()};
-}
-
 // Of an unknown of unit variance: straight lines of either slope far from 0, smooth between them.
-Bent sided(double x, double below, double above) {
-  const double root = std::hypot(x, 1.0);
-  return {(above + below) / 2 * x + (above - below) / 2 * (root - 1),
-          (above + below) / 2 + (above - below) / 2 * x / root};
+double sided(double x, double below, double above) {
+  return (above + below) / 2 * x + (above - below) / 2 * (std::hypot(x, 1.0) - 1);
 }
 
 // Of the mean of turns, in spans: what they scatter by, with kTurnSd for one more turn.
@@ -131,18 +124,7 @@ std::vector<std::vector<double>> angles_by(const std::vector<Line>& lines, const
 }
 
 // The residual whose square is minus twice the logarithm of Student's density.
-Bent tailed(double e) {
-  if (std::abs(e) < 1e-6) return {e, 1};
-  const double out = std::copysign(std::sqrt(kFreedom * std::log1p(e * e / kFreedom)), e);
-  return {out, e / (1 + e * e / kFreedom) / out};
-}
-
-Bent pseudo_huber(double e) {
-  if (std::abs(e) < 1e-6) return {e, 1};
-  const double root = std::sqrt(1 + e * e / (kHuber * kHuber));
-  const double out = std::copysign(kHuber * std::sqrt(2 * (root - 1)), e);
-  return {out, e / root / out};
-}
+double tailed(double e) { return std::copysign(std::sqrt(kFreedom * std::log1p(e * e / kFreedom)), e); }
 
 // Residuals of the prior and of all evidence. Unknown are shift and logarithm of the gain of each sensor, what all shifts have in
 // common, how both poses were held, where each stretch of motion lies, and how each joint's marks sit.
@@ -155,29 +137,20 @@ class LineProblem {
         poses_(poses),
         seen_(seen),
         sensors_(column(cases.size())),
-        marks_(sensors_ + 3),
-        rows_(std::ssize(poses)) {
+        marks_(sensors_ + 3) {
     for (std::size_t log = 0; log < cases.front().windows.size(); ++log) {
-      const Eigen::Index before = rows_;
+      const std::size_t before = motion_.size();
       for (std::size_t i = 0; i < cases.size(); ++i) {
-        const Case& one = cases[i];
-        if (!one.windows[log]) continue;
-        motion_.push_back({column(i), marks_, one, *one.windows[log],
-                           covariance_of(one, *one.windows[log]).llt().matrixL()});
-        rows_ += std::ssize(one.made.reading);
+        const std::optional<Window>& window = cases[i].windows[log];
+        if (window)
+          motion_.push_back(
+              {column(i), marks_, cases[i], *window, covariance_of(cases[i], *window).llt().matrixL()});
       }
-      marks_ += rows_ > before ? 1 : 0;
+      marks_ += motion_.size() > before ? 1 : 0;
     }
-    size_ = marks_;
-    if (seen != nullptr) {
-      size_ += std::ssize(seen->joints);
-      for (const Seen::Angles& one : seen->joints)
-        rows_ += std::ranges::count_if(one.use, [](auto used) { return used != 0; });
-    }
-    rows_ += size_;
   }
 
-  Eigen::Index size() const { return size_; }
+  Eigen::Index size() const { return marks_ + (seen_ != nullptr ? std::ssize(seen_->joints) : 0); }
 
   std::vector<Line> lines(const Eigen::VectorXd& p) const {
     std::vector<Line> out;
@@ -186,20 +159,17 @@ class LineProblem {
   }
 
   Eigen::VectorXd operator()(const Eigen::VectorXd& p, Eigen::MatrixXd* jacobian) const {
-    Eigen::VectorXd r(rows_);
-    Eigen::MatrixXd j = Eigen::MatrixXd::Zero(rows_, size_);
-    add_prior(p, r, j);
-    Eigen::Index row = size_;
-    add_poses(p, row, r, j);
-    add_motion(p, row, r, j);
-    if (seen_ != nullptr) add_camera(p, row, jacobian != nullptr, r, j);
-    if (jacobian != nullptr) *jacobian = std::move(j);
+    const Eigen::VectorXd r = residuals(p);
+    if (jacobian == nullptr) return r;
+    jacobian->resize(r.size(), p.size());
+    for (Eigen::Index c = 0; c < p.size(); ++c)
+      jacobian->col(c) = (residuals(p + kStep * Eigen::VectorXd::Unit(p.size(), c)) - r) / kStep;
     return r;
   }
 
   // From `p` on; the unknowns of `fixed` stay 0.
   Eigen::VectorXd solved(Eigen::VectorXd p, const std::vector<Eigen::Index>& fixed = {}) const {
-    Eigen::VectorXd most = Eigen::VectorXd::Constant(size_, HUGE_VAL);
+    Eigen::VectorXd most = Eigen::VectorXd::Constant(size(), HUGE_VAL);
     for (Eigen::Index gain = 1; gain < sensors_; gain += 2) most(gain) = kMostLogGain;
     for (const Eigen::Index at : fixed) most(at) = 0;
     (void)levenberg_marquardt(*this, -most, most, {100, 1e-12, 1e-9}, p);
@@ -211,92 +181,62 @@ class LineProblem {
     Eigen::MatrixXd jacobian;
     (void)(*this)(p, &jacobian);
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
-    const Eigen::MatrixXd upper = qr.matrixQR().topRows(size_).triangularView<Eigen::Upper>();
+    const Eigen::MatrixXd upper = qr.matrixQR().topRows(size()).triangularView<Eigen::Upper>();
     const Eigen::MatrixXd inverse =
-        upper.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(size_, size_));
+        upper.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(size(), size()));
     return inverse * inverse.transpose();
   }
 
  private:
-  // The common shift in its standard deviations; of one sensor alone it is all of the shift's.
-  void add_prior(const Eigen::VectorXd& p, Eigen::VectorXd& r, Eigen::MatrixXd& j) const {
-    r.head(size_) = p;
-    j.topRows(size_).setIdentity();
-    for (Eigen::Index i = 0; i < sensors_; i += 2) {
-      const Prior& prior = cases_[static_cast<std::size_t>(i / 2)].prior;
-      const double alike = cases_.size() > 1 ? prior.alike : 0;
-      const double common = prior.shift_sd * std::sqrt(alike);
-      const double own_sd = prior.shift_sd * std::sqrt(1 - alike);
-      const double off = (p(i) - common * p(sensors_)) / own_sd;
-      const Bent row = cases_.size() > 1 ? tailed(off) : Bent{off, 1};
-      r(i) = row.value;
-      j(i, i) = row.slope / own_sd;
-      j(i, sensors_) = -row.slope * common / own_sd;
-      r(i + 1) = p(i + 1) / prior.log_gain_sd;
-      j(i + 1, i + 1) = 1 / prior.log_gain_sd;
-    }
-  }
-
-  void add_poses(const Eigen::VectorXd& p, Eigen::Index& row, Eigen::VectorXd& r, Eigen::MatrixXd& j) const {
+  Eigen::VectorXd residuals(const Eigen::VectorXd& p) const {
     const std::vector<Line> all = lines(p);
-    const Bent open = sided(p(sensors_ + 1), kOpenBeyond, kOpenBent);
-    const Bent fist = sided(p(sensors_ + 2), kFistShort, kFistBeyond);
+    std::vector<double> r(p.begin() + sensors_, p.end());  // of unit variance
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      // The common shift in its standard deviations; of one sensor alone it is all of the shift's.
+      const Prior& prior = cases_[i].prior;
+      const double alike = all.size() > 1 ? prior.alike : 0;
+      const double common = prior.shift_sd * std::sqrt(alike);
+      const double off = (all[i].shift - common * p(sensors_)) / (prior.shift_sd * std::sqrt(1 - alike));
+      r.push_back(all.size() > 1 ? tailed(off) : off);
+      r.push_back(all[i].log_gain / prior.log_gain_sd);
+    }
     for (const Sighting& s : poses_) {
       const model::Spread& made = cases_[s.sensor].made;
-      const Bent& place = s.fist ? fist : open;
-      r(row) =
-          ((made_of(all[s.sensor], made, s.reading) - s.made) / made.span() - s.pose * place.value) / s.error;
-      j.block<1, 2>(row, column(s.sensor)) = derivative(all[s.sensor], made, s.reading) / s.error;
-      j(row++, sensors_ + (s.fist ? 2 : 1)) = -s.pose * place.slope / s.error;
+      const double place = s.fist ? sided(p(sensors_ + 2), kFistShort, kFistBeyond)
+                                  : sided(p(sensors_ + 1), kOpenBeyond, kOpenBent);
+      r.push_back(((made_of(all[s.sensor], made, s.reading) - s.made) / made.span() - s.pose * place) /
+                  s.error);
     }
+    add_motion(p, r);
+    if (seen_ != nullptr) add_camera(p, r);
+    return Eigen::Map<const Eigen::VectorXd>(r.data(), std::ssize(r));
   }
 
-  void add_motion(const Eigen::VectorXd& p, Eigen::Index& row, Eigen::VectorXd& r, Eigen::MatrixXd& j) const {
+  void add_motion(const Eigen::VectorXd& p, std::vector<double>& r) const {
     for (const Stretch& one : motion_) {
       const model::Spread& made = one.of.made;
-      const Line line = {p(one.sensor), p(one.sensor + 1)};
-      const auto n = std::ssize(made.reading);
-      auto error = r.segment(row, n);
-      auto rows = j.middleRows(row, n);
-      const double motion = one.of.prior.motion_sd * std::sqrt(kSameMotion);
-      for (Eigen::Index i = 0; i < n; ++i) {
-        const double reading = one.window.reading[static_cast<std::size_t>(i)];
-        error(i) = (made_of(line, made, reading) - made.reading[static_cast<std::size_t>(i)]) / made.span() +
-                   motion * p(one.lies);
-        rows.block<1, 2>(i, one.sensor) = derivative(line, made, reading);
+      Eigen::VectorXd error(std::ssize(made.reading));
+      for (Eigen::Index i = 0; i < error.size(); ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        const double now = made_of({p(one.sensor), p(one.sensor + 1)}, made, one.window.reading[at]);
+        error(i) = (now - made.reading[at]) / made.span() +
+                   one.of.prior.motion_sd * std::sqrt(kSameMotion) * p(one.lies);
       }
-      rows.col(one.lies).setConstant(motion);
-      const auto lower = one.whitening.triangularView<Eigen::Lower>();
-      lower.solveInPlace(error);
-      lower.solveInPlace(rows);
-      row += n;
+      one.whitening.triangularView<Eigen::Lower>().solveInPlace(error);
+      r.insert(r.end(), error.begin(), error.end());
     }
   }
 
-  void add_camera(const Eigen::VectorXd& p, Eigen::Index row, bool slopes, Eigen::VectorXd& r,
-                  Eigen::MatrixXd& j) const {
-    const Seen& seen = *seen_;
-    const auto now = angles_by(lines(p), model_, seen);
-    std::vector<std::vector<std::vector<double>>> moved;  // of each unknown of the sensors
-    for (Eigen::Index c = 0; slopes && c < sensors_; ++c) {
-      Eigen::VectorXd there = p;
-      there(c) += kStep;
-      moved.push_back(angles_by(lines(there), model_, seen));
-    }
+  void add_camera(const Eigen::VectorXd& p, std::vector<double>& r) const {
+    const auto now = angles_by(lines(p), model_, *seen_);
     const double repeats = std::sqrt(std::max(1.0, kNews_s / model_.sample_period_s));
-    for (std::size_t s = 0; s < seen.joints.size(); ++s) {
-      const Seen::Angles& one = seen.joints[s];
+    for (std::size_t s = 0; s < now.size(); ++s) {
+      const Seen::Angles& one = seen_->joints[s];
       const double error_deg = error_of(model_.joints[one.joint]);
-      const auto mark = marks_ + static_cast<Eigen::Index>(s);
-      for (std::size_t k = 0; k < one.use.size(); ++k) {
-        if (!one.use[k]) continue;
-        const Bent soft = pseudo_huber((now[s][k] + kMarks_deg * p(mark) - one.angle_deg[k]) / error_deg);
-        for (std::size_t c = 0; c < moved.size(); ++c)
-          j(row, static_cast<Eigen::Index>(c)) =
-              soft.slope / repeats * (moved[c][s][k] - now[s][k]) / (kStep * error_deg);
-        j(row, mark) = soft.slope / repeats * kMarks_deg / error_deg;
-        r(row++) = soft.value / repeats;
-      }
+      const double mark_deg = kMarks_deg * p(marks_ + static_cast<Eigen::Index>(s));
+      for (std::size_t k = 0; k < one.use.size(); ++k)
+        if (one.use[k])
+          r.push_back(bend((now[s][k] + mark_deg - one.angle_deg[k]) / error_deg, kHuber).value / repeats);
     }
   }
 
@@ -316,8 +256,6 @@ class LineProblem {
   std::vector<Stretch> motion_;
   Eigen::Index sensors_;  // their columns
   Eigen::Index marks_;    // the first one's column
-  Eigen::Index size_;
-  Eigen::Index rows_;
 };
 
 }  // namespace

@@ -22,6 +22,9 @@ constexpr double kOpenBeyond = 0.02;
 constexpr double kFistShort = 0.3;
 constexpr double kFistBeyond = 0.02;
 
+constexpr double kPose_deg = 5;         // of a finger in a pose
+constexpr double kMostPoseError = 0.3;  // of the span, where the joint hardly moves
+
 constexpr double kTurnSd = 0.04;        // of one turn's reading, in spans, before any was seen
 constexpr double kEndSd = 0.01;         // of a quantile there
 constexpr double kDiffers = 0.5;        // of what the span differs by: where the middle may lie
@@ -57,8 +60,7 @@ double turn_variance(const std::vector<double>& turns, double span) {
 // From 0 to 1: how surely the open end is where the hand is straight. Straight fingers can go no farther, a fist is as
 // tight as the wearer likes: where the open end comes back to one reading, what differs in reach differs at the fist.
 double open_repeats(const Case& s, const Turns& turns) {
-  if (s.reach.bends == 0) return 0;
-  const std::vector<double>& ends = s.reach.bends > 0 ? turns.low_ends : turns.high_ends;
+  const std::vector<double>& ends = s.reach.most_deg > 0 ? turns.low_ends : turns.high_ends;
   const auto n = static_cast<double>(ends.size());
   if (n < 2) return 0;
   const double variance = add_squares(0, ends, n - 1);
@@ -89,7 +91,7 @@ Eigen::MatrixXd covariance_of(const Case& s, const Window& window) {
   const double differs_sd = std::abs(differs) * whole * (kDiffers + repeats * (kDiffersAtFist - kDiffers));
   const double common = (1 - kSameMotion) * s.prior.motion_sd * s.prior.motion_sd + differs_sd * differs_sd;
   const double reach = s.prior.reach_sd * s.prior.reach_sd + lacking * lacking;
-  const Eigen::VectorXd from_stay = place.array() + s.reach.bends * 0.5 * repeats;
+  const Eigen::VectorXd from_stay = place.array() + std::copysign(0.5, s.reach.most_deg) * repeats;
   Eigen::MatrixXd out = Eigen::MatrixXd::Constant(n, n, common) + reach * from_stay * from_stay.transpose();
   out += turn_variance(window.turns.low, span) * low * low.transpose();
   out += turn_variance(window.turns.high, span) * high * high.transpose();
@@ -130,14 +132,8 @@ double tailed(double e) { return std::copysign(std::sqrt(kFreedom * std::log1p(e
 // common, how both poses were held, where each stretch of motion lies, and how each joint's marks sit.
 class LineProblem {
  public:
-  LineProblem(const model::Model& model, const std::vector<Case>& cases, const std::vector<Sighting>& poses,
-              const Seen* seen)
-      : model_(model),
-        cases_(cases),
-        poses_(poses),
-        seen_(seen),
-        sensors_(column(cases.size())),
-        marks_(sensors_ + 3) {
+  LineProblem(const model::Model& model, const std::vector<Case>& cases, const Seen* seen)
+      : model_(model), cases_(cases), seen_(seen), sensors_(column(cases.size())), marks_(sensors_ + 3) {
     for (std::size_t log = 0; log < cases.front().windows.size(); ++log) {
       const std::size_t before = motion_.size();
       for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -200,12 +196,17 @@ class LineProblem {
       r.push_back(all.size() > 1 ? tailed(off) : off);
       r.push_back(all[i].log_gain / prior.log_gain_sd);
     }
-    for (const Sighting& s : poses_) {
-      const model::Spread& made = cases_[s.sensor].made;
-      const double place = s.fist ? sided(p(sensors_ + 2), kFistShort, kFistBeyond)
-                                  : sided(p(sensors_ + 1), kOpenBeyond, kOpenBent);
-      r.push_back(((made_of(all[s.sensor], made, s.reading) - s.made) / made.span() - s.pose * place) /
-                  s.error);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const Case& one = cases_[i];
+      if (!one.poses) continue;
+      const double error = std::min(kMostPoseError, kPose_deg / std::abs(one.reach.most_deg));
+      const double way = (one.poses->fist - one.poses->open) / one.made.span();
+      const auto add = [&](double reading, double made, double place) {
+        const double off = (made_of(all[i], one.made, reading) - made) / one.made.span();
+        if (!std::isnan(reading)) r.push_back((off - way * place) / error);
+      };
+      add(one.held.open, one.poses->open, sided(p(sensors_ + 1), kOpenBeyond, kOpenBent));
+      add(one.held.fist, one.poses->fist, sided(p(sensors_ + 2), kFistShort, kFistBeyond));
     }
     add_motion(p, r);
     if (seen_ != nullptr) add_camera(p, r);
@@ -251,7 +252,6 @@ class LineProblem {
 
   const model::Model& model_;
   const std::vector<Case>& cases_;
-  const std::vector<Sighting>& poses_;
   const Seen* seen_;
   std::vector<Stretch> motion_;
   Eigen::Index sensors_;  // their columns
@@ -265,12 +265,11 @@ model::Correction correction_of(const Line& line, const model::Spread& made) {
   return {gain, made.middle() * (1 - gain) + line.shift * made.span()};
 }
 
-Eigen::MatrixXd estimate(const model::Model& model, const std::vector<Sighting>& poses, const Seen* seen,
-                         std::vector<Case>& cases) {
+Eigen::MatrixXd estimate(const model::Model& model, const Seen* seen, std::vector<Case>& cases) {
   // A camera's rows bend most: their steps start where the others lead.
-  const LineProblem problem(model, cases, poses, seen);
+  const LineProblem problem(model, cases, seen);
   Eigen::VectorXd p = Eigen::VectorXd::Zero(problem.size());
-  const LineProblem before(model, cases, poses, nullptr);
+  const LineProblem before(model, cases, nullptr);
   p.head(before.size()) = before.solved(p.head(before.size()));
   if (seen != nullptr) p = problem.solved(p);
   const Eigen::MatrixXd c = problem.covariance(p);

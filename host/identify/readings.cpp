@@ -253,27 +253,25 @@ std::vector<double> still_angles(const model::Model& model, const std::vector<do
 
 Reach reach_of(const model::Model& model, std::size_t input) {
   const model::Spread& spread = *model.inputs[input].readings;
+  const double part = spread.span() / kStillParts;
   std::vector<double> readings;
   for (const model::Input& one : model.inputs)
     readings.push_back(one.readings->reading[one.readings->reading.size() / 2]);
-  std::vector<std::vector<double>> angles;  // at the edges of the parts
-  for (int i = 0; i <= kStillParts; ++i) {
-    readings[input] = spread.reading.front() + spread.span() * i / kStillParts;
-    angles.push_back(still_angles(model, readings));
+  const auto angles_at = [&](int edge) {
+    readings[input] = spread.reading.front() + edge * part;
+    return still_angles(model, readings);
+  };
+  Reach out{std::vector<std::vector<double>>(model.joints.size()), {}};
+  std::vector<double> before = angles_at(0);
+  for (int edge = 1; edge <= kStillParts; ++edge) {
+    const std::vector<double> angles = angles_at(edge);
+    for (std::size_t j = 0; j < angles.size(); ++j) out.slopes[j].push_back((angles[j] - before[j]) / part);
+    before = angles;
   }
-  Reach out;
-  double most_bent = 0;
-  for (std::size_t j = 0; j < model.joints.size(); ++j) {
-    std::vector<double>& slope = out.slopes.emplace_back();
-    for (std::size_t i = 0; i + 1 < angles.size(); ++i)
-      slope.push_back((angles[i + 1][j] - angles[i][j]) / (spread.span() / kStillParts));
-    const auto [low, high] = std::ranges::minmax(angles, {}, [&](const auto& all) { return all[j]; });
-    out.range_deg.push_back(high[j] - low[j]);
-    out.most_deg = std::max(out.most_deg, out.range_deg.back());
-    const double bent = std::accumulate(slope.begin(), slope.end(), 0.0);
-    if (std::abs(bent) > std::abs(most_bent)) most_bent = bent;
+  for (const std::vector<double>& slopes : out.slopes) {
+    out.range_deg.push_back(part * std::accumulate(slopes.begin(), slopes.end(), 0.0));
+    if (std::abs(out.range_deg.back()) > std::abs(out.most_deg)) out.most_deg = out.range_deg.back();
   }
-  out.bends = most_bent > 0 ? 1 : most_bent < 0 ? -1 : 0;
   return out;
 }
 

@@ -95,9 +95,8 @@ std::vector<double> still_angles(const model::Model& model, const std::vector<do
 // How the joints' angles go along one sensor's spread, the other sensors at their medians.
 struct Reach {
   std::vector<std::vector<double>> slopes;  // of each joint in each of eight equal parts, degrees by the unit
-  std::vector<double> range_deg;            // of each joint, from its lowest angle to its highest
-  double most_deg = 0;                      // the largest of these
-  int bends = 0;  // as the joint bends that it tells most of, 1: readings rise, -1: they fall, 0: not known
+  std::vector<double> range_deg;  // of each joint, from the lowest reading to the highest; below 0: it falls
+  double most_deg = 0;            // the largest of these
 };
 
 // All inputs of the model say what they read.

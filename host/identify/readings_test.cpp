@@ -10,20 +10,6 @@ namespace {
 
 const std::vector<model::Spread> kMade = {{{0.05, 0.95}, {300, 600}}};
 
-TEST(Held, AreThePosesThatLieFarthestApart) {
-  std::vector<double> reading(10, 450.0);                         // too short a rest
-  for (int k = 0; k < 20; ++k) reading.push_back(450 - 7.5 * k);  // opens
-  reading.insert(reading.end(), 50, 300.0);
-  for (int k = 0; k < 20; ++k) reading.push_back(300 + 15 * k);
-  reading.insert(reading.end(), 40, 600.0);
-  const Held held = poses_in({reading}, 0.05, kMade, "log");
-  ASSERT_EQ(held.open.size(), 1U);
-  ASSERT_EQ(held.fist.size(), 1U);
-  EXPECT_NEAR(held.open[0].reading[0], 300, 12);
-  EXPECT_NEAR(held.fist[0].reading[0], 600, 12);
-  EXPECT_TRUE(poses_in({std::vector<double>(100, 300.0)}, 0.05, kMade, "log").fist.empty());
-}
-
 TEST(Held, AreNotEndedByALooseContactNorByATremor) {
   std::vector<double> reading;
   for (int k = 0; k < 100; ++k) {

@@ -15,7 +15,6 @@ namespace flexor::identify {
 namespace {
 
 constexpr int kWholeCycle = 3;         // turns
-constexpr double kBothEnds = 0.85;     // of the span: then one turn less is a whole cycle
 constexpr double kThereAndBack = 0.7;  // of the span, both ways: one turn is enough
 constexpr double kTurn_deg = 30;
 constexpr double kMostTurn = 0.5;      // of the span, where the joint moves little
@@ -25,11 +24,9 @@ constexpr double kNotOpened = 0.1;  // of the span: how far from it an open hand
 constexpr double kFistStayed = 0.04;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
-constexpr double kPose_deg = 5;
-constexpr double kMostPoseError = 0.3;  // of the span, where the joint hardly moves
-constexpr double kSignificant = 0.7;    // standard errors
-constexpr double kSureErrors = 1.3;     // standard errors
-constexpr double kFarthest = 3;         // of the prior's standard deviations
+constexpr double kSignificant = 0.7;  // standard errors
+constexpr double kSureErrors = 1.3;   // standard errors
+constexpr double kFarthest = 3;       // of the prior's standard deviations
 constexpr std::size_t kLeastReadings = 20;
 constexpr fmt::format_string<const std::string&, const double&> kTooFar =
     "{}: it moves {:.1f} times as far as where the model was made: another strip or another hand, or another "
@@ -63,21 +60,15 @@ std::vector<Case> cases_of(model::Model& model, const Prior& prior) {
     one.made = *input.readings;
     one.poses = input.poses;
     one.reach = reach_of(model, i);
-    const double most_deg = one.reach.most_deg;
-    one.turn = one.made.span() * (most_deg > kTurn_deg / kMostTurn ? kTurn_deg / most_deg : kMostTurn);
+    one.turn = one.made.span() * std::min(kMostTurn, kTurn_deg / std::abs(one.reach.most_deg));
   }
   return out;
-}
-
-bool whole_cycle(const Window& w, const model::Spread& made) {
-  if (w.turns.there_and_back >= kThereAndBack * made.span()) return true;
-  return w.turns.count() >= kWholeCycle - (w.span() >= kBothEnds * made.span() ? 1 : 0);
 }
 
 Verdict judge(const Case& one, const Window& window, std::span<const double> readings) {
   const double covered = window.span() / one.made.span();
   Verdict out;
-  if (whole_cycle(window, one.made)) {
+  if (window.turns.count() >= kWholeCycle || window.turns.there_and_back >= kThereAndBack * one.made.span()) {
     if (covered < kLeastCovered)
       out.wanted = fmt::format("{}: bend it from one end to the other: {:.0f} % of its range was seen",
                                one.name, 100 * covered);
@@ -110,10 +101,9 @@ void check_motion_of(const RecalibrationRequest& request, std::size_t i, Case& o
     Window window = {spread_of(readings, one.made.share), turns_of(readings, one.turn)};
     const Verdict verdict = judge(one, window, readings);
     if (verdict.tells()) told = window;
-    const bool most = !one.shown || (verdict.tells() && !one.informed) ||
-                      (verdict.tells() == one.informed && window.span() > one.shown->span());
-    one.informed = one.informed || verdict.tells();
-    if (!most) continue;
+    const std::pair most(verdict.tells(), window.span());
+    if (one.shown && most <= std::pair(one.informed, one.shown->span())) continue;
+    one.informed = verdict.tells();
     one.misfit = verdict.misfit;
     one.wanted = verdict.wanted;
     one.shown = std::move(window);
@@ -127,9 +117,9 @@ void check_motion_of(const RecalibrationRequest& request, std::size_t i, Case& o
 bool is_not_opened(const Window& window, const Case& one) {
   const double low = (window.reading.front() - one.made.reading.front()) / one.made.span();
   const double high = (one.made.reading.back() - window.reading.back()) / one.made.span();
-  const double open = one.reach.bends > 0 ? low : high;
-  const double fist = one.reach.bends > 0 ? high : low;
-  return one.reach.bends != 0 && open > kNotOpened && std::abs(fist) < kFistStayed;
+  const double open = one.reach.most_deg > 0 ? low : high;
+  const double fist = one.reach.most_deg > 0 ? high : low;
+  return open > kNotOpened && std::abs(fist) < kFistStayed;
 }
 
 // A log in which the hand was never opened tells no sensor.
@@ -193,7 +183,7 @@ double surely_better(const std::vector<Case>& cases, const std::vector<std::size
   for (const std::size_t i : found) {
     const Case& one = cases[i];
     double weight = 0;
-    for (const double range : one.reach.range_deg) weight += range * range;
+    for (const double range_deg : one.reach.range_deg) weight += range_deg * range_deg;
     const Eigen::Index at = column(i);
     weighed(at) = weight * one.fit.line.shift;
     weighed(at + 1) = weight * one.fit.line.log_gain / 12;  // the variance of places in a span
@@ -301,17 +291,8 @@ std::string misfit_of(const Case& one) {
       one.name, held.open);
 }
 
-void add_sightings(std::size_t i, const Case& one, std::vector<Sighting>& sightings) {
-  const double most_deg = one.reach.most_deg;
-  const double error = most_deg > 0 ? std::min(kMostPoseError, kPose_deg / most_deg) : kMostPoseError;
-  const double pose = (one.poses->fist - one.poses->open) / one.made.span();
-  if (!std::isnan(one.held.open))
-    sightings.push_back({i, one.held.open, one.poses->open, error, pose, false});
-  if (!std::isnan(one.held.fist)) sightings.push_back({i, one.held.fist, one.poses->fist, error, pose, true});
-}
-
 // Where no more than half of the sensors moved from one pose to the other, nothing: these were not the poses.
-std::vector<Sighting> check_poses(const Held& held, std::vector<Case>& cases, Recalibration& out) {
+void check_poses(const Held& held, std::vector<Case>& cases, Recalibration& out) {
   const auto reading = [](const std::vector<double>& of) { return of.empty() ? std::nan("") : mean(of); };
   for (std::size_t i = 0; i < cases.size(); ++i) {
     Case& one = cases[i];
@@ -327,25 +308,22 @@ std::vector<Sighting> check_poses(const Held& held, std::vector<Case>& cases, Re
   if (!are_poses)
     out.wanted.push_back(fmt::format(
         "open hand and fist with all fingers: {} of {} sensors moved from one to the other", moved, live));
-  std::vector<Sighting> sightings;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    Case& one = cases[i];
-    if (!one.poses) {
-      if (!one.informed)
-        one.wanted = fmt::format("{}: motion or a camera: the model does not say what it reads at the poses",
-                                 one.name);
-    } else if (std::string misfit = misfit_of(one); !misfit.empty() && one.informed) {
-      out.notes.push_back(std::move(misfit));  // motion tells it all the same
-    } else if (!misfit.empty()) {
-      if (are_poses) one.misfit = std::move(misfit);
-    } else if (are_poses) {
-      add_sightings(i, one, sightings);
-      if (one.informed) continue;
+  for (Case& one : cases) {
+    std::string misfit = one.poses && are_poses ? misfit_of(one) : "";
+    const bool counts = one.poses && are_poses && misfit.empty();
+    if (counts && !one.informed) {
       one.by_poses = one.informed = true;
       if (one.held.both()) one.misfit.clear();  // it moved from one to the other
+    } else if (!one.poses && !one.informed) {
+      one.wanted =
+          fmt::format("{}: motion or a camera: the model does not say what it reads at the poses", one.name);
+    } else if (!misfit.empty() && one.informed) {
+      out.notes.push_back(std::move(misfit));  // motion tells it all the same
+    } else if (!misfit.empty()) {
+      one.misfit = std::move(misfit);
     }
+    if (!counts) one.held = {};
   }
-  return sightings;
 }
 
 void decide(const RecalibrationRequest& request, Case& one) {
@@ -405,15 +383,14 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
   RecalibrationRequest known = request;  // whose inputs all say what they read
   std::vector<Case> cases = cases_of(known.model, request.prior);
   check_motion(known, cases);
-  std::vector<Sighting> poses;
-  if (!known.held.empty()) poses = check_poses(known.held, cases, out);
+  if (!known.held.empty()) check_poses(known.held, cases, out);
   if (known.seen) {
     for (const std::size_t sensor : told_by_camera(known.model, *known.seen)) {
       cases[sensor].informed = true;
       cases[sensor].by_poses = false;
     }
   }
-  const Eigen::MatrixXd covariance = estimate(known.model, poses, known.seen ? &*known.seen : nullptr, cases);
+  const Eigen::MatrixXd covariance = estimate(known.model, known.seen ? &*known.seen : nullptr, cases);
   if (known.seen) check_camera(known.model, *known.seen, cases, out.notes);
   for (Case& one : cases) {
     one.other = other_line(known, one);

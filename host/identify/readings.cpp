@@ -57,29 +57,27 @@ double distance(const Rest& a, const Rest& b, const std::vector<model::Spread>& 
 }  // namespace
 
 Turns turns_of(std::span<const double> readings, double turn) {
-  Turns out;
   int way = 0;  // of the motion: 1 up, -1 down, 0 not known
   double low = readings.front();
   double high = readings.front();
-  std::vector<double> end;  // of each way
+  std::vector<double> end;  // of each way, low and high in turn
   for (const double u : readings) {
     low = std::min(low, u);
     high = std::max(high, u);
     const bool down = way >= 0 && u <= high - turn;
     const bool up = way <= 0 && u >= low + turn;
     if (!down && !up) continue;
-    if (way > 0) out.high.push_back(high);
-    if (way < 0) out.low.push_back(low);
     end.push_back(up ? low : high);
-    (up ? out.low_ends : out.high_ends).push_back(up ? low : high);
     way = up ? 1 : -1;
     low = high = u;
   }
-  if (way != 0) {
-    end.push_back(way > 0 ? high : low);
-    (way > 0 ? out.high_ends : out.low_ends).push_back(way > 0 ? high : low);
-  }
-  for (std::size_t i = 2; i < end.size(); ++i) {
+  if (way != 0) end.push_back(way > 0 ? high : low);
+  Turns out;
+  for (std::size_t i = 0; i < end.size(); ++i) {
+    const bool is_high = (way > 0) == ((end.size() - i) % 2 == 1);
+    (is_high ? out.high : out.low).push_back(end[i]);
+    if (i < 2) continue;
+    ++out.count;
     const double shorter = std::min(std::abs(end[i] - end[i - 1]), std::abs(end[i - 1] - end[i - 2]));
     out.there_and_back = std::max(out.there_and_back, shorter);
   }

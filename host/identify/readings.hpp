@@ -13,16 +13,13 @@
 
 namespace flexor::identify {
 
-// Where the readings turn, going some way or more from each turn to the next; the first way that far ends in none.
+// The ends of the ways that the readings go, each of some length or more: where they turn, and where the first way begins and
+// the last one ends.
 struct Turns {
   std::vector<double> low;
   std::vector<double> high;
-  // The same and where the first way began and the last one ended, as far as the stretch shows it.
-  std::vector<double> low_ends;
-  std::vector<double> high_ends;
+  int count = 0;              // of turns
   double there_and_back = 0;  // the farthest that the readings went one way and then the other
-
-  int count() const { return static_cast<int>(low.size() + high.size()); }
 };
 
 struct Window : model::Spread {

@@ -48,20 +48,13 @@ TEST(Prior, OfAModelOfSeveralRecordingsLeansTowardsWhatTheySay) {
 }
 
 TEST(Turns, CountOnlyWhatGoesFarEnoughBothWays) {
-  const std::vector<double> twice = {0, 5, 10, 6, 1, 0, 4, 9, 3};
-  EXPECT_EQ(turns_of(twice, 5).count(), 3);
-  EXPECT_EQ(turns_of(twice, 5).high, (std::vector<double>{10, 9}));
-  EXPECT_EQ(turns_of(twice, 5).low, (std::vector<double>{0}));
-  EXPECT_EQ(turns_of(twice, 11).count(), 0);
-  EXPECT_EQ(turns_of(std::vector<double>{0, 10}, 5).count(), 0) << "it went one way only";
-}
-
-TEST(Turns, KnowWhereTheFirstWayBeganAndTheLastOneEnded) {
   const Turns turns = turns_of(std::vector<double>{1, 5, 10, 6, 2, 0, 4, 9}, 5);
-  EXPECT_EQ(turns.low_ends, (std::vector<double>{1, 0}));
-  EXPECT_EQ(turns.high_ends, (std::vector<double>{10, 9}));
+  EXPECT_EQ(turns.count, 2);
+  EXPECT_EQ(turns.low, (std::vector<double>{1, 0}));
+  EXPECT_EQ(turns.high, (std::vector<double>{10, 9}));
   EXPECT_EQ(turns.there_and_back, 9);
-  EXPECT_EQ(turns_of(std::vector<double>{0, 10}, 5).there_and_back, 0);
+  EXPECT_EQ(turns_of(std::vector<double>{1, 5, 10, 6, 2}, 11).count, 0);
+  EXPECT_EQ(turns_of(std::vector<double>{0, 10}, 5).count, 0) << "it went one way only";
 }
 
 TEST(Spread, LiesStraightBetweenReadings) {

@@ -68,7 +68,7 @@ std::vector<Case> cases_of(model::Model& model, const Prior& prior) {
 Verdict judge(const Case& one, const Window& window, std::span<const double> readings) {
   const double covered = window.span() / one.made.span();
   Verdict out;
-  if (window.turns.count() >= kWholeCycle || window.turns.there_and_back >= kThereAndBack * one.made.span()) {
+  if (window.turns.count >= kWholeCycle || window.turns.there_and_back >= kThereAndBack * one.made.span()) {
     if (covered < kLeastCovered)
       out.wanted = fmt::format("{}: bend it from one end to the other: {:.0f} % of its range was seen",
                                one.name, 100 * covered);
@@ -80,14 +80,14 @@ Verdict judge(const Case& one, const Window& window, std::span<const double> rea
     out.misfit =
         fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
                     one.name, window.middle());
-  } else if (covered < kSlipped && turns_of(readings, little).count() >= 2 * kWholeCycle) {
+  } else if (covered < kSlipped && turns_of(readings, little).count >= 2 * kWholeCycle) {
     out.misfit = fmt::format(
         "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has its strip slipped or "
         "broken?",
         one.name, window.reading.front(), window.reading.back(), 100 * covered);
   }
   out.wanted = fmt::format("{}: open and close it once more: {} of {} turns of {:g} degrees were seen",
-                           one.name, window.turns.count(), kWholeCycle, kTurn_deg);
+                           one.name, window.turns.count, kWholeCycle, kTurn_deg);
   return out;
 }
 
@@ -329,7 +329,7 @@ void check_poses(const Held& held, std::vector<Case>& cases, Recalibration& out)
 void decide(const RecalibrationRequest& request, Case& one) {
   one.shift_se = std::sqrt(one.fit.shift_variance) * one.made.span();
   one.gain_se = std::sqrt(one.fit.log_gain_variance) * std::exp(one.fit.line.log_gain);
-  if (one.shown) one.reversals = one.shown->turns.count();
+  if (one.shown) one.reversals = one.shown->turns.count;
   if (one.shown) one.covered = one.shown->span() / one.made.span();
   // Poses that changed nothing may yet have been held otherwise: then the gain is as uncertain as they are.
   const bool is_doubted =

@@ -40,7 +40,6 @@ constexpr double kMarks_deg = 3;
 constexpr double kNews_s = 1;
 constexpr double kHuber = 2;    // standard deviations
 constexpr double kStep = 1e-5;  // of slopes by differences
-constexpr double kMoves_deg = 10;
 
 double made_of(const Line& line, const model::Spread& made, double reading) {
   return made.middle() + std::exp(line.log_gain) * (reading - made.middle()) + line.shift * made.span();
@@ -266,12 +265,8 @@ model::Correction correction_of(const Line& line, const model::Spread& made) {
 }
 
 Eigen::MatrixXd estimate(const model::Model& model, const Seen* seen, std::vector<Case>& cases) {
-  // A camera's rows bend most: their steps start where the others lead.
   const LineProblem problem(model, cases, seen);
-  Eigen::VectorXd p = Eigen::VectorXd::Zero(problem.size());
-  const LineProblem before(model, cases, nullptr);
-  p.head(before.size()) = before.solved(p.head(before.size()));
-  if (seen != nullptr) p = problem.solved(p);
+  Eigen::VectorXd p = problem.solved(Eigen::VectorXd::Zero(problem.size()));
   const Eigen::MatrixXd c = problem.covariance(p);
   std::vector<Eigen::Index> fixed;
   for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -309,21 +304,6 @@ std::vector<SeenFit> fits_of(const model::Model& model, const Seen& seen, const 
         (deg.col(0) * deg.col(1)).mean() / spread_deg / std::sqrt(deg.col(1).square().mean());
     out.push_back({spread_deg > kMarks_deg ? alike : 0, rmse_deg,
                    std::hypot(error_of(model.joints[one.joint]), kMarks_deg)});
-  }
-  return out;
-}
-
-std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& seen) {
-  const model::Graph graph(model);
-  std::vector<std::size_t> out;
-  for (const auto& one : seen.joints) {
-    std::vector<double> used;
-    for (std::size_t k = 0; k < one.use.size(); ++k)
-      if (one.use[k]) used.push_back(one.angle_deg[k]);
-    if (used.empty() || std::ranges::max(used) - std::ranges::min(used) < kMoves_deg) continue;
-    for (const std::size_t sensor : graph.inputs[graph.joint[one.joint]]) {
-      if (std::ranges::find(out, sensor) == out.end()) out.push_back(sensor);
-    }
   }
   return out;
 }

@@ -94,7 +94,4 @@ struct SeenFit {
 };
 std::vector<SeenFit> fits_of(const model::Model& model, const Seen& seen, const std::vector<Case>& cases);
 
-// Sensors that a joint depends on which the camera saw move by 10 degrees or more.
-std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& seen);
-
 }  // namespace flexor::identify

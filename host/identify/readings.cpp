@@ -54,6 +54,33 @@ double distance(const Rest& a, const Rest& b, const std::vector<model::Spread>& 
   return away.empty() ? 0 : mean(away);
 }
 
+// Of successive rests of one pose the longest.
+std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
+                           const std::vector<model::Spread>& made) {
+  std::vector<std::vector<double>> steady;
+  for (const auto& one : readings) steady.push_back(steadied(one, period_s));
+  const auto least = static_cast<std::size_t>(std::ceil(kStill_s / period_s));
+  std::vector<Rest> out;
+  for (std::size_t k = 0; k < steady.front().size();) {
+    const std::size_t end = still_until(steady, k, made);
+    if (end - k < least) {
+      ++k;
+      continue;
+    }
+    Rest rest{k, end, {}};
+    for (const auto& one : steady)
+      rest.reading.push_back(std::accumulate(one.data() + k, one.data() + end, 0.0) /
+                             static_cast<double>(end - k));
+    if (!out.empty() && distance(out.back(), rest, made) < kApart) {
+      if (end - k > out.back().end - out.back().begin) out.back() = rest;
+    } else {
+      out.push_back(std::move(rest));
+    }
+    k = end;
+  }
+  return out;
+}
+
 }  // namespace
 
 Turns turns_of(std::span<const double> readings, double turn) {
@@ -109,32 +136,6 @@ std::vector<double> steadied(const std::vector<double>& values, double period_s)
   for (std::size_t k = 0; k < values.size(); ++k) {
     const std::size_t end = std::min(k + half + 1, values.size());
     out.push_back(median({values.data() + (k - std::min(k, half)), values.data() + end}));
-  }
-  return out;
-}
-
-std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
-                           const std::vector<model::Spread>& made) {
-  std::vector<std::vector<double>> steady;
-  for (const auto& one : readings) steady.push_back(steadied(one, period_s));
-  const auto least = static_cast<std::size_t>(std::ceil(kStill_s / period_s));
-  std::vector<Rest> out;
-  for (std::size_t k = 0; k < steady.front().size();) {
-    const std::size_t end = still_until(steady, k, made);
-    if (end - k < least) {
-      ++k;
-      continue;
-    }
-    Rest rest{k, end, {}};
-    for (const auto& one : steady)
-      rest.reading.push_back(std::accumulate(one.data() + k, one.data() + end, 0.0) /
-                             static_cast<double>(end - k));
-    if (!out.empty() && distance(out.back(), rest, made) < kApart) {
-      if (rest.length() > out.back().length()) out.back() = rest;
-    } else {
-      out.push_back(std::move(rest));
-    }
-    k = end;
   }
   return out;
 }

@@ -48,14 +48,7 @@ struct Rest {
   std::size_t begin = 0;
   std::size_t end = 0;
   std::vector<double> reading;
-
-  std::size_t length() const { return end - begin; }
 };
-
-// `readings` of each sensor, evenly spaced, after steadied(). Of successive rests that lie within
-// 0.3 of the sensors' spans (`made`) the longest. A sensor of NaN does not count.
-std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
-                           const std::vector<model::Spread>& made);
 
 // The pose that is held first, taken for the open hand, and the other one; without rests where only one is held.
 struct Held {
@@ -65,8 +58,8 @@ struct Held {
   bool empty() const { return open.empty() && fist.empty(); }
 };
 
-// The two rests that lie farthest apart, and every rest that lies by one of them: a hand at ease before the poses is none. Of
-// readings as rests_in takes them. Throws io::JobError naming `source`: no rest, or too many between the poses.
+// The two rests that lie farthest apart, and every rest that lies by one of them: a hand at ease before the poses is none.
+// `readings` of each sensor, evenly spaced; a sensor of NaN does not count. `made`: the sensors' spans. Throws io::JobError naming `source`: no rest, or too many between the poses.
 Held poses_in(const std::vector<std::vector<double>>& readings, double period_s,
               const std::vector<model::Spread>& made, const std::string& source);
 

@@ -17,6 +17,7 @@ namespace {
 constexpr int kWholeCycle = 3;         // turns
 constexpr double kThereAndBack = 0.7;  // of the span, both ways: one turn is enough
 constexpr double kTurn_deg = 30;
+constexpr double kMoves_deg = 10;
 constexpr double kMostTurn = 0.5;      // of the span, where the joint moves little
 constexpr double kLeastCovered = 0.6;  // of the span
 constexpr double kMostCovered = 1.7;
@@ -28,11 +29,19 @@ constexpr double kSignificant = 0.7;  // standard errors
 constexpr double kSureErrors = 1.3;   // standard errors
 constexpr double kFarthest = 3;       // of the prior's standard deviations
 constexpr std::size_t kLeastReadings = 20;
-constexpr fmt::format_string<const std::string&, const double&> kTooFar =
-    "{}: it moves {:.1f} times as far as where the model was made: another strip or another hand, or another "
-    "unit?";
 constexpr const char* kTellsGain =
     "a camera (--pair) would tell it";  // poses: as well as they are held alike
+
+std::string moves_too_far(const std::string& name, double times) {
+  return fmt::format(
+      "{}: it moves {:.1f} times as far as where the model was made: another strip or hand, or another unit?",
+      name, times);
+}
+
+std::string stands_still(const std::string& name, double at) {
+  return fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
+                     name, at);
+}
 
 // What is wrong with one sensor by one log, or wanted of it; neither: the log tells it.
 struct Verdict {
@@ -72,14 +81,12 @@ Verdict judge(const Case& one, const Window& window, std::span<const double> rea
     if (covered < kLeastCovered)
       out.wanted = fmt::format("{}: bend it from one end to the other: {:.0f} % of its range was seen",
                                one.name, 100 * covered);
-    if (covered > kMostCovered) out.misfit = fmt::format(kTooFar, one.name, covered);
+    if (covered > kMostCovered) out.misfit = moves_too_far(one.name, covered);
     return out;
   }
   const double little = std::max(one.turn / 5, kStandsStill * one.made.span());
   if (covered < kStandsStill) {
-    out.misfit =
-        fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
-                    one.name, window.middle());
+    out.misfit = stands_still(one.name, window.middle());
   } else if (covered < kSlipped && turns_of(readings, little).count >= 2 * kWholeCycle) {
     out.misfit = fmt::format(
         "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has its strip slipped or "
@@ -156,10 +163,13 @@ bool significant(const Case& one) {
 // What a stretch of motion alone says where the hand reached as far as it did where the model was made: the sensor has the
 // gain. The estimate holds a hand that reached less far for likelier; motion cannot tell the two apart. None: it is told.
 std::optional<Line> other_line(const RecalibrationRequest& request, const Case& one) {
-  if (!request.held.empty() || request.seen || one.fit.gain_told || !one.informed || !one.shown) return {};
+  if (one.held.both() || request.seen || one.fit.gain_told || !one.informed || !one.shown) return {};
   const double gain = one.made.span() / one.shown->span();
   return Line{gain * (one.made.middle() - one.shown->middle()) / one.made.span(), std::log(gain)};
 }
+
+// In spans, of a reading so far from the middle.
+double moved_by(const Line& line, double place) { return line.shift + place * std::expm1(line.log_gain); }
 
 // Mean square of what one line makes of readings against what the other does, in spans.
 double distance2(const Line& a, const Line& b) {
@@ -240,7 +250,7 @@ std::vector<RecalibratedJoint> joints_of(const model::Model& old, const std::vec
     double change_square = 0;
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const Case& one = cases[i];
-      const Line taken = one.applied ? one.fit.line : Line{};
+      const Line taken = one.applied ? one.fit.line : Line{};  // the other is still there
       const std::vector<double>& slopes = one.reach.slopes[j];
       const auto parts = static_cast<double>(slopes.size());
       for (std::size_t k = 0; k < slopes.size(); ++k) {
@@ -248,14 +258,11 @@ std::vector<RecalibratedJoint> joints_of(const model::Model& old, const std::vec
         const double slope = slopes[k] * one.made.span();
         const double variance = one.fit.shift_variance + 2 * place * one.fit.covariance +
                                 place * place * one.fit.log_gain_variance;
-        // A line that was found and not taken is still there.
-        const double left = one.applied ? 0 : one.fit.line.shift + place * one.fit.line.log_gain;
-        const double off = one.other ? one.other->shift - taken.shift +
-                                           place * (std::exp(one.other->log_gain) - std::exp(taken.log_gain))
-                                     : 0;
+        const double change = moved_by(taken, place);
+        const double left = moved_by(one.fit.line, place) - change;
+        const double off = one.other ? moved_by(*one.other, place) - change : 0;
         square += slope * slope * std::max(variance + left * left, off * off) / parts;
-        const double reading = one.made.middle() + place * one.made.span();
-        const double change_deg = slopes[k] * (one.correction(reading) - reading);
+        const double change_deg = slope * change;
         out[j].change_deg += change_deg / parts;
         change_square += change_deg * change_deg / parts;
       }
@@ -281,14 +288,11 @@ std::string misfit_of(const Case& one) {
   if (std::isnan(held.open) && std::isnan(held.fist))
     return fmt::format("{}: no reading of it is valid in the poses: is it plugged in?", one.name);
   if (!held.both() || (held.share >= kUnmoved && held.share <= kMostCovered)) return {};
-  if (held.share > kMostCovered) return fmt::format(kTooFar, one.name, held.share);
+  if (held.share > kMostCovered) return moves_too_far(one.name, held.share);
   if (held.share < -kUnmoved)
     return fmt::format("{}: it moves the other way than where the model was made: is its strip turned?",
                        one.name);
-  return fmt::format(
-      "{}: it stands still at {:.4g} where the others moved: is it plugged in, is its strip whole, "
-      "was it bent?",
-      one.name, held.open);
+  return stands_still(one.name, held.open);
 }
 
 // Where no more than half of the sensors moved from one pose to the other, nothing: these were not the poses.
@@ -323,6 +327,25 @@ void check_poses(const Held& held, std::vector<Case>& cases, Recalibration& out)
       one.misfit = std::move(misfit);
     }
     if (!counts) one.held = {};
+  }
+}
+
+// The sensors of a joint that the camera saw move are told by it.
+void check_seen(const model::Model& model, const Seen& seen, std::vector<Case>& cases) {
+  const model::Graph graph(model);
+  for (const Seen::Angles& one : seen.joints) {
+    double low = HUGE_VAL;
+    double high = -HUGE_VAL;
+    for (std::size_t k = 0; k < one.use.size(); ++k) {
+      if (one.use[k] == 0) continue;
+      low = std::min(low, one.angle_deg[k]);
+      high = std::max(high, one.angle_deg[k]);
+    }
+    if (high - low < kMoves_deg) continue;
+    for (const std::size_t sensor : graph.inputs[graph.joint[one.joint]]) {
+      cases[sensor].informed = true;
+      cases[sensor].by_poses = false;
+    }
   }
 }
 
@@ -384,12 +407,7 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
   std::vector<Case> cases = cases_of(known.model, request.prior);
   check_motion(known, cases);
   if (!known.held.empty()) check_poses(known.held, cases, out);
-  if (known.seen) {
-    for (const std::size_t sensor : told_by_camera(known.model, *known.seen)) {
-      cases[sensor].informed = true;
-      cases[sensor].by_poses = false;
-    }
-  }
+  if (known.seen) check_seen(known.model, *known.seen, cases);
   const Eigen::MatrixXd covariance = estimate(known.model, known.seen ? &*known.seen : nullptr, cases);
   if (known.seen) check_camera(known.model, *known.seen, cases, out.notes);
   for (Case& one : cases) {

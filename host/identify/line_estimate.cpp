@@ -129,27 +129,18 @@ double tailed(double e) { return std::copysign(std::sqrt(kFreedom * std::log1p(e
 
 // Residuals of the prior and of all evidence. Unknown are shift and logarithm of the gain of each sensor, what all shifts have in
 // common, how both poses were held, where each stretch of motion lies, and how each joint's marks sit.
-class LineProblem {
- public:
-  LineProblem(const model::Model& model, const std::vector<Case>& cases, const Seen* seen)
-      : model_(model), cases_(cases), seen_(seen), sensors_(column(cases.size())), marks_(sensors_ + 3) {
-    for (std::size_t log = 0; log < cases.front().windows.size(); ++log) {
-      const std::size_t before = motion_.size();
-      for (std::size_t i = 0; i < cases.size(); ++i) {
-        const std::optional<Window>& window = cases[i].windows[log];
-        if (window)
-          motion_.push_back(
-              {column(i), marks_, cases[i], *window, covariance_of(cases[i], *window).llt().matrixL()});
-      }
-      marks_ += motion_.size() > before ? 1 : 0;
-    }
-  }
+struct LineProblem {
+  const model::Model& model;
+  const std::vector<Case>& cases;
+  const Seen* seen;
 
-  Eigen::Index size() const { return marks_ + (seen_ != nullptr ? std::ssize(seen_->joints) : 0); }
+  Eigen::Index sensors() const { return column(cases.size()); }
+  Eigen::Index marks() const { return sensors() + 3 + std::ssize(cases.front().windows); }
+  Eigen::Index size() const { return marks() + (seen != nullptr ? std::ssize(seen->joints) : 0); }
 
   std::vector<Line> lines(const Eigen::VectorXd& p) const {
     std::vector<Line> out;
-    for (Eigen::Index i = 0; i < sensors_; i += 2) out.push_back({p(i), p(i + 1)});
+    for (Eigen::Index i = 0; i < sensors(); i += 2) out.push_back({p(i), p(i + 1)});
     return out;
   }
 
@@ -165,7 +156,7 @@ class LineProblem {
   // From `p` on; the unknowns of `fixed` stay 0.
   Eigen::VectorXd solved(Eigen::VectorXd p, const std::vector<Eigen::Index>& fixed = {}) const {
     Eigen::VectorXd most = Eigen::VectorXd::Constant(size(), HUGE_VAL);
-    for (Eigen::Index gain = 1; gain < sensors_; gain += 2) most(gain) = kMostLogGain;
+    for (Eigen::Index gain = 1; gain < sensors(); gain += 2) most(gain) = kMostLogGain;
     for (const Eigen::Index at : fixed) most(at) = 0;
     (void)levenberg_marquardt(*this, -most, most, {100, 1e-12, 1e-9}, p);
     return p;
@@ -182,79 +173,56 @@ class LineProblem {
     return inverse * inverse.transpose();
   }
 
- private:
   Eigen::VectorXd residuals(const Eigen::VectorXd& p) const {
     const std::vector<Line> all = lines(p);
-    std::vector<double> r(p.begin() + sensors_, p.end());  // of unit variance
+    const auto shared = p.tail(p.size() - sensors());  // of unit variance
+    std::vector<double> r(shared.begin(), shared.end());
     for (std::size_t i = 0; i < all.size(); ++i) {
       // The common shift in its standard deviations; of one sensor alone it is all of the shift's.
-      const Prior& prior = cases_[i].prior;
+      const Prior& prior = cases[i].prior;
       const double alike = all.size() > 1 ? prior.alike : 0;
       const double common = prior.shift_sd * std::sqrt(alike);
-      const double off = (all[i].shift - common * p(sensors_)) / (prior.shift_sd * std::sqrt(1 - alike));
+      const double off = (all[i].shift - common * shared(0)) / (prior.shift_sd * std::sqrt(1 - alike));
       r.push_back(all.size() > 1 ? tailed(off) : off);
       r.push_back(all[i].log_gain / prior.log_gain_sd);
-    }
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const Case& one = cases_[i];
-      if (!one.poses) continue;
-      const double error = std::min(kMostPoseError, kPose_deg / std::abs(one.reach.most_deg));
-      const double way = (one.poses->fist - one.poses->open) / one.made.span();
-      const auto add = [&](double reading, double made, double place) {
-        const double off = (made_of(all[i], one.made, reading) - made) / one.made.span();
-        if (!std::isnan(reading)) r.push_back((off - way * place) / error);
+      const Case& one = cases[i];
+      const auto off_by = [&](double reading, double made) {
+        return (made_of(all[i], one.made, reading) - made) / one.made.span();
       };
-      add(one.held.open, one.poses->open, sided(p(sensors_ + 1), kOpenBeyond, kOpenBent));
-      add(one.held.fist, one.poses->fist, sided(p(sensors_ + 2), kFistShort, kFistBeyond));
+      const auto add_pose = [&](double reading, double made, double place) {
+        const double error = std::min(kMostPoseError, kPose_deg / std::abs(one.reach.most_deg));
+        const double way = (one.poses->fist - one.poses->open) / one.made.span();
+        if (!std::isnan(reading)) r.push_back((off_by(reading, made) - way * place) / error);
+      };
+      if (one.poses) add_pose(one.held.open, one.poses->open, sided(shared(1), kOpenBeyond, kOpenBent));
+      if (one.poses) add_pose(one.held.fist, one.poses->fist, sided(shared(2), kFistShort, kFistBeyond));
+      for (std::size_t log = 0; log < one.windows.size(); ++log) {
+        if (!one.windows[log]) continue;
+        const double lies = shared(3 + static_cast<Eigen::Index>(log));
+        Eigen::VectorXd error(std::ssize(one.made.reading));
+        for (std::size_t k = 0; k < one.made.reading.size(); ++k)
+          error(static_cast<Eigen::Index>(k)) = off_by(one.windows[log]->reading[k], one.made.reading[k]) +
+                                                prior.motion_sd * std::sqrt(kSameMotion) * lies;
+        one.windows[log]->whitening.triangularView<Eigen::Lower>().solveInPlace(error);
+        r.insert(r.end(), error.begin(), error.end());
+      }
     }
-    add_motion(p, r);
-    if (seen_ != nullptr) add_camera(p, r);
+    if (seen != nullptr) add_camera(p, r);
     return Eigen::Map<const Eigen::VectorXd>(r.data(), std::ssize(r));
   }
 
-  void add_motion(const Eigen::VectorXd& p, std::vector<double>& r) const {
-    for (const Stretch& one : motion_) {
-      const model::Spread& made = one.of.made;
-      Eigen::VectorXd error(std::ssize(made.reading));
-      for (Eigen::Index i = 0; i < error.size(); ++i) {
-        const auto at = static_cast<std::size_t>(i);
-        const double now = made_of({p(one.sensor), p(one.sensor + 1)}, made, one.window.reading[at]);
-        error(i) = (now - made.reading[at]) / made.span() +
-                   one.of.prior.motion_sd * std::sqrt(kSameMotion) * p(one.lies);
-      }
-      one.whitening.triangularView<Eigen::Lower>().solveInPlace(error);
-      r.insert(r.end(), error.begin(), error.end());
-    }
-  }
-
   void add_camera(const Eigen::VectorXd& p, std::vector<double>& r) const {
-    const auto now = angles_by(lines(p), model_, *seen_);
-    const double repeats = std::sqrt(std::max(1.0, kNews_s / model_.sample_period_s));
+    const auto now = angles_by(lines(p), model, *seen);
+    const double repeats = std::sqrt(std::max(1.0, kNews_s / model.sample_period_s));
     for (std::size_t s = 0; s < now.size(); ++s) {
-      const Seen::Angles& one = seen_->joints[s];
-      const double error_deg = error_of(model_.joints[one.joint]);
-      const double mark_deg = kMarks_deg * p(marks_ + static_cast<Eigen::Index>(s));
+      const Seen::Angles& one = seen->joints[s];
+      const double error_deg = error_of(model.joints[one.joint]);
+      const double mark_deg = kMarks_deg * p(marks() + static_cast<Eigen::Index>(s));
       for (std::size_t k = 0; k < one.use.size(); ++k)
         if (one.use[k])
           r.push_back(bend((now[s][k] + mark_deg - one.angle_deg[k]) / error_deg, kHuber).value / repeats);
     }
   }
-
-  // What a log of motion shows of a sensor.
-  struct Stretch {
-    Eigen::Index sensor;  // its column
-    Eigen::Index lies;    // likewise, of where the log's motion lies
-    const Case& of;
-    const Window& window;
-    Eigen::MatrixXd whitening;  // lower triangle of the covariance's Cholesky factor
-  };
-
-  const model::Model& model_;
-  const std::vector<Case>& cases_;
-  const Seen* seen_;
-  std::vector<Stretch> motion_;
-  Eigen::Index sensors_;  // their columns
-  Eigen::Index marks_;    // the first one's column
 };
 
 }  // namespace
@@ -265,7 +233,10 @@ model::Correction correction_of(const Line& line, const model::Spread& made) {
 }
 
 Eigen::MatrixXd estimate(const model::Model& model, const Seen* seen, std::vector<Case>& cases) {
-  const LineProblem problem(model, cases, seen);
+  for (Case& one : cases)
+    for (auto& window : one.windows)
+      if (window) window->whitening = covariance_of(one, *window).llt().matrixL();
+  const LineProblem problem{model, cases, seen};
   Eigen::VectorXd p = problem.solved(Eigen::VectorXd::Zero(problem.size()));
   const Eigen::MatrixXd c = problem.covariance(p);
   std::vector<Eigen::Index> fixed;

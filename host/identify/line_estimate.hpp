@@ -54,6 +54,12 @@ struct PosesHeld {
   bool moved() const { return std::abs(share) > kUnmoved; }
 };
 
+// What a stretch of motion shows of one sensor.
+struct Window : model::Spread {
+  Turns turns;
+  Eigen::MatrixXd whitening = {};  // of its errors: lower triangle of their covariance's Cholesky factor
+};
+
 // What is known of one sensor.
 struct Case : RecalibratedSensor {
   Prior prior;

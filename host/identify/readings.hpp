@@ -22,10 +22,6 @@ struct Turns {
   double there_and_back = 0;  // the farthest that the readings went one way and then the other
 };
 
-struct Window : model::Spread {
-  Turns turns;
-};
-
 // The reading that each share of them does not exceed, straight between neighbours.
 model::Spread spread_of(std::vector<double> readings, std::span<const double> shares);
 

@@ -265,9 +265,9 @@ Motion motion_in(const recording::Recording& log, const model::Model& model) {
 
 Held poses_in(const std::vector<std::string>& poses, const recording::Recording& log,
               const model::Model& model) {
-  for (const std::string& pose : poses)
-    if (pose != "open" && pose != "fist")
-      throw io::InputError(fmt::format("unknown pose \"{}\"; known: open, fist", pose));
+  const auto is_known = [](const std::string& pose) { return pose == "open" || pose == "fist"; };
+  if (poses.empty() || !std::ranges::all_of(poses, is_known))
+    throw io::InputError(fmt::format("unknown poses \"{}\"; known: open, fist", fmt::join(poses, ",")));
   if (std::ranges::none_of(model.inputs, [](const auto& input) { return input.poses.has_value(); }))
     throw io::InputError(fmt::format(
         "{}: the model does not say what its sensors read at the open hand and at the fist: identify it anew",

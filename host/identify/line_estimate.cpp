@@ -59,7 +59,7 @@ double turn_variance(const std::vector<double>& turns, double span) {
 // From 0 to 1: how surely the open end is where the hand is straight. Straight fingers can go no farther, a fist is as
 // tight as the wearer likes: where the open end comes back to one reading, what differs in reach differs at the fist.
 double open_repeats(const Case& s, const Turns& turns) {
-  const std::vector<double>& ends = s.reach.most_deg > 0 ? turns.low : turns.high;
+  const std::vector<double>& ends = s.reach.most_deg > 0 ? turns.low_ends : turns.high_ends;
   const auto n = static_cast<double>(ends.size());
   if (n < 2) return 0;
   const double variance = add_squares(0, ends, n - 1);
@@ -68,9 +68,9 @@ double open_repeats(const Case& s, const Turns& turns) {
 
 // Each end twice or more, and no turn between: where a hand does nothing but open and close, its ends are the finger's.
 bool from_end_to_end(const Turns& turns) {
-  if (turns.low.size() < 2 || turns.high.size() < 2) return false;
-  const auto [lowest, highest_low] = std::ranges::minmax(turns.low);
-  const auto [lowest_high, highest] = std::ranges::minmax(turns.high);
+  if (turns.low_ends.size() < 2 || turns.high_ends.size() < 2) return false;
+  const auto [lowest, highest_low] = std::ranges::minmax(turns.low_ends);
+  const auto [lowest_high, highest] = std::ranges::minmax(turns.high_ends);
   const double same = kSameEnd * (highest - lowest);
   return highest_low - lowest < same && highest - lowest_high < same;
 }

@@ -102,7 +102,8 @@ Turns turns_of(std::span<const double> readings, double turn) {
   Turns out;
   for (std::size_t i = 0; i < end.size(); ++i) {
     const bool is_high = (way > 0) == ((end.size() - i) % 2 == 1);
-    (is_high ? out.high : out.low).push_back(end[i]);
+    (is_high ? out.high_ends : out.low_ends).push_back(end[i]);
+    if (i > 0 && i + 1 < end.size()) (is_high ? out.high : out.low).push_back(end[i]);
     if (i < 2) continue;
     ++out.count;
     const double shorter = std::min(std::abs(end[i] - end[i - 1]), std::abs(end[i - 1] - end[i - 2]));

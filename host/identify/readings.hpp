@@ -13,11 +13,13 @@
 
 namespace flexor::identify {
 
-// The ends of the ways that the readings go, each of some length or more: where they turn, and where the first way begins and
-// the last one ends.
+// Where the readings turn, going some way or more from each turn to the next.
 struct Turns {
   std::vector<double> low;
   std::vector<double> high;
+  // The same and where the first way begins and the last one ends.
+  std::vector<double> low_ends;
+  std::vector<double> high_ends;
   int count = 0;              // of turns
   double there_and_back = 0;  // the farthest that the readings went one way and then the other
 };

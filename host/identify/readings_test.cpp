@@ -50,8 +50,9 @@ TEST(Prior, OfAModelOfSeveralRecordingsLeansTowardsWhatTheySay) {
 TEST(Turns, CountOnlyWhatGoesFarEnoughBothWays) {
   const Turns turns = turns_of(std::vector<double>{1, 5, 10, 6, 2, 0, 4, 9}, 5);
   EXPECT_EQ(turns.count, 2);
-  EXPECT_EQ(turns.low, (std::vector<double>{1, 0}));
-  EXPECT_EQ(turns.high, (std::vector<double>{10, 9}));
+  EXPECT_EQ(turns.low_ends, (std::vector<double>{1, 0}));
+  EXPECT_EQ(turns.high_ends, (std::vector<double>{10, 9}));
+  EXPECT_EQ(turns.high, std::vector<double>{10});
   EXPECT_EQ(turns.there_and_back, 9);
   EXPECT_EQ(turns_of(std::vector<double>{1, 5, 10, 6, 2}, 11).count, 0);
   EXPECT_EQ(turns_of(std::vector<double>{0, 10}, 5).count, 0) << "it went one way only";

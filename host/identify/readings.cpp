@@ -28,22 +28,6 @@ double quantile_of(std::span<const double> sorted, double share) {
   return sorted[i] + (at - static_cast<double>(i)) * (sorted[i + 1] - sorted[i]);
 }
 
-// The longest stretch from `begin` on in which no sensor moves.
-std::size_t still_until(const std::vector<std::vector<double>>& readings, std::size_t begin,
-                        const std::vector<model::Spread>& made) {
-  std::size_t end = readings.front().size();
-  for (std::size_t i = 0; i < readings.size(); ++i) {
-    double low = readings[i][begin];
-    double high = low;
-    for (std::size_t k = begin; k < end; ++k) {
-      low = std::min(low, readings[i][k]);
-      high = std::max(high, readings[i][k]);
-      if (high - low > kStillShare * made[i].span()) end = k;
-    }
-  }
-  return end;
-}
-
 // In spans; mean over the half of the sensors that moved most: one that does not follow tells nothing.
 double distance(const Rest& a, const Rest& b, const std::vector<model::Spread>& made) {
   std::vector<double> away;
@@ -58,25 +42,19 @@ double distance(const Rest& a, const Rest& b, const std::vector<model::Spread>& 
 std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
                            const std::vector<model::Spread>& made) {
   std::vector<std::vector<double>> steady;
+  std::vector<double> most;
   for (const auto& one : readings) steady.push_back(steadied(one, period_s));
-  const auto least = static_cast<std::size_t>(std::ceil(kStill_s / period_s));
+  for (const model::Spread& one : made) most.push_back(kStillShare * one.span());
   std::vector<Rest> out;
-  for (std::size_t k = 0; k < steady.front().size();) {
-    const std::size_t end = still_until(steady, k, made);
-    if (end - k < least) {
-      ++k;
-      continue;
-    }
-    Rest rest{k, end, {}};
+  for (const StillPart& still : still_in(steady, most, period_s)) {
+    Rest rest{still, {}};
     for (const auto& one : steady)
-      rest.reading.push_back(std::accumulate(one.data() + k, one.data() + end, 0.0) /
-                             static_cast<double>(end - k));
-    if (!out.empty() && distance(out.back(), rest, made) < kApart) {
-      if (end - k > out.back().end - out.back().begin) out.back() = rest;
-    } else {
+      rest.reading.push_back(std::accumulate(one.data() + still.from, one.data() + still.to, 0.0) /
+                             static_cast<double>(still.to - still.from));
+    if (out.empty() || distance(out.back(), rest, made) >= kApart)
       out.push_back(std::move(rest));
-    }
-    k = end;
+    else if (still.to - still.from > out.back().when.to - out.back().when.from)
+      out.back() = std::move(rest);
   }
   return out;
 }
@@ -141,6 +119,30 @@ std::vector<double> steadied(const std::vector<double>& values, double period_s)
   return out;
 }
 
+std::vector<StillPart> still_in(const std::vector<std::vector<double>>& steady,
+                                const std::vector<double>& most, double period_s,
+                                const std::vector<std::uint8_t>& use) {
+  const auto least = static_cast<std::size_t>(std::ceil(kStill_s / period_s));
+  const std::size_t size = steady.front().size();
+  std::vector<StillPart> out;
+  for (std::size_t from = 0; from < size;) {
+    std::size_t to = size;
+    for (std::size_t i = 0; i < steady.size(); ++i) {
+      double low = steady[i][from];
+      double high = low;
+      for (std::size_t k = from; k < to; ++k) {
+        low = std::min(low, steady[i][k]);
+        high = std::max(high, steady[i][k]);
+        if (high - low > most[i] || (!use.empty() && use[k] == 0)) to = k;
+      }
+    }
+    const bool is_long = to - from >= least;
+    if (is_long) out.push_back({static_cast<Eigen::Index>(from), static_cast<Eigen::Index>(to)});
+    from = is_long ? to : from + 1;
+  }
+  return out;
+}
+
 Held poses_in(const std::vector<std::vector<double>>& readings, double period_s,
               const std::vector<model::Spread>& made, const std::string& source) {
   const std::vector<Rest> rests = rests_in(readings, period_s, made);
@@ -165,7 +167,8 @@ Held poses_in(const std::vector<std::vector<double>>& readings, double period_s,
     else
       (first <= second ? out.open : out.fist).push_back(rest);
   }
-  if (!out.fist.empty() && out.fist.front().begin < out.open.front().begin) std::swap(out.open, out.fist);
+  if (!out.fist.empty() && out.fist.front().when.from < out.open.front().when.from)
+    std::swap(out.open, out.fist);
   if (others > 1 && 4 * others >= rests.size())
     throw io::JobError(fmt::format(
         "{}: {} of {} rests lie between the poses: is it a log of an open hand and a fist, each held "

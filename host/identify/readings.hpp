@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -41,10 +42,19 @@ double add_squares(double sum, const std::vector<double>& values, double unit);
 // The running median over half a second: neither a loose contact's spike nor a tremor ends a hold.
 std::vector<double> steadied(const std::vector<double>& values, double period_s);
 
+struct StillPart {
+  Eigen::Index from = 0;
+  Eigen::Index to = 0;
+};
+
+// Stretches of a second or more in which every signal, after steadied(), stays within so much; a sample that is not used ends one.
+std::vector<StillPart> still_in(const std::vector<std::vector<double>>& steady,
+                                const std::vector<double>& most, double period_s,
+                                const std::vector<std::uint8_t>& use = {});
+
 // A second or more in which no sensor goes farther than an eighth of its span, and the sensors' mean readings then.
 struct Rest {
-  std::size_t begin = 0;
-  std::size_t end = 0;
+  StillPart when;
   std::vector<double> reading;
 };
 

@@ -77,7 +77,7 @@ void add_recalibrate(CLI::App& app) {
   command
       ->add_option(
           "--poses", o->poses,
-          "POSES LOG: a log in which poses are held for two seconds each, and their order: open,fist")
+          "POSES LOG: a log of held poses as identify takes it, and in which order they are held: open,fist")
       ->expected(2)
       ->type_name("POSES LOG");
   command->add_option("--pair", o->pair, "GLOVE CAMERA: seconds with measured angles of some of the joints")

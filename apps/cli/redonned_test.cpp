@@ -42,12 +42,9 @@ struct Errors {
   double worse = 0;  // percent that flexor makes worse by more than 5 %
 };
 
-struct Ends {
-  double low = 0;
-  double high = 0;
-  double middle() const { return (low + high) / 2; }
-  double span() const { return high - low; }
-};
+model::Spread ends(std::vector<double> of) {
+  return identify::spread_of(std::move(of), std::array{0.02, 0.98});
+}
 
 class Redonned : public Command {
  protected:
@@ -94,14 +91,6 @@ class Redonned : public Command {
     model_ = model::load(folder_ / "model.json");
     first_half_ =
         ends({reading_.begin(), reading_.begin() + static_cast<std::ptrdiff_t>(reading_.size() / 2)});
-  }
-
-  static Ends ends(std::vector<double> of) {
-    std::ranges::sort(of);
-    const auto at = [&](double share) {
-      return of[static_cast<std::size_t>(share * static_cast<double>(of.size() - 1))];
-    };
-    return {at(0.02), at(0.98)};
   }
 
   // Whole bends of the second half, each from a turn of the finger to the `count`-th of the same kind after it.
@@ -200,7 +189,7 @@ class Redonned : public Command {
   std::vector<double> reading_;
   std::vector<double> angle_deg_;
   double half_s_ = 0;
-  Ends first_half_;
+  model::Spread first_half_;
   model::Model model_;
 };
 

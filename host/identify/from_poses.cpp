@@ -18,8 +18,7 @@
 namespace flexor::identify {
 namespace {
 
-constexpr double kSamePose = 0.3;   // of the span: the same pose
-constexpr double kOtherPose = 0.6;  // and the other one
+constexpr double kOtherPose = 0.6;  // of the span, by which the poses differ
 // Of the span, which readings may lie beyond the poses where the unit says nothing.
 constexpr double kBeyondPoses = 0.5;
 constexpr double kSameHold = 0.15;  // of the range, by which two holds of a pose may differ unsaid
@@ -33,11 +32,7 @@ struct Sensor {
   std::string joint;
   std::string unit;
   const std::vector<double>* value = nullptr;
-  std::vector<double> sorted;
-  double span() const { return at(0.98) - at(0.02); }
-  double at(double share) const {
-    return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
-  }
+  model::Spread spread;
 };
 
 // The unit where the column states none: counts, if all readings may be a converter's.
@@ -49,8 +44,8 @@ bool may_be_counts(const std::vector<double>& readings) {
 bool only_trembles(const Sensor& s) {
   double steps = 0;
   for (std::size_t k = 1; k < s.value->size(); ++k) steps += std::abs((*s.value)[k] - (*s.value)[k - 1]);
-  return s.span() <= kTrembles * steps / static_cast<double>(s.value->size() - 1) ||
-         (s.unit == "count" && s.span() <= kTrembles_counts);
+  return s.spread.span() <= kTrembles * steps / static_cast<double>(s.value->size() - 1) ||
+         (s.unit == "count" && s.spread.span() <= kTrembles_counts);
 }
 
 std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vector<std::string>& joints,
@@ -64,8 +59,7 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vecto
         columns < joints.size() ? joints[columns] : model::joint_name(recording::cut_name(column.name).name);
     ++columns;
     if (joint == "-") continue;
-    Sensor sensor{column.name, joint, column.unit, &column.value, column.value};
-    std::ranges::sort(sensor.sorted);
+    Sensor sensor{column.name, joint, column.unit, &column.value, spread_of(column.value, kSpreadShares)};
     if (sensor.unit.empty() && may_be_counts(column.value)) {
       sensor.unit = "count";
       guessed += (guessed.empty() ? "" : ", ") + column.name;
@@ -74,7 +68,7 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vecto
       left_out.push_back(sensor.column);
       warnings.push_back(
           fmt::format("{} hardly moves, by {:.5g} from {:.5g}: left out; is its strip connected?",
-                      sensor.column, sensor.span(), sensor.at(0.02)));
+                      sensor.column, sensor.spread.span(), sensor.spread.reading.front()));
     } else {
       out.push_back(std::move(sensor));
     }
@@ -98,24 +92,6 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vecto
         fmt::format("no column is called as a finger: --joints thumb,index,... names the {} in their order, "
                     "for the board and VR",
                     columns));
-  return out;
-}
-
-// Mean over the half of the sensors that moved most: one that does not follow says nothing.
-double distance(const Rest& a, const Rest& b, const std::vector<Sensor>& sensors) {
-  std::vector<double> away;
-  for (std::size_t i = 0; i < sensors.size(); ++i)
-    away.push_back(std::abs(a.reading[i] - b.reading[i]) / sensors[i].span());
-  std::ranges::sort(away, std::greater());
-  const std::size_t half = (away.size() + 1) / 2;
-  double sum = 0;
-  for (std::size_t i = 0; i < half; ++i) sum += away[i];
-  return sum / static_cast<double>(half);
-}
-
-std::vector<double> readings_in(const std::vector<Rest>& rests, std::size_t sensor) {
-  std::vector<double> out;
-  for (const Rest& rest : rests) out.push_back(rest.reading[sensor]);
   return out;
 }
 
@@ -144,9 +120,9 @@ void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
   const double span = std::abs(fist - open);
   const bool counts = sensor.unit == "count";
   input.valid_min = counts ? 1 : std::min(open, fist) - kBeyondPoses * span;
-  input.valid_max =
-      counts ? recording::adc_top(sensor.sorted.back()) - 1 : std::max(open, fist) + kBeyondPoses * span;
-  input.readings = spread_of(sensor.sorted, kSpreadShares);
+  input.valid_max = counts ? recording::adc_top(std::ranges::max(*sensor.value)) - 1
+                           : std::max(open, fist) + kBeyondPoses * span;
+  input.readings = sensor.spread;
   const double gain = scale_to_counts(input);
   input.poses = model::Poses{gain * open, gain * fist};
   for (double& reading : input.readings->reading) reading *= gain;
@@ -162,46 +138,15 @@ void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
   if (gain != 1) m = model::corrected(std::move(m), m.inputs.size() - 1, {gain, 0});
 }
 
-struct Holds {
-  std::vector<Rest> open;
-  std::vector<Rest> fist;
-};
-
-// The pose that is held first is called open here; order() says which it is.
-Holds holds_in(const recording::Recording& log, const std::vector<Sensor>& sensors) {
+Held held_in(const recording::Recording& log, const std::vector<Sensor>& sensors) {
   std::vector<std::vector<double>> readings;
   std::vector<model::Spread> spans;
   for (const Sensor& s : sensors) {
     readings.push_back(*s.value);
-    spans.push_back({{0.02, 0.98}, {s.at(0.02), s.at(0.98)}});
+    spans.push_back(s.spread);
   }
   const double period_s = (log.t_s.back() - log.t_s.front()) / static_cast<double>(log.t_s.size() - 1);
-  const std::vector<Rest> rests = rests_in(readings, period_s, spans);
-  if (rests.empty())
-    throw io::JobError(fmt::format(
-        "{}: no second in which all sensors rest: hold the open hand, then a fist, each for three "
-        "seconds; a sensor that only trembles is to be unplugged",
-        log.source));
-  // The poses are the two rests that lie farthest apart, and what lies by them: a hand at ease before them is none.
-  std::pair<const Rest*, const Rest*> ends = {&rests.front(), &rests.front()};
-  for (const Rest& one : rests) {
-    for (const Rest& other : rests) {
-      if (distance(one, other, sensors) > distance(*ends.first, *ends.second, sensors)) ends = {&one, &other};
-    }
-  }
-  const bool is_far = distance(*ends.first, *ends.second, sensors) > kOtherPose;
-  Holds out;
-  for (const Rest& rest : rests) {
-    if (distance(rest, *ends.first, sensors) < kSamePose) out.open.push_back(rest);
-    if (is_far && distance(rest, *ends.second, sensors) < kSamePose) out.fist.push_back(rest);
-  }
-  if (!out.fist.empty() && out.fist.front().begin < out.open.front().begin) std::swap(out.open, out.fist);
-  const std::size_t others = rests.size() - out.open.size() - out.fist.size();
-  if (others > 1 && 4 * others >= rests.size())
-    throw io::JobError(fmt::format(
-        "{}: {} of {} rests lie between the poses: is it a log of an open hand and a fist, each held "
-        "for three seconds, and again?",
-        log.source, others, rests.size()));
+  Held out = poses_in(readings, period_s, spans, log.source);
   if (out.fist.empty())
     throw io::JobError(
         fmt::format("{}: only one pose is held: begin with the open hand, then hold a fist", log.source));
@@ -209,15 +154,14 @@ Holds holds_in(const recording::Recording& log, const std::vector<Sensor>& senso
 }
 
 // Whether the sensor tells the poses apart; what speaks against it is said.
-bool tells_apart(const Sensor& sensor, std::size_t i, const Holds& holds,
-                 std::vector<std::string>& warnings) {
-  const double span = std::abs(median(readings_in(holds.fist, i)) - median(readings_in(holds.open, i)));
-  if (span < kOtherPose * sensor.span()) {
+bool tells_apart(const Sensor& sensor, std::size_t i, const Held& held, std::vector<std::string>& warnings) {
+  const double span = std::abs(median(readings_in(held.fist, i)) - median(readings_in(held.open, i)));
+  if (span < kOtherPose * sensor.spread.span()) {
     warnings.push_back(fmt::format("{} does not tell the two poses apart: left out", sensor.column));
     return false;
   }
   bool is_one = true;
-  for (const auto& [pose, rests] : {std::pair("open hand", &holds.open), std::pair("fist", &holds.fist)}) {
+  for (const auto& [pose, rests] : {std::pair("open hand", &held.open), std::pair("fist", &held.fist)}) {
     const auto [least, most] = std::ranges::minmax(readings_in(*rests, i));
     const double apart = (most - least) / span;
     is_one = is_one && apart <= kOneHold;
@@ -229,11 +173,11 @@ bool tells_apart(const Sensor& sensor, std::size_t i, const Holds& holds,
 }
 
 // Brings the open hand first.
-void order(Holds& holds, FirstPose first, const std::vector<Sensor>& sensors,
+void order(Held& held, FirstPose first, const std::vector<Sensor>& sensors,
            std::vector<std::string>& warnings) {
   std::vector<std::string> fall;
   for (std::size_t i = 0; i < sensors.size(); ++i)
-    if (median(readings_in(holds.fist, i)) < median(readings_in(holds.open, i)))
+    if (median(readings_in(held.fist, i)) < median(readings_in(held.open, i)))
       fall.push_back(sensors[i].column);
   if (first == FirstPose::unstated && !fall.empty()) {
     const bool all = fall.size() == sensors.size();
@@ -245,7 +189,7 @@ void order(Holds& holds, FirstPose first, const std::vector<Sensor>& sensors,
                     all ? "fist" : "open hand", all ? "open hand" : "fist", all ? "open" : "fist"));
     if (all) first = FirstPose::fist;
   }
-  if (first == FirstPose::fist) std::swap(holds.open, holds.fist);
+  if (first == FirstPose::fist) std::swap(held.open, held.fist);
 }
 
 }  // namespace
@@ -255,10 +199,10 @@ FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& 
   std::vector<std::string> left_out;
   const std::vector<Sensor> sensors = sensors_of(log, options.joints, left_out, out.warnings);
   check_angles(options.angles, sensors);
-  Holds holds = holds_in(log, sensors);
-  order(holds, options.first, sensors, out.warnings);
-  out.open_holds = static_cast<int>(holds.open.size());
-  out.fist_holds = static_cast<int>(holds.fist.size());
+  Held held = held_in(log, sensors);
+  order(held, options.first, sensors, out.warnings);
+  out.open_holds = static_cast<int>(held.open.size());
+  out.fist_holds = static_cast<int>(held.fist.size());
   out.model.name = "from held poses";
   out.model.description =
       "A straight line from the open hand to a fist; the fist's angle is that of an ordinary hand, not "
@@ -266,8 +210,8 @@ FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& 
   out.model.written_by = "flexor " FLEXOR_VERSION;
   out.model.sample_period_s = 1 / options.rate_hz;
   for (std::size_t i = 0; i < sensors.size(); ++i) {
-    if (tells_apart(sensors[i], i, holds, out.warnings)) {
-      add_joint(out.model, sensors[i], median(readings_in(holds.open, i)), median(readings_in(holds.fist, i)),
+    if (tells_apart(sensors[i], i, held, out.warnings)) {
+      add_joint(out.model, sensors[i], median(readings_in(held.open, i)), median(readings_in(held.fist, i)),
                 options.angles);
     } else {
       left_out.push_back(sensors[i].column);

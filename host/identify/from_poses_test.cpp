@@ -117,14 +117,6 @@ TEST(FromPoses, EitherOrderIsFound) {
   EXPECT_TRUE(model_from_poses(log, {.first = FirstPose::fist}).warnings.empty());
 }
 
-TEST(FromPoses, AHandAtEaseBeforeThePosesIsNone) {
-  for (const double at_ease : {0.35, 0.5}) {
-    const FromPoses r = model_from_poses(log_of({at_ease, 0, 1, 0, 1}, 1), {});
-    EXPECT_NEAR(r.model.inputs[0].poses->open, 300, 1);
-    EXPECT_NEAR(r.model.inputs[0].poses->fist, 500, 1);
-  }
-}
-
 TEST(FromPoses, JointsAreCalledAsTold) {
   recording::Recording log = log_of({0, 1, 0, 1}, 1);
   log.columns[0].name = "column2";

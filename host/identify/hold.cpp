@@ -13,8 +13,7 @@ using Compensator = model::Compensator<model::DoubleArithmetic>;
 constexpr double kHold_s = 60;
 constexpr double kAllOver = 20;  // time constants: what is left to go is 2e-9
 constexpr double kSettle_s = 1;
-constexpr double kHeld_s = 1;       // a hold of the finger itself
-constexpr double kHeld_deg = 2;     // likewise
+constexpr double kHeld_deg = 2;     // a hold of the finger itself
 constexpr std::size_t kHolds = 40;  // of each session
 
 double drift_deg(Compensator compensator, const std::vector<double>& reading, double period_s,
@@ -77,25 +76,9 @@ double hold_drift_deg(const model::Model& model, const std::vector<Session>& ses
 }
 
 std::vector<StillPart> holds_of(const Session& session, double period_s) {
-  std::vector<StillPart> out;
-  Eigen::Index from = 0;
-  double low = 0;
-  double high = 0;
-  const auto end = [&](Eigen::Index to) {
-    if (static_cast<double>(to - from) * period_s >= kHeld_s) out.push_back({from, to});
-    from = to;
-  };
-  for (Eigen::Index k = 0; k < session.angle_deg.size(); ++k) {
-    const double angle = session.angle_deg(k);
-    if (k > from && std::max(high, angle) - std::min(low, angle) > kHeld_deg) end(k);
-    low = k == from ? angle : std::min(low, angle);
-    high = k == from ? angle : std::max(high, angle);
-    if (session.use[static_cast<std::size_t>(k)] != 0) continue;
-    end(k);
-    from = k + 1;
-  }
-  end(session.angle_deg.size());
-  return out;
+  if (session.use.empty()) return {};
+  return still_in({steadied({session.angle_deg.begin(), session.angle_deg.end()}, period_s)}, {kHeld_deg},
+                  period_s, session.use);
 }
 
 double wander_deg(const model::Model& model, const std::vector<Session>& sessions,

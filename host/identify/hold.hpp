@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "host/identify/additive.hpp"
+#include "host/identify/readings.hpp"
 #include "host/model/model.hpp"
 
 namespace flexor::identify {
@@ -19,11 +19,8 @@ double slowest_s(const model::Model& model);  // of its time constants; 0 where 
 double hold_drift_deg(const model::Model& model, const std::vector<Session>& sessions,
                       const std::vector<std::string>& sensors);
 
-// Samples of which the finger itself holds still: all used, within 2 degrees, for a second at least.
-struct StillPart {
-  Eigen::Index from;
-  Eigen::Index to;
-};
+// Samples of which the finger itself holds still: all used, for a second at least, their running median within 2 degrees: a
+// camera's noise ends no hold.
 std::vector<StillPart> holds_of(const Session& session, double period_s);
 
 // How far the model's first angle goes from its mean in such holds, root mean square; 0 where there is none.

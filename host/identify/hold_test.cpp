@@ -99,5 +99,17 @@ TEST(Holds, AreWhereTheFingerMovesByTwoDegreesAtMostForASecond) {
   EXPECT_EQ(holds[1].to, 2040);
 }
 
+TEST(Holds, AreFoundThroughACamerasNoise) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise_deg;
+  Session session = step();
+  session.angle_deg = session.input.col(0);
+  for (double& angle : session.angle_deg) angle += noise_deg(random);
+  session.use.assign(4000, 1);
+  Eigen::Index held = 0;
+  for (const StillPart& one : holds_of(session, kStep_s)) held += one.to - one.from;
+  EXPECT_GT(held, 3600);
+}
+
 }  // namespace
 }  // namespace flexor::identify

@@ -22,6 +22,9 @@ constexpr double kOpenBeyond = 0.02;
 constexpr double kFistShort = 0.3;
 constexpr double kFistBeyond = 0.02;
 
+constexpr double kPose_deg = 5;         // of a finger in a pose
+constexpr double kMostPoseError = 0.3;  // of the span, where the joint hardly moves
+
 constexpr double kTurnSd = 0.04;        // of one turn's reading, in spans, before any was seen
 constexpr double kEndSd = 0.01;         // of a quantile there
 constexpr double kDiffers = 0.5;        // of what the span differs by: where the middle may lie
@@ -35,24 +38,16 @@ constexpr double kLeastModelError_deg = 2;
 constexpr double kUnknownError_deg = 5;  // of a model that does not say
 constexpr double kMarks_deg = 3;
 constexpr double kNews_s = 1;
-constexpr double kHuber = 2;  // standard deviations
-constexpr double kStep = 1e-3;
-constexpr double kMoves_deg = 10;
+constexpr double kHuber = 2;    // standard deviations
+constexpr double kStep = 1e-5;  // of slopes by differences
 
 double made_of(const Line& line, const model::Spread& made, double reading) {
   return made.middle() + std::exp(line.log_gain) * (reading - made.middle()) + line.shift * made.span();
 }
 
-// Shift and logarithm of the gain, of what `reading` is taken for; in spans.
-Eigen::RowVector2d derivative(const Line& line, const model::Spread& made, double reading) {
-  return {1, std::exp(line.log_gain) * (reading - made.middle()) / made.span()};
-}
-
 // Of an unknown of unit variance: straight lines of either slope far from 0, smooth between them.
-Bent sided(double x, double below, double above) {
-  const double root = std::hypot(x, 1.0);
-  return {(above + below) / 2 * x + (above - below) / 2 * (root - 1),
-          (above + below) / 2 + (above - below) / 2 * x / root};
+double sided(double x, double below, double above) {
+  return (above + below) / 2 * x + (above - below) / 2 * (std::hypot(x, 1.0) - 1);
 }
 
 // Of the mean of turns, in spans: what they scatter by, with kTurnSd for one more turn.
@@ -64,8 +59,7 @@ double turn_variance(const std::vector<double>& turns, double span) {
 // From 0 to 1: how surely the open end is where the hand is straight. Straight fingers can go no farther, a fist is as
 // tight as the wearer likes: where the open end comes back to one reading, what differs in reach differs at the fist.
 double open_repeats(const Case& s, const Turns& turns) {
-  if (s.reach.bends == 0) return 0;
-  const std::vector<double>& ends = s.reach.bends > 0 ? turns.low_ends : turns.high_ends;
+  const std::vector<double>& ends = s.reach.most_deg > 0 ? turns.low_ends : turns.high_ends;
   const auto n = static_cast<double>(ends.size());
   if (n < 2) return 0;
   const double variance = add_squares(0, ends, n - 1);
@@ -96,7 +90,7 @@ Eigen::MatrixXd covariance_of(const Case& s, const Window& window) {
   const double differs_sd = std::abs(differs) * whole * (kDiffers + repeats * (kDiffersAtFist - kDiffers));
   const double common = (1 - kSameMotion) * s.prior.motion_sd * s.prior.motion_sd + differs_sd * differs_sd;
   const double reach = s.prior.reach_sd * s.prior.reach_sd + lacking * lacking;
-  const Eigen::VectorXd from_stay = place.array() + s.reach.bends * 0.5 * repeats;
+  const Eigen::VectorXd from_stay = place.array() + std::copysign(0.5, s.reach.most_deg) * repeats;
   Eigen::MatrixXd out = Eigen::MatrixXd::Constant(n, n, common) + reach * from_stay * from_stay.transpose();
   out += turn_variance(window.turns.low, span) * low * low.transpose();
   out += turn_variance(window.turns.high, span) * high * high.transpose();
@@ -131,76 +125,38 @@ std::vector<std::vector<double>> angles_by(const std::vector<Line>& lines, const
 }
 
 // The residual whose square is minus twice the logarithm of Student's density.
-Bent tailed(double e) {
-  if (std::abs(e) < 1e-6) return {e, 1};
-  const double out = std::copysign(std::sqrt(kFreedom * std::log1p(e * e / kFreedom)), e);
-  return {out, e / (1 + e * e / kFreedom) / out};
-}
-
-Bent pseudo_huber(double e) {
-  if (std::abs(e) < 1e-6) return {e, 1};
-  const double root = std::sqrt(1 + e * e / (kHuber * kHuber));
-  const double out = std::copysign(kHuber * std::sqrt(2 * (root - 1)), e);
-  return {out, e / root / out};
-}
+double tailed(double e) { return std::copysign(std::sqrt(kFreedom * std::log1p(e * e / kFreedom)), e); }
 
 // Residuals of the prior and of all evidence. Unknown are shift and logarithm of the gain of each sensor, what all shifts have in
 // common, how both poses were held, where each stretch of motion lies, and how each joint's marks sit.
-class LineProblem {
- public:
-  LineProblem(const model::Model& model, const std::vector<Case>& cases, const std::vector<Sighting>& poses,
-              const Seen* seen)
-      : model_(model),
-        cases_(cases),
-        poses_(poses),
-        seen_(seen),
-        sensors_(column(cases.size())),
-        marks_(sensors_ + 3),
-        rows_(std::ssize(poses)) {
-    for (std::size_t log = 0; log < cases.front().windows.size(); ++log) {
-      const Eigen::Index before = rows_;
-      for (std::size_t i = 0; i < cases.size(); ++i) {
-        const Case& one = cases[i];
-        if (!one.windows[log]) continue;
-        motion_.push_back({column(i), marks_, one, *one.windows[log],
-                           covariance_of(one, *one.windows[log]).llt().matrixL()});
-        rows_ += std::ssize(one.made.reading);
-      }
-      marks_ += rows_ > before ? 1 : 0;
-    }
-    size_ = marks_;
-    if (seen != nullptr) {
-      size_ += std::ssize(seen->joints);
-      for (const Seen::Angles& one : seen->joints)
-        rows_ += std::ranges::count_if(one.use, [](auto used) { return used != 0; });
-    }
-    rows_ += size_;
-  }
+struct LineProblem {
+  const model::Model& model;
+  const std::vector<Case>& cases;
+  const Seen* seen;
 
-  Eigen::Index size() const { return size_; }
+  Eigen::Index sensors() const { return column(cases.size()); }
+  Eigen::Index marks() const { return sensors() + 3 + std::ssize(cases.front().windows); }
+  Eigen::Index size() const { return marks() + (seen != nullptr ? std::ssize(seen->joints) : 0); }
 
   std::vector<Line> lines(const Eigen::VectorXd& p) const {
     std::vector<Line> out;
-    for (Eigen::Index i = 0; i < sensors_; i += 2) out.push_back({p(i), p(i + 1)});
+    for (Eigen::Index i = 0; i < sensors(); i += 2) out.push_back({p(i), p(i + 1)});
     return out;
   }
 
   Eigen::VectorXd operator()(const Eigen::VectorXd& p, Eigen::MatrixXd* jacobian) const {
-    Eigen::VectorXd r(rows_);
-    Eigen::MatrixXd j = Eigen::MatrixXd::Zero(rows_, size_);
-    add_prior(p, r, j);
-    Eigen::Index row = size_;
-    add_poses(p, row, r, j);
-    add_motion(p, row, r, j);
-    if (seen_ != nullptr) add_camera(p, row, jacobian != nullptr, r, j);
-    if (jacobian != nullptr) *jacobian = std::move(j);
+    const Eigen::VectorXd r = residuals(p);
+    if (jacobian == nullptr) return r;
+    jacobian->resize(r.size(), p.size());
+    for (Eigen::Index c = 0; c < p.size(); ++c)
+      jacobian->col(c) = (residuals(p + kStep * Eigen::VectorXd::Unit(p.size(), c)) - r) / kStep;
     return r;
   }
 
   // From `p` on; the unknowns of `fixed` stay 0.
   Eigen::VectorXd solved(Eigen::VectorXd p, const std::vector<Eigen::Index>& fixed = {}) const {
-    Eigen::VectorXd most = Eigen::VectorXd::Constant(size_, HUGE_VAL);
-    for (Eigen::Index gain = 1; gain < sensors_; gain += 2) most(gain) = kMostLogGain;
+    Eigen::VectorXd most = Eigen::VectorXd::Constant(size(), HUGE_VAL);
+    for (Eigen::Index gain = 1; gain < sensors(); gain += 2) most(gain) = kMostLogGain;
     for (const Eigen::Index at : fixed) most(at) = 0;
     (void)levenberg_marquardt(*this, -most, most, {100, 1e-12, 1e-9}, p);
     return p;
@@ -211,113 +167,62 @@ class LineProblem {
     Eigen::MatrixXd jacobian;
     (void)(*this)(p, &jacobian);
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jacobian);
-    const Eigen::MatrixXd upper = qr.matrixQR().topRows(size_).triangularView<Eigen::Upper>();
+    const Eigen::MatrixXd upper = qr.matrixQR().topRows(size()).triangularView<Eigen::Upper>();
     const Eigen::MatrixXd inverse =
-        upper.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(size_, size_));
+        upper.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(size(), size()));
     return inverse * inverse.transpose();
   }
 
- private:
-  // The common shift in its standard deviations; of one sensor alone it is all of the shift's.
-  void add_prior(const Eigen::VectorXd& p, Eigen::VectorXd& r, Eigen::MatrixXd& j) const {
-    r.head(size_) = p;
-    j.topRows(size_).setIdentity();
-    for (Eigen::Index i = 0; i < sensors_; i += 2) {
-      const Prior& prior = cases_[static_cast<std::size_t>(i / 2)].prior;
-      const double alike = cases_.size() > 1 ? prior.alike : 0;
-      const double common = prior.shift_sd * std::sqrt(alike);
-      const double own_sd = prior.shift_sd * std::sqrt(1 - alike);
-      const double off = (p(i) - common * p(sensors_)) / own_sd;
-      const Bent row = cases_.size() > 1 ? tailed(off) : Bent{off, 1};
-      r(i) = row.value;
-      j(i, i) = row.slope / own_sd;
-      j(i, sensors_) = -row.slope * common / own_sd;
-      r(i + 1) = p(i + 1) / prior.log_gain_sd;
-      j(i + 1, i + 1) = 1 / prior.log_gain_sd;
-    }
-  }
-
-  void add_poses(const Eigen::VectorXd& p, Eigen::Index& row, Eigen::VectorXd& r, Eigen::MatrixXd& j) const {
+  Eigen::VectorXd residuals(const Eigen::VectorXd& p) const {
     const std::vector<Line> all = lines(p);
-    const Bent open = sided(p(sensors_ + 1), kOpenBeyond, kOpenBent);
-    const Bent fist = sided(p(sensors_ + 2), kFistShort, kFistBeyond);
-    for (const Sighting& s : poses_) {
-      const model::Spread& made = cases_[s.sensor].made;
-      const Bent& place = s.fist ? fist : open;
-      r(row) =
-          ((made_of(all[s.sensor], made, s.reading) - s.made) / made.span() - s.pose * place.value) / s.error;
-      j.block<1, 2>(row, column(s.sensor)) = derivative(all[s.sensor], made, s.reading) / s.error;
-      j(row++, sensors_ + (s.fist ? 2 : 1)) = -s.pose * place.slope / s.error;
-    }
-  }
-
-  void add_motion(const Eigen::VectorXd& p, Eigen::Index& row, Eigen::VectorXd& r, Eigen::MatrixXd& j) const {
-    for (const Stretch& one : motion_) {
-      const model::Spread& made = one.of.made;
-      const Line line = {p(one.sensor), p(one.sensor + 1)};
-      const auto n = std::ssize(made.reading);
-      auto error = r.segment(row, n);
-      auto rows = j.middleRows(row, n);
-      const double motion = one.of.prior.motion_sd * std::sqrt(kSameMotion);
-      for (Eigen::Index i = 0; i < n; ++i) {
-        const double reading = one.window.reading[static_cast<std::size_t>(i)];
-        error(i) = (made_of(line, made, reading) - made.reading[static_cast<std::size_t>(i)]) / made.span() +
-                   motion * p(one.lies);
-        rows.block<1, 2>(i, one.sensor) = derivative(line, made, reading);
-      }
-      rows.col(one.lies).setConstant(motion);
-      const auto lower = one.whitening.triangularView<Eigen::Lower>();
-      lower.solveInPlace(error);
-      lower.solveInPlace(rows);
-      row += n;
-    }
-  }
-
-  void add_camera(const Eigen::VectorXd& p, Eigen::Index row, bool slopes, Eigen::VectorXd& r,
-                  Eigen::MatrixXd& j) const {
-    const Seen& seen = *seen_;
-    const auto now = angles_by(lines(p), model_, seen);
-    std::vector<std::vector<std::vector<double>>> moved;  // of each unknown of the sensors
-    for (Eigen::Index c = 0; slopes && c < sensors_; ++c) {
-      Eigen::VectorXd there = p;
-      there(c) += kStep;
-      moved.push_back(angles_by(lines(there), model_, seen));
-    }
-    const double repeats = std::sqrt(std::max(1.0, kNews_s / model_.sample_period_s));
-    for (std::size_t s = 0; s < seen.joints.size(); ++s) {
-      const Seen::Angles& one = seen.joints[s];
-      const double error_deg = error_of(model_.joints[one.joint]);
-      const auto mark = marks_ + static_cast<Eigen::Index>(s);
-      for (std::size_t k = 0; k < one.use.size(); ++k) {
-        if (!one.use[k]) continue;
-        const Bent soft = pseudo_huber((now[s][k] + kMarks_deg * p(mark) - one.angle_deg[k]) / error_deg);
-        for (std::size_t c = 0; c < moved.size(); ++c)
-          j(row, static_cast<Eigen::Index>(c)) =
-              soft.slope / repeats * (moved[c][s][k] - now[s][k]) / (kStep * error_deg);
-        j(row, mark) = soft.slope / repeats * kMarks_deg / error_deg;
-        r(row++) = soft.value / repeats;
+    const auto shared = p.tail(p.size() - sensors());  // of unit variance
+    std::vector<double> r(shared.begin(), shared.end());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      // The common shift in its standard deviations; of one sensor alone it is all of the shift's.
+      const Prior& prior = cases[i].prior;
+      const double alike = all.size() > 1 ? prior.alike : 0;
+      const double common = prior.shift_sd * std::sqrt(alike);
+      const double off = (all[i].shift - common * shared(0)) / (prior.shift_sd * std::sqrt(1 - alike));
+      r.push_back(all.size() > 1 ? tailed(off) : off);
+      r.push_back(all[i].log_gain / prior.log_gain_sd);
+      const Case& one = cases[i];
+      const auto off_by = [&](double reading, double made) {
+        return (made_of(all[i], one.made, reading) - made) / one.made.span();
+      };
+      const auto add_pose = [&](double reading, double made, double place) {
+        const double error = std::min(kMostPoseError, kPose_deg / std::abs(one.reach.most_deg));
+        const double way = (one.poses->fist - one.poses->open) / one.made.span();
+        if (!std::isnan(reading)) r.push_back((off_by(reading, made) - way * place) / error);
+      };
+      if (one.poses) add_pose(one.held.open, one.poses->open, sided(shared(1), kOpenBeyond, kOpenBent));
+      if (one.poses) add_pose(one.held.fist, one.poses->fist, sided(shared(2), kFistShort, kFistBeyond));
+      for (std::size_t log = 0; log < one.windows.size(); ++log) {
+        if (!one.windows[log]) continue;
+        const double lies = shared(3 + static_cast<Eigen::Index>(log));
+        Eigen::VectorXd error(std::ssize(one.made.reading));
+        for (std::size_t k = 0; k < one.made.reading.size(); ++k)
+          error(static_cast<Eigen::Index>(k)) = off_by(one.windows[log]->reading[k], one.made.reading[k]) +
+                                                prior.motion_sd * std::sqrt(kSameMotion) * lies;
+        one.windows[log]->whitening.triangularView<Eigen::Lower>().solveInPlace(error);
+        r.insert(r.end(), error.begin(), error.end());
       }
     }
+    if (seen != nullptr) add_camera(p, r);
+    return Eigen::Map<const Eigen::VectorXd>(r.data(), std::ssize(r));
   }
 
-  // What a log of motion shows of a sensor.
-  struct Stretch {
-    Eigen::Index sensor;  // its column
-    Eigen::Index lies;    // likewise, of where the log's motion lies
-    const Case& of;
-    const Window& window;
-    Eigen::MatrixXd whitening;  // lower triangle of the covariance's Cholesky factor
-  };
-
-  const model::Model& model_;
-  const std::vector<Case>& cases_;
-  const std::vector<Sighting>& poses_;
-  const Seen* seen_;
-  std::vector<Stretch> motion_;
-  Eigen::Index sensors_;  // their columns
-  Eigen::Index marks_;    // the first one's column
-  Eigen::Index size_;
-  Eigen::Index rows_;
+  void add_camera(const Eigen::VectorXd& p, std::vector<double>& r) const {
+    const auto now = angles_by(lines(p), model, *seen);
+    const double repeats = std::sqrt(std::max(1.0, kNews_s / model.sample_period_s));
+    for (std::size_t s = 0; s < now.size(); ++s) {
+      const Seen::Angles& one = seen->joints[s];
+      const double error_deg = error_of(model.joints[one.joint]);
+      const double mark_deg = kMarks_deg * p(marks() + static_cast<Eigen::Index>(s));
+      for (std::size_t k = 0; k < one.use.size(); ++k)
+        if (one.use[k])
+          r.push_back(bend((now[s][k] + mark_deg - one.angle_deg[k]) / error_deg, kHuber).value / repeats);
+    }
+  }
 };
 
 }  // namespace
@@ -327,14 +232,12 @@ model::Correction correction_of(const Line& line, const model::Spread& made) {
   return {gain, made.middle() * (1 - gain) + line.shift * made.span()};
 }
 
-Eigen::MatrixXd estimate(const model::Model& model, const std::vector<Sighting>& poses, const Seen* seen,
-                         std::vector<Case>& cases) {
-  // A camera's rows bend most: their steps start where the others lead.
-  const LineProblem problem(model, cases, poses, seen);
-  Eigen::VectorXd p = Eigen::VectorXd::Zero(problem.size());
-  const LineProblem before(model, cases, poses, nullptr);
-  p.head(before.size()) = before.solved(p.head(before.size()));
-  if (seen != nullptr) p = problem.solved(p);
+Eigen::MatrixXd estimate(const model::Model& model, const Seen* seen, std::vector<Case>& cases) {
+  for (Case& one : cases)
+    for (auto& window : one.windows)
+      if (window) window->whitening = covariance_of(one, *window).llt().matrixL();
+  const LineProblem problem{model, cases, seen};
+  Eigen::VectorXd p = problem.solved(Eigen::VectorXd::Zero(problem.size()));
   const Eigen::MatrixXd c = problem.covariance(p);
   std::vector<Eigen::Index> fixed;
   for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -372,21 +275,6 @@ std::vector<SeenFit> fits_of(const model::Model& model, const Seen& seen, const 
         (deg.col(0) * deg.col(1)).mean() / spread_deg / std::sqrt(deg.col(1).square().mean());
     out.push_back({spread_deg > kMarks_deg ? alike : 0, rmse_deg,
                    std::hypot(error_of(model.joints[one.joint]), kMarks_deg)});
-  }
-  return out;
-}
-
-std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& seen) {
-  const model::Graph graph(model);
-  std::vector<std::size_t> out;
-  for (const auto& one : seen.joints) {
-    std::vector<double> used;
-    for (std::size_t k = 0; k < one.use.size(); ++k)
-      if (one.use[k]) used.push_back(one.angle_deg[k]);
-    if (used.empty() || std::ranges::max(used) - std::ranges::min(used) < kMoves_deg) continue;
-    for (const std::size_t sensor : graph.inputs[graph.joint[one.joint]]) {
-      if (std::ranges::find(out, sensor) == out.end()) out.push_back(sensor);
-    }
   }
   return out;
 }

@@ -33,16 +33,6 @@ model::Correction correction_of(const Line& line, const model::Spread& made);
 // Of a sensor's shift among the unknowns; that of its gain is the next.
 inline Eigen::Index column(std::size_t sensor) { return 2 * static_cast<Eigen::Index>(sensor); }
 
-// A reading of one sensor now, and what it would have been where the model was made; standard error in spans.
-struct Sighting {
-  std::size_t sensor = 0;
-  double reading = 0;
-  double made = 0;
-  double error = 0;
-  double pose = 0;  // from the open hand to the fist where the model was made, in spans
-  bool fist = false;
-};
-
 // Of one sensor.
 struct FittedLine {
   Line line;
@@ -54,7 +44,7 @@ struct FittedLine {
 
 inline constexpr double kUnmoved = 0.15;  // of what the poses were apart
 
-// What one sensor reads in either pose; NaN: nothing.
+// What one sensor reads in either pose; NaN: nothing that counts.
 struct PosesHeld {
   double open = std::numeric_limits<double>::quiet_NaN();
   double fist = open;
@@ -62,6 +52,12 @@ struct PosesHeld {
 
   bool both() const { return !std::isnan(share); }
   bool moved() const { return std::abs(share) > kUnmoved; }
+};
+
+// What a stretch of motion shows of one sensor.
+struct Window : model::Spread {
+  Turns turns;
+  Eigen::MatrixXd whitening = {};  // of its errors: lower triangle of their covariance's Cholesky factor
 };
 
 // What is known of one sensor.
@@ -75,6 +71,7 @@ struct Case : RecalibratedSensor {
   std::optional<model::Poses> poses;           // where the model was made
   PosesHeld held;
   bool informed = false;
+  bool by_poses = false;  // alone
   std::string misfit;
   std::string wanted;
   FittedLine fit;
@@ -93,8 +90,7 @@ struct Case : RecalibratedSensor {
 // A camera, or null. Each sample's error is that of the model where it was proven, of which only one a
 // second counts as new; each joint's marks sit otherwise by 3 degrees (an unknown of its own); large errors count by their size
 // (pseudo-Huber).
-Eigen::MatrixXd estimate(const model::Model& model, const std::vector<Sighting>& poses, const Seen* seen,
-                         std::vector<Case>& cases);
+Eigen::MatrixXd estimate(const model::Model& model, const Seen* seen, std::vector<Case>& cases);
 
 // Of a joint that a camera saw.
 struct SeenFit {
@@ -103,8 +99,5 @@ struct SeenFit {
   double expected_deg = 0;  // the same by the model's own error and how marks sit
 };
 std::vector<SeenFit> fits_of(const model::Model& model, const Seen& seen, const std::vector<Case>& cases);
-
-// Sensors that a joint depends on which the camera saw move by 10 degrees or more.
-std::vector<std::size_t> told_by_camera(const model::Model& model, const Seen& seen);
 
 }  // namespace flexor::identify

@@ -1,10 +1,14 @@
 #include "host/identify/readings.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "host/identify/robust.hpp"
+#include "host/io/io.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/tracking.hpp"
 
@@ -15,7 +19,7 @@ constexpr int kStillParts = 8;
 constexpr double kStill_s = 1;
 constexpr double kMedian_s = 0.5;
 constexpr double kStillShare = 0.125;  // of the span: the range of what rests
-constexpr double kApart = 0.3;         // of the span: rests that are nearer are one
+constexpr double kApart = 0.3;         // of the span: rests that are nearer are of one pose
 
 double quantile_of(std::span<const double> sorted, double share) {
   const double at = share * static_cast<double>(sorted.size() - 1);
@@ -24,66 +28,62 @@ double quantile_of(std::span<const double> sorted, double share) {
   return sorted[i] + (at - static_cast<double>(i)) * (sorted[i + 1] - sorted[i]);
 }
 
-// The running median over kMedian_s: neither a loose contact's spike nor a tremor ends a hold.
-std::vector<double> steadied(const std::vector<double>& readings, double period_s) {
-  const auto half = static_cast<std::size_t>(kMedian_s / period_s / 2);
-  std::vector<double> out;
-  for (std::size_t k = 0; k < readings.size(); ++k) {
-    const std::size_t end = std::min(k + half + 1, readings.size());
-    out.push_back(median({readings.data() + (k - std::min(k, half)), readings.data() + end}));
+// In spans; mean over the half of the sensors that moved most: one that does not follow tells nothing.
+double distance(const Rest& a, const Rest& b, const std::vector<model::Spread>& made) {
+  std::vector<double> away;
+  for (std::size_t i = 0; i < made.size(); ++i)
+    if (!std::isnan(a.reading[i])) away.push_back(std::abs(a.reading[i] - b.reading[i]) / made[i].span());
+  std::ranges::sort(away, std::greater());
+  away.resize((away.size() + 1) / 2);
+  return away.empty() ? 0 : mean(away);
+}
+
+// Of successive rests of one pose the longest.
+std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
+                           const std::vector<model::Spread>& made) {
+  std::vector<std::vector<double>> steady;
+  std::vector<double> most;
+  for (const auto& one : readings) steady.push_back(steadied(one, period_s));
+  for (const model::Spread& one : made) most.push_back(kStillShare * one.span());
+  std::vector<Rest> out;
+  for (const StillPart& still : still_in(steady, most, period_s)) {
+    Rest rest{still, {}};
+    for (const auto& one : steady)
+      rest.reading.push_back(std::accumulate(one.data() + still.from, one.data() + still.to, 0.0) /
+                             static_cast<double>(still.to - still.from));
+    if (out.empty() || distance(out.back(), rest, made) >= kApart)
+      out.push_back(std::move(rest));
+    else if (still.to - still.from > out.back().when.to - out.back().when.from)
+      out.back() = std::move(rest);
   }
   return out;
-}
-
-// The longest stretch from `begin` on in which no sensor moves.
-std::size_t still_until(const std::vector<std::vector<double>>& readings, std::size_t begin,
-                        const std::vector<model::Spread>& made) {
-  std::size_t end = readings.front().size();
-  for (std::size_t i = 0; i < readings.size(); ++i) {
-    double low = readings[i][begin];
-    double high = low;
-    for (std::size_t k = begin; k < end; ++k) {
-      low = std::min(low, readings[i][k]);
-      high = std::max(high, readings[i][k]);
-      if (high - low > kStillShare * made[i].span()) end = k;
-    }
-  }
-  return end;
-}
-
-double apart(const Rest& a, const Rest& b, const std::vector<model::Spread>& made) {
-  double most = 0;
-  for (std::size_t i = 0; i < made.size(); ++i)
-    most = std::max(most, std::abs(a.reading[i] - b.reading[i]) / made[i].span());
-  return most;
 }
 
 }  // namespace
 
 Turns turns_of(std::span<const double> readings, double turn) {
-  Turns out;
   int way = 0;  // of the motion: 1 up, -1 down, 0 not known
   double low = readings.front();
   double high = readings.front();
-  std::vector<double> end;  // of each way
+  std::vector<double> end;  // of each way, low and high in turn
   for (const double u : readings) {
     low = std::min(low, u);
     high = std::max(high, u);
     const bool down = way >= 0 && u <= high - turn;
     const bool up = way <= 0 && u >= low + turn;
     if (!down && !up) continue;
-    if (way > 0) out.high.push_back(high);
-    if (way < 0) out.low.push_back(low);
     end.push_back(up ? low : high);
-    (up ? out.low_ends : out.high_ends).push_back(up ? low : high);
     way = up ? 1 : -1;
     low = high = u;
   }
-  if (way != 0) {
-    end.push_back(way > 0 ? high : low);
-    (way > 0 ? out.high_ends : out.low_ends).push_back(way > 0 ? high : low);
-  }
-  for (std::size_t i = 2; i < end.size(); ++i) {
+  if (way != 0) end.push_back(way > 0 ? high : low);
+  Turns out;
+  for (std::size_t i = 0; i < end.size(); ++i) {
+    const bool is_high = (way > 0) == ((end.size() - i) % 2 == 1);
+    (is_high ? out.high_ends : out.low_ends).push_back(end[i]);
+    if (i > 0 && i + 1 < end.size()) (is_high ? out.high : out.low).push_back(end[i]);
+    if (i < 2) continue;
+    ++out.count;
     const double shorter = std::min(std::abs(end[i] - end[i - 1]), std::abs(end[i - 1] - end[i - 2]));
     out.there_and_back = std::max(out.there_and_back, shorter);
   }
@@ -109,38 +109,79 @@ double add_squares(double sum, const std::vector<double>& values, double unit) {
   return sum;
 }
 
-std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
-                           const std::vector<model::Spread>& made) {
-  std::vector<std::vector<double>> steady;
-  for (const auto& one : readings) steady.push_back(steadied(one, period_s));
-  const auto least = static_cast<std::size_t>(std::ceil(kStill_s / period_s));
-  std::vector<Rest> out;
-  for (std::size_t k = 0; k < steady.front().size();) {
-    const std::size_t end = still_until(steady, k, made);
-    if (end - k < least) {
-      ++k;
-      continue;
-    }
-    Rest rest{k, end, {}};
-    for (const auto& one : steady)
-      rest.reading.push_back(std::accumulate(one.data() + k, one.data() + end, 0.0) /
-                             static_cast<double>(end - k));
-    if (!out.empty() && apart(out.back(), rest, made) < kApart) {
-      if (rest.length() > out.back().length()) out.back() = rest;
-    } else {
-      out.push_back(std::move(rest));
-    }
-    k = end;
+std::vector<double> steadied(const std::vector<double>& values, double period_s) {
+  const auto half = static_cast<std::size_t>(kMedian_s / period_s / 2);
+  std::vector<double> out;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const std::size_t end = std::min(k + half + 1, values.size());
+    out.push_back(median({values.data() + (k - std::min(k, half)), values.data() + end}));
   }
   return out;
 }
 
-std::vector<Rest> longest(std::vector<Rest> rests, std::size_t count) {
-  if (rests.size() < count) return {};
-  std::ranges::stable_sort(rests, std::ranges::greater(), &Rest::length);
-  rests.resize(count);
-  std::ranges::sort(rests, {}, &Rest::begin);
-  return rests;
+std::vector<StillPart> still_in(const std::vector<std::vector<double>>& steady,
+                                const std::vector<double>& most, double period_s,
+                                const std::vector<std::uint8_t>& use) {
+  const auto least = static_cast<std::size_t>(std::ceil(kStill_s / period_s));
+  const std::size_t size = steady.front().size();
+  std::vector<StillPart> out;
+  for (std::size_t from = 0; from < size;) {
+    std::size_t to = size;
+    for (std::size_t i = 0; i < steady.size(); ++i) {
+      double low = steady[i][from];
+      double high = low;
+      for (std::size_t k = from; k < to; ++k) {
+        low = std::min(low, steady[i][k]);
+        high = std::max(high, steady[i][k]);
+        if (high - low > most[i] || (!use.empty() && use[k] == 0)) to = k;
+      }
+    }
+    const bool is_long = to - from >= least;
+    if (is_long) out.push_back({static_cast<Eigen::Index>(from), static_cast<Eigen::Index>(to)});
+    from = is_long ? to : from + 1;
+  }
+  return out;
+}
+
+Held poses_in(const std::vector<std::vector<double>>& readings, double period_s,
+              const std::vector<model::Spread>& made, const std::string& source) {
+  const std::vector<Rest> rests = rests_in(readings, period_s, made);
+  if (rests.empty())
+    throw io::JobError(fmt::format(
+        "{}: no second in which all sensors rest: hold the open hand, then a fist, each for three "
+        "seconds; a sensor that only trembles is to be unplugged",
+        source));
+  std::pair<const Rest*, const Rest*> ends = {&rests.front(), &rests.front()};
+  for (const Rest& one : rests) {
+    for (const Rest& other : rests) {
+      if (distance(one, other, made) > distance(*ends.first, *ends.second, made)) ends = {&one, &other};
+    }
+  }
+  Held out;
+  std::size_t others = 0;
+  for (const Rest& rest : rests) {
+    const double first = distance(rest, *ends.first, made);
+    const double second = distance(rest, *ends.second, made);
+    if (std::min(first, second) >= kApart)
+      ++others;
+    else
+      (first <= second ? out.open : out.fist).push_back(rest);
+  }
+  if (!out.fist.empty() && out.fist.front().when.from < out.open.front().when.from)
+    std::swap(out.open, out.fist);
+  if (others > 1 && 4 * others >= rests.size())
+    throw io::JobError(fmt::format(
+        "{}: {} of {} rests lie between the poses: is it a log of an open hand and a fist, each held "
+        "for three seconds, and again?",
+        source, others, rests.size()));
+  return out;
+}
+
+std::vector<double> readings_in(const std::vector<Rest>& rests, std::size_t sensor) {
+  std::vector<double> out;
+  for (const Rest& rest : rests)
+    if (!std::isnan(rest.reading[sensor])) out.push_back(rest.reading[sensor]);
+  return out;
 }
 
 void add_spread(const std::vector<Session>& sessions, Eigen::Index sensor, model::Input& input) {
@@ -215,27 +256,25 @@ std::vector<double> still_angles(const model::Model& model, const std::vector<do
 
 Reach reach_of(const model::Model& model, std::size_t input) {
   const model::Spread& spread = *model.inputs[input].readings;
+  const double part = spread.span() / kStillParts;
   std::vector<double> readings;
   for (const model::Input& one : model.inputs)
     readings.push_back(one.readings->reading[one.readings->reading.size() / 2]);
-  std::vector<std::vector<double>> angles;  // at the edges of the parts
-  for (int i = 0; i <= kStillParts; ++i) {
-    readings[input] = spread.reading.front() + spread.span() * i / kStillParts;
-    angles.push_back(still_angles(model, readings));
+  const auto angles_at = [&](int edge) {
+    readings[input] = spread.reading.front() + edge * part;
+    return still_angles(model, readings);
+  };
+  Reach out{std::vector<std::vector<double>>(model.joints.size()), {}};
+  std::vector<double> before = angles_at(0);
+  for (int edge = 1; edge <= kStillParts; ++edge) {
+    const std::vector<double> angles = angles_at(edge);
+    for (std::size_t j = 0; j < angles.size(); ++j) out.slopes[j].push_back((angles[j] - before[j]) / part);
+    before = angles;
   }
-  Reach out;
-  double most_bent = 0;
-  for (std::size_t j = 0; j < model.joints.size(); ++j) {
-    std::vector<double>& slope = out.slopes.emplace_back();
-    for (std::size_t i = 0; i + 1 < angles.size(); ++i)
-      slope.push_back((angles[i + 1][j] - angles[i][j]) / (spread.span() / kStillParts));
-    const auto [low, high] = std::ranges::minmax(angles, {}, [&](const auto& all) { return all[j]; });
-    out.range_deg.push_back(high[j] - low[j]);
-    out.most_deg = std::max(out.most_deg, out.range_deg.back());
-    const double bent = std::accumulate(slope.begin(), slope.end(), 0.0);
-    if (std::abs(bent) > std::abs(most_bent)) most_bent = bent;
+  for (const std::vector<double>& slopes : out.slopes) {
+    out.range_deg.push_back(part * std::accumulate(slopes.begin(), slopes.end(), 0.0));
+    if (std::abs(out.range_deg.back()) > std::abs(out.most_deg)) out.most_deg = out.range_deg.back();
   }
-  out.bends = most_bent > 0 ? 1 : most_bent < 0 ? -1 : 0;
   return out;
 }
 

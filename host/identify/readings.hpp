@@ -3,8 +3,10 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "host/identify/additive.hpp"
@@ -12,20 +14,15 @@
 
 namespace flexor::identify {
 
-// Where the readings turn, going some way or more from each turn to the next; the first way that far ends in none.
+// Where the readings turn, going some way or more from each turn to the next.
 struct Turns {
   std::vector<double> low;
   std::vector<double> high;
-  // The same and where the first way began and the last one ended, as far as the stretch shows it.
+  // The same and where the first way begins and the last one ends.
   std::vector<double> low_ends;
   std::vector<double> high_ends;
+  int count = 0;              // of turns
   double there_and_back = 0;  // the farthest that the readings went one way and then the other
-
-  int count() const { return static_cast<int>(low.size() + high.size()); }
-};
-
-struct Window : model::Spread {
-  Turns turns;
 };
 
 // The reading that each share of them does not exceed, straight between neighbours.
@@ -42,22 +39,40 @@ inline constexpr std::array kSpreadShares = {0.02, 0.1, 0.5, 0.9, 0.98};  // of 
 // `sum`, and the squares of what the values are off their mean, each divided by `unit`.
 double add_squares(double sum, const std::vector<double>& values, double unit);
 
-// A second or more in which no sensor goes farther than an eighth of its span, and the sensors' mean readings then.
-struct Rest {
-  std::size_t begin = 0;
-  std::size_t end = 0;
-  std::vector<double> reading;
+// The running median over half a second: neither a loose contact's spike nor a tremor ends a hold.
+std::vector<double> steadied(const std::vector<double>& values, double period_s);
 
-  std::size_t length() const { return end - begin; }
+struct StillPart {
+  Eigen::Index from = 0;
+  Eigen::Index to = 0;
 };
 
-// `readings` of each sensor, evenly spaced, after a running median over half a second. Of successive rests that lie within
-// 0.3 of each sensor's span (`made`) the longest. A sensor of NaN does not count.
-std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, double period_s,
-                           const std::vector<model::Spread>& made);
+// Stretches of a second or more in which every signal, after steadied(), stays within so much; a sample that is not used ends one.
+std::vector<StillPart> still_in(const std::vector<std::vector<double>>& steady,
+                                const std::vector<double>& most, double period_s,
+                                const std::vector<std::uint8_t>& use = {});
 
-// As many of them, in their order in time: the longest. None where there are fewer.
-std::vector<Rest> longest(std::vector<Rest> rests, std::size_t count);
+// A second or more in which no sensor goes farther than an eighth of its span, and the sensors' mean readings then.
+struct Rest {
+  StillPart when;
+  std::vector<double> reading;
+};
+
+// The pose that is held first, taken for the open hand, and the other one; without rests where only one is held.
+struct Held {
+  std::vector<Rest> open;
+  std::vector<Rest> fist;
+
+  bool empty() const { return open.empty() && fist.empty(); }
+};
+
+// The two rests that lie farthest apart, and every rest that lies by one of them: a hand at ease before the poses is none.
+// `readings` of each sensor, evenly spaced; a sensor of NaN does not count. `made`: the sensors' spans. Throws io::JobError naming `source`: no rest, or too many between the poses.
+Held poses_in(const std::vector<std::vector<double>>& readings, double period_s,
+              const std::vector<model::Spread>& made, const std::string& source);
+
+// What a sensor read in each of these rests, where it read anything.
+std::vector<double> readings_in(const std::vector<Rest>& rests, std::size_t sensor);
 
 // Median reading of `sensor`, a column of the sessions' input, where the angle is within the lowest and the highest
 // tenth of its range; of samples that count. None where there are fewer than ten of either, or both are one.
@@ -78,9 +93,8 @@ std::vector<double> still_angles(const model::Model& model, const std::vector<do
 // How the joints' angles go along one sensor's spread, the other sensors at their medians.
 struct Reach {
   std::vector<std::vector<double>> slopes;  // of each joint in each of eight equal parts, degrees by the unit
-  std::vector<double> range_deg;            // of each joint, from its lowest angle to its highest
-  double most_deg = 0;                      // the largest of these
-  int bends = 0;  // as the joint bends that it tells most of, 1: readings rise, -1: they fall, 0: not known
+  std::vector<double> range_deg;  // of each joint, from the lowest reading to the highest; below 0: it falls
+  double most_deg = 0;            // the largest of these
 };
 
 // All inputs of the model say what they read.

@@ -10,30 +10,17 @@ namespace {
 
 const std::vector<model::Spread> kMade = {{{0.05, 0.95}, {300, 600}}};
 
-TEST(Holds, AreTheLongestRestsInTheirOrder) {
-  std::vector<double> reading(10, 450.0);                         // too short a rest
-  for (int k = 0; k < 20; ++k) reading.push_back(450 - 7.5 * k);  // opens
-  reading.insert(reading.end(), 50, 300.0);
-  for (int k = 0; k < 20; ++k) reading.push_back(300 + 15 * k);
-  reading.insert(reading.end(), 40, 600.0);
-  const auto holds = longest(rests_in({reading}, 0.05, kMade), 2);
-  ASSERT_EQ(holds.size(), 2U);
-  EXPECT_NEAR(holds[0].reading[0], 300, 12);
-  EXPECT_NEAR(holds[1].reading[0], 600, 12);
-  EXPECT_TRUE(longest(rests_in({std::vector<double>(100, 300.0)}, 0.05, kMade), 2).empty());
-}
-
-TEST(Holds, AreNotEndedByALooseContactNorByATremor) {
+TEST(Held, AreNotEndedByALooseContactNorByATremor) {
   std::vector<double> reading;
   for (int k = 0; k < 100; ++k) {
     const double tremor = k % 5 == 0 ? 30 : -8;  // of a span of 300: an eighth of it
     const double spike = k % 25 == 12 || k % 25 == 13 ? 200 : 0;
     reading.push_back((k < 50 ? 300 : 600) + tremor + spike);
   }
-  const auto holds = longest(rests_in({reading}, 0.05, kMade), 2);
-  ASSERT_EQ(holds.size(), 2U);
-  EXPECT_NEAR(holds[0].reading[0], 292, 5);
-  EXPECT_NEAR(holds[1].reading[0], 592, 5);
+  const Held held = poses_in({reading}, 0.05, kMade, "log");
+  ASSERT_FALSE(held.fist.empty());
+  EXPECT_NEAR(held.open[0].reading[0], 292, 5);
+  EXPECT_NEAR(held.fist[0].reading[0], 592, 5);
 }
 
 TEST(Prior, IsReadAndWhatIsNoneIsRefused) {
@@ -61,20 +48,14 @@ TEST(Prior, OfAModelOfSeveralRecordingsLeansTowardsWhatTheySay) {
 }
 
 TEST(Turns, CountOnlyWhatGoesFarEnoughBothWays) {
-  const std::vector<double> twice = {0, 5, 10, 6, 1, 0, 4, 9, 3};
-  EXPECT_EQ(turns_of(twice, 5).count(), 3);
-  EXPECT_EQ(turns_of(twice, 5).high, (std::vector<double>{10, 9}));
-  EXPECT_EQ(turns_of(twice, 5).low, (std::vector<double>{0}));
-  EXPECT_EQ(turns_of(twice, 11).count(), 0);
-  EXPECT_EQ(turns_of(std::vector<double>{0, 10}, 5).count(), 0) << "it went one way only";
-}
-
-TEST(Turns, KnowWhereTheFirstWayBeganAndTheLastOneEnded) {
   const Turns turns = turns_of(std::vector<double>{1, 5, 10, 6, 2, 0, 4, 9}, 5);
+  EXPECT_EQ(turns.count, 2);
   EXPECT_EQ(turns.low_ends, (std::vector<double>{1, 0}));
   EXPECT_EQ(turns.high_ends, (std::vector<double>{10, 9}));
+  EXPECT_EQ(turns.high, std::vector<double>{10});
   EXPECT_EQ(turns.there_and_back, 9);
-  EXPECT_EQ(turns_of(std::vector<double>{0, 10}, 5).there_and_back, 0);
+  EXPECT_EQ(turns_of(std::vector<double>{1, 5, 10, 6, 2}, 11).count, 0);
+  EXPECT_EQ(turns_of(std::vector<double>{0, 10}, 5).count, 0) << "it went one way only";
 }
 
 TEST(Spread, LiesStraightBetweenReadings) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "host/identify/line_estimate.hpp"
 #include "host/identify/robust.hpp"
@@ -14,9 +15,9 @@ namespace flexor::identify {
 namespace {
 
 constexpr int kWholeCycle = 3;         // turns
-constexpr double kBothEnds = 0.85;     // of the span: then one turn less is a whole cycle
 constexpr double kThereAndBack = 0.7;  // of the span, both ways: one turn is enough
 constexpr double kTurn_deg = 30;
+constexpr double kMoves_deg = 10;
 constexpr double kMostTurn = 0.5;      // of the span, where the joint moves little
 constexpr double kLeastCovered = 0.6;  // of the span
 constexpr double kMostCovered = 1.7;
@@ -24,16 +25,23 @@ constexpr double kNotOpened = 0.1;  // of the span: how far from it an open hand
 constexpr double kFistStayed = 0.04;
 constexpr double kStandsStill = 0.01;
 constexpr double kSlipped = 0.3;
-constexpr double kPose_deg = 5;
-constexpr double kMostPoseError = 0.3;    // of the span, where the joint hardly moves
-constexpr double kNotReached = 0.5;       // of what the poses were apart, by one sensor
-constexpr double kUsuallyReached = 0.75;  // by most
-constexpr double kSignificant = 0.7;      // standard errors
-constexpr double kSureErrors = 1.3;       // standard errors
-constexpr double kFarthest = 3;           // of the prior's standard deviations
+constexpr double kSignificant = 0.7;  // standard errors
+constexpr double kSureErrors = 1.3;   // standard errors
+constexpr double kFarthest = 3;       // of the prior's standard deviations
 constexpr std::size_t kLeastReadings = 20;
 constexpr const char* kTellsGain =
     "a camera (--pair) would tell it";  // poses: as well as they are held alike
+
+std::string moves_too_far(const std::string& name, double times) {
+  return fmt::format(
+      "{}: it moves {:.1f} times as far as where the model was made: another strip or hand, or another unit?",
+      name, times);
+}
+
+std::string stands_still(const std::string& name, double at) {
+  return fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
+                     name, at);
+}
 
 // What is wrong with one sensor by one log, or wanted of it; neither: the log tells it.
 struct Verdict {
@@ -61,43 +69,32 @@ std::vector<Case> cases_of(model::Model& model, const Prior& prior) {
     one.made = *input.readings;
     one.poses = input.poses;
     one.reach = reach_of(model, i);
-    const double most_deg = one.reach.most_deg;
-    one.turn = one.made.span() * (most_deg > kTurn_deg / kMostTurn ? kTurn_deg / most_deg : kMostTurn);
+    one.turn = one.made.span() * std::min(kMostTurn, kTurn_deg / std::abs(one.reach.most_deg));
   }
   return out;
-}
-
-bool whole_cycle(const Window& w, const model::Spread& made) {
-  if (w.turns.there_and_back >= kThereAndBack * made.span()) return true;
-  return w.turns.count() >= kWholeCycle - (w.span() >= kBothEnds * made.span() ? 1 : 0);
 }
 
 Verdict judge(const Case& one, const Window& window, std::span<const double> readings) {
   const double covered = window.span() / one.made.span();
   Verdict out;
-  if (whole_cycle(window, one.made)) {
+  if (window.turns.count >= kWholeCycle || window.turns.there_and_back >= kThereAndBack * one.made.span()) {
     if (covered < kLeastCovered)
       out.wanted = fmt::format("{}: bend it from one end to the other: {:.0f} % of its range was seen",
                                one.name, 100 * covered);
-    if (covered > kMostCovered)
-      out.misfit = fmt::format(
-          "{}: it moves {:.1f} times as far as where the model was made: another strip or another hand?",
-          one.name, covered);
+    if (covered > kMostCovered) out.misfit = moves_too_far(one.name, covered);
     return out;
   }
   const double little = std::max(one.turn / 5, kStandsStill * one.made.span());
   if (covered < kStandsStill) {
-    out.misfit =
-        fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
-                    one.name, window.middle());
-  } else if (covered < kSlipped && turns_of(readings, little).count() >= 2 * kWholeCycle) {
+    out.misfit = stands_still(one.name, window.middle());
+  } else if (covered < kSlipped && turns_of(readings, little).count >= 2 * kWholeCycle) {
     out.misfit = fmt::format(
         "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has its strip slipped or "
         "broken?",
         one.name, window.reading.front(), window.reading.back(), 100 * covered);
   }
   out.wanted = fmt::format("{}: open and close it once more: {} of {} turns of {:g} degrees were seen",
-                           one.name, window.turns.count(), kWholeCycle, kTurn_deg);
+                           one.name, window.turns.count, kWholeCycle, kTurn_deg);
   return out;
 }
 
@@ -111,10 +108,9 @@ void check_motion_of(const RecalibrationRequest& request, std::size_t i, Case& o
     Window window = {spread_of(readings, one.made.share), turns_of(readings, one.turn)};
     const Verdict verdict = judge(one, window, readings);
     if (verdict.tells()) told = window;
-    const bool most = !one.shown || (verdict.tells() && !one.informed) ||
-                      (verdict.tells() == one.informed && window.span() > one.shown->span());
-    one.informed = one.informed || verdict.tells();
-    if (!most) continue;
+    const std::pair most(verdict.tells(), window.span());
+    if (one.shown && most <= std::pair(one.informed, one.shown->span())) continue;
+    one.informed = verdict.tells();
     one.misfit = verdict.misfit;
     one.wanted = verdict.wanted;
     one.shown = std::move(window);
@@ -128,9 +124,9 @@ void check_motion_of(const RecalibrationRequest& request, std::size_t i, Case& o
 bool is_not_opened(const Window& window, const Case& one) {
   const double low = (window.reading.front() - one.made.reading.front()) / one.made.span();
   const double high = (one.made.reading.back() - window.reading.back()) / one.made.span();
-  const double open = one.reach.bends > 0 ? low : high;
-  const double fist = one.reach.bends > 0 ? high : low;
-  return one.reach.bends != 0 && open > kNotOpened && std::abs(fist) < kFistStayed;
+  const double open = one.reach.most_deg > 0 ? low : high;
+  const double fist = one.reach.most_deg > 0 ? high : low;
+  return open > kNotOpened && std::abs(fist) < kFistStayed;
 }
 
 // A log in which the hand was never opened tells no sensor.
@@ -167,10 +163,13 @@ bool significant(const Case& one) {
 // What a stretch of motion alone says where the hand reached as far as it did where the model was made: the sensor has the
 // gain. The estimate holds a hand that reached less far for likelier; motion cannot tell the two apart. None: it is told.
 std::optional<Line> other_line(const RecalibrationRequest& request, const Case& one) {
-  if (!request.holds.empty() || request.seen || one.fit.gain_told || !one.informed || !one.shown) return {};
+  if (one.held.both() || request.seen || one.fit.gain_told || !one.informed || !one.shown) return {};
   const double gain = one.made.span() / one.shown->span();
   return Line{gain * (one.made.middle() - one.shown->middle()) / one.made.span(), std::log(gain)};
 }
+
+// In spans, of a reading so far from the middle.
+double moved_by(const Line& line, double place) { return line.shift + place * std::expm1(line.log_gain); }
 
 // Mean square of what one line makes of readings against what the other does, in spans.
 double distance2(const Line& a, const Line& b) {
@@ -187,14 +186,14 @@ bool is_known_unchanged(const Case& one) {
 // By how many standard errors the mean square of the angles becomes smaller by what was found of some sensors, m, with the
 // covariance C that is left: the true lines x are nearer to m than to none where 2 m'Wx > m'Wm, of which the left side is
 // normal with mean 2 m'Wm and variance 4 m'WCWm. W weighs shift and gain by what they move the angles.
-double surely_better(const std::vector<Case>& cases, const Eigen::MatrixXd& covariance) {
+double surely_better(const std::vector<Case>& cases, const std::vector<std::size_t>& found,
+                     const Eigen::MatrixXd& covariance) {
   Eigen::VectorXd weighed = Eigen::VectorXd::Zero(covariance.rows());
   double square = 0;
-  for (std::size_t i = 0; i < cases.size(); ++i) {
+  for (const std::size_t i : found) {
     const Case& one = cases[i];
-    if (!one.kept.empty()) continue;
     double weight = 0;
-    for (const double range : one.reach.range_deg) weight += range * range;
+    for (const double range_deg : one.reach.range_deg) weight += range_deg * range_deg;
     const Eigen::Index at = column(i);
     weighed(at) = weight * one.fit.line.shift;
     weighed(at + 1) = weight * one.fit.line.log_gain / 12;  // the variance of places in a span
@@ -202,6 +201,23 @@ double surely_better(const std::vector<Case>& cases, const Eigen::MatrixXd& cova
   }
   const double variance = weighed.dot(covariance * weighed);
   return variance > 0 ? square / 2 / std::sqrt(variance) : 0;
+}
+
+// A wearer holds poses as well as he does; motion says by itself how well it repeats. Of what poses alone tell the surest are
+// corrected, as many as are more than chance together: one that tells little takes nothing from the others. True: some is chance.
+bool keep_what_may_be_chance(const Eigen::MatrixXd& covariance, std::vector<Case>& cases) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < cases.size(); ++i)
+    if (cases[i].by_poses && cases[i].kept.empty()) found.push_back(i);
+  const std::size_t all = found.size();
+  std::ranges::sort(found, std::greater(),
+                    [&](std::size_t i) { return surely_better(cases, {i}, covariance); });
+  while (!found.empty() && surely_better(cases, found, covariance) <= kSureErrors) {
+    Case& one = cases[found.back()];
+    one.kept = fmt::format("{}: what was found may be chance: the old calibration is kept", one.name);
+    found.pop_back();
+  }
+  return found.size() < all;
 }
 
 // Why a sensor stays as it is; empty: it is corrected.
@@ -234,7 +250,7 @@ std::vector<RecalibratedJoint> joints_of(const model::Model& old, const std::vec
     double change_square = 0;
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const Case& one = cases[i];
-      const Line taken = one.applied ? one.fit.line : Line{};
+      const Line taken = one.applied ? one.fit.line : Line{};  // the other is still there
       const std::vector<double>& slopes = one.reach.slopes[j];
       const auto parts = static_cast<double>(slopes.size());
       for (std::size_t k = 0; k < slopes.size(); ++k) {
@@ -242,14 +258,11 @@ std::vector<RecalibratedJoint> joints_of(const model::Model& old, const std::vec
         const double slope = slopes[k] * one.made.span();
         const double variance = one.fit.shift_variance + 2 * place * one.fit.covariance +
                                 place * place * one.fit.log_gain_variance;
-        // A line that was found and not taken is still there.
-        const double left = one.applied ? 0 : one.fit.line.shift + place * one.fit.line.log_gain;
-        const double off = one.other ? one.other->shift - taken.shift +
-                                           place * (std::exp(one.other->log_gain) - std::exp(taken.log_gain))
-                                     : 0;
+        const double change = moved_by(taken, place);
+        const double left = moved_by(one.fit.line, place) - change;
+        const double off = one.other ? moved_by(*one.other, place) - change : 0;
         square += slope * slope * std::max(variance + left * left, off * off) / parts;
-        const double reading = one.made.middle() + place * one.made.span();
-        const double change_deg = slopes[k] * (one.correction(reading) - reading);
+        const double change_deg = slope * change;
         out[j].change_deg += change_deg / parts;
         change_square += change_deg * change_deg / parts;
       }
@@ -269,126 +282,81 @@ bool turn_round(std::vector<Case>& cases) {
   return true;
 }
 
-// Whether most sensors that were held in both poses and moved went far enough.
-bool is_closed(const std::vector<Case>& cases) {
-  std::vector<double> shares;
-  for (const Case& one : cases)
-    if (one.held.moved()) shares.push_back(one.held.share);
-  return !shares.empty() && median(std::move(shares)) >= kUsuallyReached;
-}
-
-// The end that was not reached is the one that fits worse, all sensors together.
-bool fist_was_reached(const std::vector<Case>& cases) {
-  double nearer = 0;  // the fist than the open hand
-  for (const Case& one : cases) {
-    const PosesHeld& held = one.held;
-    if (!held.moved()) continue;
-    nearer += (std::abs(held.open - one.poses->open) - std::abs(held.fist - one.poses->fist)) /
-              std::abs(one.poses->fist - one.poses->open);
-  }
-  return nearer > 0;
-}
-
 // A strip that no donning explains, where most others moved from pose to pose.
 std::string misfit_of(const Case& one) {
-  if (!one.held.both() || one.held.share >= kUnmoved) return {};
-  if (one.held.share < -kUnmoved)
+  const PosesHeld& held = one.held;
+  if (std::isnan(held.open) && std::isnan(held.fist))
+    return fmt::format("{}: no reading of it is valid in the poses: is it plugged in?", one.name);
+  if (!held.both() || (held.share >= kUnmoved && held.share <= kMostCovered)) return {};
+  if (held.share > kMostCovered) return moves_too_far(one.name, held.share);
+  if (held.share < -kUnmoved)
     return fmt::format("{}: it moves the other way than where the model was made: is its strip turned?",
                        one.name);
-  return fmt::format(
-      "{}: it stands still at {:.4g} where the others moved: is it plugged in, is its strip whole, "
-      "was it bent?",
-      one.name, one.held.open);
+  return stands_still(one.name, held.open);
 }
 
-// Of a sensor without poses in the model nothing is said.
-void add_sightings(std::size_t i, bool fist_counts, Case& one, std::vector<Sighting>& sightings,
-                   std::vector<std::string>& notes) {
-  if (!one.poses) return;
-  if (std::string misfit = misfit_of(one); !misfit.empty()) {
-    if (one.informed)
-      notes.push_back(std::move(misfit));  // motion tells it all the same
-    else
-      one.misfit = std::move(misfit);
-    return;
-  }
-  const double most_deg = one.reach.most_deg;
-  const double error = most_deg > 0 ? std::min(kMostPoseError, kPose_deg / most_deg) : kMostPoseError;
-  const double pose = (one.poses->fist - one.poses->open) / one.made.span();
-  if (!std::isnan(one.held.open))
-    sightings.push_back({i, one.held.open, one.poses->open, error, pose, false});
-  if (std::isnan(one.held.fist)) return;
-  if (!fist_counts || (one.held.both() && one.held.share < kNotReached)) {
-    notes.push_back(fmt::format("{}: its fist was not reached and does not count", one.name));
-    return;
-  }
-  sightings.push_back({i, one.held.fist, one.poses->fist, error, pose, true});
-}
-
-// Where no more than half of the sensors moved from one pose to the other, nothing: these were not the poses. A fist that most
-// sensors read far from where it was does not count; where it is the open hand that lies farther off, neither does.
-std::vector<Sighting> sightings_of(const std::vector<Hold>& holds, std::vector<Case>& cases,
-                                   Recalibration& out) {
+// Where no more than half of the sensors moved from one pose to the other, nothing: these were not the poses.
+void check_poses(const Held& held, std::vector<Case>& cases, Recalibration& out) {
+  const auto reading = [](const std::vector<double>& of) { return of.empty() ? std::nan("") : mean(of); };
   for (std::size_t i = 0; i < cases.size(); ++i) {
     Case& one = cases[i];
     if (!one.poses) continue;
-    for (const Hold& hold : holds)
-      if (!std::isnan(hold.reading[i])) (hold.fist ? one.held.fist : one.held.open) = hold.reading[i];
+    one.held.open = reading(readings_in(held.open, i));
+    one.held.fist = reading(readings_in(held.fist, i));
     one.held.share = (one.held.fist - one.held.open) / (one.poses->fist - one.poses->open);
   }
   if (turn_round(cases)) out.notes.emplace_back("open hand and fist were held the other way round: taken so");
   const auto live = std::ranges::count_if(cases, [](const Case& one) { return one.held.both(); });
   const auto moved = std::ranges::count_if(cases, [](const Case& one) { return one.held.moved(); });
-  if (live > 0 && 2 * moved <= live) {
+  const bool are_poses = live == 0 || 2 * moved > live;
+  if (!are_poses)
     out.wanted.push_back(fmt::format(
         "open hand and fist with all fingers: {} of {} sensors moved from one to the other", moved, live));
-    return {};
-  }
-  const bool closed = live == 0 || is_closed(cases);
-  if (!closed && fist_was_reached(cases)) {
-    out.wanted.emplace_back(
-        "open hand and fist once more, the hand wholly open and wholly closed: they lie too near to each "
-        "other to say which of them was not reached");
-    return {};
-  }
-  if (!closed)
-    out.wanted.emplace_back("the fist once more, wholly closed: it was not reached and does not count");
-  std::vector<Sighting> sightings;
-  for (std::size_t i = 0; i < cases.size(); ++i) add_sightings(i, closed, cases[i], sightings, out.notes);
-  return sightings;
-}
-
-std::vector<Sighting> check_poses(const RecalibrationRequest& request, std::vector<Case>& cases,
-                                  Recalibration& out) {
-  std::vector<Sighting> sightings = sightings_of(request.holds, cases, out);
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    Case& one = cases[i];
-    if (one.informed) continue;
-    const auto sighted = std::ranges::count(sightings, i, &Sighting::sensor);
-    one.informed = sighted > 0;
-    if (sighted > 1) one.misfit.clear();  // it moved from one to the other
-    if (one.informed || !one.misfit.empty()) continue;
-    const auto missing = [&](const Hold& hold) { return std::isnan(hold.reading[i]); };
-    if (!one.poses)
+  for (Case& one : cases) {
+    std::string misfit = one.poses && are_poses ? misfit_of(one) : "";
+    const bool counts = one.poses && are_poses && misfit.empty();
+    if (counts && !one.informed) {
+      one.by_poses = one.informed = true;
+      if (one.held.both()) one.misfit.clear();  // it moved from one to the other
+    } else if (!one.poses && !one.informed) {
       one.wanted =
           fmt::format("{}: motion or a camera: the model does not say what it reads at the poses", one.name);
-    else if (std::ranges::all_of(request.holds, missing))
-      one.misfit = fmt::format("{}: no reading of it is valid in the poses: is it plugged in?", one.name);
+    } else if (!misfit.empty() && one.informed) {
+      out.notes.push_back(std::move(misfit));  // motion tells it all the same
+    } else if (!misfit.empty()) {
+      one.misfit = std::move(misfit);
+    }
+    if (!counts) one.held = {};
   }
-  return sightings;
 }
 
-// `sure`: what was found of all sensors together is more than chance.
-void decide(const RecalibrationRequest& request, bool sure, Case& one) {
+// The sensors of a joint that the camera saw move are told by it.
+void check_seen(const model::Model& model, const Seen& seen, std::vector<Case>& cases) {
+  const model::Graph graph(model);
+  for (const Seen::Angles& one : seen.joints) {
+    double low = HUGE_VAL;
+    double high = -HUGE_VAL;
+    for (std::size_t k = 0; k < one.use.size(); ++k) {
+      if (one.use[k] == 0) continue;
+      low = std::min(low, one.angle_deg[k]);
+      high = std::max(high, one.angle_deg[k]);
+    }
+    if (high - low < kMoves_deg) continue;
+    for (const std::size_t sensor : graph.inputs[graph.joint[one.joint]]) {
+      cases[sensor].informed = true;
+      cases[sensor].by_poses = false;
+    }
+  }
+}
+
+void decide(const RecalibrationRequest& request, Case& one) {
   one.shift_se = std::sqrt(one.fit.shift_variance) * one.made.span();
   one.gain_se = std::sqrt(one.fit.log_gain_variance) * std::exp(one.fit.line.log_gain);
-  if (one.shown) one.reversals = one.shown->turns.count();
+  if (one.shown) one.reversals = one.shown->turns.count;
   if (one.shown) one.covered = one.shown->span() / one.made.span();
-  if (one.kept.empty() && !sure)
-    one.kept = fmt::format("{}: what was found may be chance: the old calibration is kept", one.name);
   // Poses that changed nothing may yet have been held otherwise: then the gain is as uncertain as they are.
   const bool is_doubted =
-      !request.holds.empty() && !request.seen && !one.kept.empty() && !is_known_unchanged(one);
+      !request.held.empty() && !request.seen && !one.kept.empty() && !is_known_unchanged(one);
   one.gain_is_told = !is_doubted && !one.other;
   one.applied = one.kept.empty();
   if (one.applied) one.correction = correction_of(one.fit.line, one.made);
@@ -416,10 +384,10 @@ void check_camera(const model::Model& model, const Seen& seen, const std::vector
 }
 
 // Where nothing was applied though no sensor said what it wants.
-std::string wanted_instead(const Recalibration& r, bool sure) {
+std::string wanted_instead(const Recalibration& r, bool may_be_chance) {
   if (!r.misfits.empty())
     return "strips as they were where the model was made: see what does not fit; or identify a model anew";
-  if (!sure)
+  if (may_be_chance)
     return "open hand and fist once more, held as they were where the model was made, or a camera (--pair): "
            "what the poses tell may be chance";
   return "nothing where the angles are right; else a camera (--pair): no change that was told is larger than "
@@ -429,7 +397,7 @@ std::string wanted_instead(const Recalibration& r, bool sure) {
 }  // namespace
 
 Recalibration recalibrate(const RecalibrationRequest& request) {
-  if (request.motion.empty() && request.holds.empty() && !request.seen && request.lacking.empty())
+  if (request.motion.empty() && request.held.empty() && !request.seen && request.lacking.empty())
     throw io::InputError(
         "nothing to calibrate from: --recording SHORT, --poses open,fist LOG or --pair SHORT CAMERA");
   Recalibration out;
@@ -438,24 +406,19 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
   RecalibrationRequest known = request;  // whose inputs all say what they read
   std::vector<Case> cases = cases_of(known.model, request.prior);
   check_motion(known, cases);
-  std::vector<Sighting> poses;
-  if (!known.holds.empty()) poses = check_poses(known, cases, out);
-  if (known.seen) {
-    for (const std::size_t sensor : told_by_camera(known.model, *known.seen)) cases[sensor].informed = true;
-  }
-  const Eigen::MatrixXd covariance = estimate(known.model, poses, known.seen ? &*known.seen : nullptr, cases);
+  if (!known.held.empty()) check_poses(known.held, cases, out);
+  if (known.seen) check_seen(known.model, *known.seen, cases);
+  const Eigen::MatrixXd covariance = estimate(known.model, known.seen ? &*known.seen : nullptr, cases);
   if (known.seen) check_camera(known.model, *known.seen, cases, out.notes);
   for (Case& one : cases) {
     one.other = other_line(known, one);
     one.kept = reason_to_keep(one);
   }
-  const bool found = std::ranges::any_of(cases, [](const Case& one) { return one.kept.empty(); });
-  // A wearer holds poses as well as he does; a stretch of motion says by itself how well it repeats.
-  const bool sure = request.holds.empty() || surely_better(cases, covariance) > kSureErrors;
+  const bool may_be_chance = keep_what_may_be_chance(covariance, cases);
   std::vector<std::string> shifted_alone;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     Case& one = cases[i];
-    decide(known, sure, one);
+    decide(known, one);
     out.sensors.push_back(one);
     if (!one.misfit.empty()) out.misfits.push_back(one.misfit);
     if ((!one.informed || !one.gain_is_told) && !one.wanted.empty()) out.wanted.push_back(one.wanted);
@@ -473,7 +436,7 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
   if (!shifted_alone.empty())
     out.notes.push_back(fmt::format("{}: shifted alone, the gain is not told: {}",
                                     fmt::join(shifted_alone, ", "), kTellsGain));
-  if (!out.applied && out.wanted.empty()) out.wanted.push_back(wanted_instead(out, sure || !found));
+  if (!out.applied && out.wanted.empty()) out.wanted.push_back(wanted_instead(out, may_be_chance));
   out.joints = joints_of(known.model, cases);
   return out;
 }

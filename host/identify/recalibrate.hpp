@@ -2,10 +2,10 @@
 //
 // Evidence: seconds of ordinary motion (quantiles of the readings), held poses (readings that are known), a camera (angles).
 // All of it goes into one estimate (line_estimate.hpp). Shifts come first; a gain is taken only where the evidence narrows it.
-// A stretch without angles counts only where it shows a whole cycle (three turns of 30 degrees; two, or one bend there and
-// back, where they go nearly from end to end) and most of the sensor's span. What is found is taken for a sensor where it is
-// larger than 0.7 of its standard errors; otherwise the sensor stays as it was. What held poses tell is taken only where it
-// makes the angles better by 1.3 standard errors, all sensors together: poses are as good as their wearer. Each log of motion
+// A stretch without angles counts only where it shows a whole cycle (three turns of 30 degrees, or one bend there and back
+// nearly from end to end) and most of the sensor's span. What is found is taken for a sensor where it is larger than 0.7 of its
+// standard errors; otherwise the sensor stays as it was. What held poses alone tell is taken only where it makes the angles
+// better by 1.3 standard errors, the surest sensors together: poses are as good as their wearer. Each log of motion
 // is looked at by itself: of a finger that shows no whole cycle in one, that one says nothing.
 #pragma once
 
@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "host/identify/donning_prior.hpp"
+#include "host/identify/readings.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/model.hpp"
 #include "host/model/range_count.hpp"
@@ -25,12 +26,6 @@ namespace flexor::identify {
 // Readings on the model's grid; of each input those that are good, pauses left out.
 struct Motion {
   std::vector<std::vector<double>> reading;
-};
-
-// A held pose: the mean reading of each input.
-struct Hold {
-  bool fist = false;
-  std::vector<double> reading;
 };
 
 // Angles of joints beside the readings, every sample of the grid.
@@ -48,7 +43,7 @@ struct RecalibrationRequest {
   model::Model model;
   Prior prior = shipped_prior();
   std::vector<Motion> motion = {};  // of each log
-  std::vector<Hold> holds = {};
+  Held held = {};
   std::optional<Seen> seen = {};
   std::vector<std::string> lacking = {};  // evidence that was given and cannot be used, in words
 };

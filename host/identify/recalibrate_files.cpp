@@ -30,41 +30,27 @@ std::vector<double> without_holes(std::vector<double> values) {
   return values;
 }
 
-// Volts where counts are read, or the like: nobody's glove reads twenty times as much, or a twentieth, once it is put on anew.
-void refuse_other_unit(const std::string& source, const recording::Column& column,
-                       const model::Input& input) {
-  constexpr double kTimes = 20;
-  const recording::Range range = recording::without_spikes(column.value);
-  if (!input.readings || !std::isfinite(range.max) || !(range.max > range.min)) return;
-  const auto is_whole = [](double u) { return std::isnan(u) || u == std::floor(u); };
-  if (input.unit == "count" && std::ranges::all_of(column.value, is_whole)) return;
-  const double low = input.readings->reading.front();
-  const double high = input.readings->reading.back();
-  const double now = std::max(std::abs(range.min), std::abs(range.max));
-  const double made = std::max(std::abs(low), std::abs(high));
-  if (now * kTimes > made && now < kTimes * made) return;
-  throw io::InputError(
-      fmt::format("{}: column \"{}\" reads {:.3g} to {:.3g}, where the model was made {} read {:.3g} to "
-                  "{:.3g} {}: is it in another unit? Log what the model takes",
-                  source, column.name, range.min, range.max, input.name, low, high, input.unit));
-}
-
 // A column for each input; a missing reading is NaN. The log continues where a reset of the board begins its clock anew.
-recording::Recording read_log(const recording::Log& path, const RecalibrationFiles& request,
-                              const recording::TimeOptions& time, const model::Model& model,
-                              std::vector<std::string>& notes) {
+recording::Recording read_log(const recording::Log& path, const RecalibrationFiles& files,
+                              const recording::TimeOptions& time, Recalibration& out) {
+  const model::Model& model = files.model;
   const auto reader =
-      recording::open_log(path, {model::columns_of(model, request.inputs), time, recording::Holes::all});
+      recording::open_log(path, {model::columns_of(model, files.inputs), time, recording::Holes::all});
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     if (reader->units()[i].empty()) continue;
     if (auto note = unit_note(model.inputs[i], reader->name(), reader->columns()[i], reader->units()[i]))
-      notes.push_back(std::move(*note));
+      out.notes.push_back(std::move(*note));
   }
-  recording::Recording out = recording::read(*reader, recording::Resets::follow);
-  for (std::size_t i = 0; i < model.inputs.size(); ++i)
-    refuse_other_unit(out.source, out.columns[i], model.inputs[i]);
-  notes.insert(notes.end(), out.warnings.begin(), out.warnings.end());
-  return out;
+  recording::Recording log = recording::read(*reader, recording::Resets::follow);
+  out.notes.insert(out.notes.end(), log.warnings.begin(), log.warnings.end());
+  LogRanges& of = out.logs.emplace_back(LogRanges{log.source, reader->columns(), model::RangeCount(model)});
+  std::vector<double> row(model.inputs.size());
+  for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+    for (std::size_t i = 0; i < row.size(); ++i) row[i] = log.columns[i].value[k];
+    of.ranges.add(row);
+  }
+  for (std::size_t i = 0; i < row.size(); ++i) log.columns[i].name = model.inputs[i].name;
+  return log;
 }
 
 // One sensor on the model's grid; NaN where nothing good was read: between a converter's rails, of anything else without spikes.
@@ -90,8 +76,8 @@ std::vector<double> held_over(std::vector<double> values, const model::Input& in
   return values;
 }
 
-// joint=column,... of joints that the model has.
-std::map<std::string, std::string> columns_by_joint(const std::string& map) {
+// joint=column,...
+std::map<std::string, std::string> columns_as_said(const std::string& map) {
   std::map<std::string, std::string> out;
   std::set<std::string> columns;
   std::istringstream list(map);
@@ -107,44 +93,43 @@ std::map<std::string, std::string> columns_by_joint(const std::string& map) {
   return out;
 }
 
-std::map<std::string, std::string> columns_by_name(const RecalibrationFiles& request,
-                                                   const model::Model& model) {
-  const auto columns = columns_of({request.pair_sensor, request.pair_camera}, true, request.time);
-  const std::string first = model.joints.front().name;
+// Called like the joints. Of a model of one joint also the column that it was fitted to, or the only one.
+std::map<std::string, std::string> columns_by_name(const RecalibrationFiles& files) {
+  const model::Model& model = files.model;
+  const auto columns = columns_of({files.pair_sensor, files.pair_camera}, true, files.time);
+  const std::string& first = model.joints.front().name;
+  const std::string fitted = model.training.value("output_column", first);
   std::map<std::string, std::string> out;
   for (const std::string& column : columns) {
     const std::string name = recording::lower(recording::without_unit(column));
     if (std::ranges::find(model.joints, name, &model::Joint::name) != model.joints.end())
       out.emplace(name, column);
+    else if (model.joints.size() == 1 && (column == fitted || columns.size() == 1))
+      out.emplace(first, column);
   }
-  const std::string fitted = model.training.value("output_column", first);
-  if (out.empty() && model.joints.size() == 1) {
-    if (columns.size() == 1) out[first] = columns.front();
-    if (std::ranges::find(columns, fitted) != columns.end()) out[first] = fitted;
-  }
-  if (out.empty()) {
+  if (out.empty())
     throw io::InputError(
         fmt::format("{}: no column is called like a joint of the model: --map {}=COLUMN; it has {}",
-                    request.pair_camera.string(), first, fmt::join(columns, ", ")));
-  }
+                    files.pair_camera.string(), first, fmt::join(columns, ", ")));
   return out;
 }
 
-// Sensors by their numbers: two inputs may have one column. The own one is that on the joint's finger, or else the first.
-std::vector<JointMap> map_of(const RecalibrationFiles& files, const model::Model& model) {
+// The own sensor is that on the joint's finger, or else the first.
+std::vector<JointMap> map_of(const RecalibrationFiles& files) {
+  const model::Model& model = files.model;
   const model::Graph graph(model);
   std::vector<JointMap> out;
   for (const auto& [joint, column] :
-       files.map.empty() ? columns_by_name(files, model) : columns_by_joint(files.map)) {
+       files.map.empty() ? columns_by_name(files) : columns_as_said(files.map)) {
     const auto j = std::ranges::find(model.joints, joint, &model::Joint::name) - model.joints.begin();
     if (j == std::ssize(model.joints))
       throw io::InputError(fmt::format("--map: the model has no joint {}", joint));
-    std::vector<std::size_t> sensors = graph.inputs[graph.joint[static_cast<std::size_t>(j)]];
-    const std::string finger = joint.substr(0, joint.find('_'));
-    std::stable_partition(sensors.begin(), sensors.end(),
-                          [&](std::size_t i) { return model.inputs[i].strip == finger; });
     JointMap& one = out.emplace_back(JointMap{joint, {}, column});
-    for (const std::size_t i : sensors) one.sensors.push_back(std::to_string(i));
+    const std::string finger = joint.substr(0, joint.find('_'));
+    for (const std::size_t i : graph.inputs[graph.joint[static_cast<std::size_t>(j)]]) {
+      const model::Input& input = model.inputs[i];
+      one.sensors.insert(input.strip == finger ? one.sensors.begin() : one.sensors.end(), input.name);
+    }
   }
   return out;
 }
@@ -164,11 +149,12 @@ void refuse_radians(const recording::Recording& angle, const std::string& column
 // A glove's log and what a camera saw meanwhile; a sensor that is not read stands still.
 HandRecordings read_take(const RecalibrationFiles& files, const recording::TimeOptions& time,
                          const recording::Recording& log, const std::vector<JointMap>& map,
-                         const model::Model& model, std::vector<std::string>& notes) {
+                         std::vector<std::string>& notes) {
   HandRecordings out{log, {}};
-  for (std::size_t i = 0; i < model.inputs.size(); ++i)
-    out.sensor.columns[i] = {std::to_string(i), held_over(log.columns[i].value, model.inputs[i]),
-                             model.inputs[i].unit};
+  for (std::size_t i = 0; i < files.model.inputs.size(); ++i) {
+    recording::Column& column = out.sensor.columns[i];
+    column = {column.name, held_over(column.value, files.model.inputs[i]), files.model.inputs[i].unit};
+  }
   for (const JointMap& joint : map) {
     recording::Recording& angle =
         out.reference.emplace_back(recording::read_angle(files.pair_camera, joint.reference, time));
@@ -214,27 +200,28 @@ void refuse_swapped(const std::vector<JointMap>& map, const HandRecordings& take
 // What comes of a hole, which is held over, does not count.
 Seen seen_in(const std::vector<JointMap>& map, const HandRecordings& take, const recording::Recording& log,
              double clock_offset_s, const model::Model& model) {
-  std::vector<std::vector<double>> reading;
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) reading.push_back(sampled(log, model, i));
-  std::size_t size = reading.front().size();
+  std::map<std::string, std::vector<double>> reading;
+  for (std::size_t i = 0; i < model.inputs.size(); ++i)
+    reading[model.inputs[i].name] = sampled(log, model, i);
+  std::size_t size = reading.begin()->second.size();
   Seen out;
   for (std::size_t j = 0; j < map.size(); ++j) {
     recording::Aligned a;
     recording::sample_pair({take.sensor, map[j].sensors.front(), take.reference[j], map[j].reference},
                            1 / model.sample_period_s, clock_offset_s, 0, 1, a);
-    Seen::Angles& seen = out.joints.emplace_back(Seen::Angles{0, std::move(a.angle_deg), {}});
-    seen.joint = static_cast<std::size_t>(std::ranges::find(model.joints, map[j].joint, &model::Joint::name) -
-                                          model.joints.begin());
+    const auto joint = std::ranges::find(model.joints, map[j].joint, &model::Joint::name);
+    Seen::Angles& seen = out.joints.emplace_back(
+        Seen::Angles{static_cast<std::size_t>(joint - model.joints.begin()), std::move(a.angle_deg), {}});
     for (std::size_t k = 0; k < a.size(); ++k)
       seen.use.push_back(!a.unseen[k] && std::ranges::none_of(map[j].sensors, [&](const auto& sensor) {
-        return std::isnan(reading[std::stoul(sensor)][k]);
+        return std::isnan(reading[sensor][k]);
       }));
     size = std::min(size, a.size());
   }
   // Columns of one file may end at other times: what all of them reach counts.
-  for (std::size_t i = 0; i < reading.size(); ++i) {
-    reading[i].resize(size);
-    out.reading.push_back(held_over(reading[i], model.inputs[i]));
+  for (const model::Input& input : model.inputs) {
+    reading[input.name].resize(size);
+    out.reading.push_back(held_over(reading[input.name], input));
   }
   for (auto& one : out.joints) {
     one.angle_deg.resize(size);
@@ -244,29 +231,27 @@ Seen seen_in(const std::vector<JointMap>& map, const HandRecordings& take, const
 }
 
 // The glove's log of a pair that cannot be put on one clock says nothing either: it was given for the camera.
-std::optional<Clock> add_pair(const RecalibrationFiles& files, const recording::TimeOptions& time,
-                              const recording::Recording& log, RecalibrationRequest& request,
-                              std::vector<std::string>& notes) {
-  std::optional<Clock> clock;
+void add_pair(const RecalibrationFiles& files, RecalibrationRequest& request, Recalibration& out) {
+  const auto time = recording::times_of_pair(files.pair_sensor, files.pair_camera, files.time);
+  const recording::Recording log = read_log(files.pair_sensor, files, time, out);
   try {
-    const std::vector<JointMap> map = map_of(files, request.model);
-    HandRecordings take = read_take(files, time, log, map, request.model, notes);
+    const std::vector<JointMap> map = map_of(files);
+    HandRecordings take = read_take(files, time, log, map, out.notes);
     std::vector<std::string> unused;
-    clock = clock_of(map, {}, take, unused);
-    refuse_swapped(map, take, clock->offset_s);
-    if (clock->confidence < recording::kUnsure)
+    out.clock = clock_of(map, {}, take, unused);
+    refuse_swapped(map, take, out.clock->offset_s);
+    if (out.clock->confidence < recording::kUnsure)
       throw io::JobError(
           fmt::format("{}: its clock is not told by what moved (confidence {:.2f}): it does not count",
-                      files.pair_camera.string(), clock->confidence));
-    request.seen = seen_in(map, take, log, clock->offset_s, request.model);
-    request.motion.push_back(motion_in(log, request.model));
+                      files.pair_camera.string(), out.clock->confidence));
+    request.seen = seen_in(map, take, log, out.clock->offset_s, files.model);
+    request.motion.push_back(motion_in(log, files.model));
   } catch (const io::JobError& error) {
     request.lacking.emplace_back(
         "glove and camera of one motion once more: twenty seconds in which the joints that the camera sees "
         "bend, not evenly");
-    notes.emplace_back(error.what());
+    out.notes.emplace_back(error.what());
   }
-  return clock;
 }
 
 }  // namespace
@@ -278,80 +263,57 @@ Motion motion_in(const recording::Recording& log, const model::Model& model) {
   return out;
 }
 
-std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recording::Recording& log,
-                           const model::Model& model) {
-  for (const std::string& pose : poses)
-    if (pose != "open" && pose != "fist")
-      throw io::InputError(fmt::format("unknown pose \"{}\"; known: open, fist", pose));
+Held poses_in(const std::vector<std::string>& poses, const recording::Recording& log,
+              const model::Model& model) {
+  const auto is_known = [](const std::string& pose) { return pose == "open" || pose == "fist"; };
+  if (poses.empty() || !std::ranges::all_of(poses, is_known))
+    throw io::InputError(fmt::format("unknown poses \"{}\"; known: open, fist", fmt::join(poses, ",")));
   if (std::ranges::none_of(model.inputs, [](const auto& input) { return input.poses.has_value(); }))
     throw io::InputError(fmt::format(
         "{}: the model does not say what its sensors read at the open hand and at the fist: identify it anew",
         log.source));
   std::vector<std::vector<double>> readings;
   std::vector<model::Spread> made;
-  bool any = false;
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     const model::Input& input = model.inputs[i];
     std::vector<double>& read = readings.emplace_back(sampled(log, model, i));
     made.push_back(input.poses ? spread_of(*input.poses) : model::Spread{{0, 1}, {0, 1}});
-    const bool live = input.poses && without_holes(read).size() * 2 >= read.size();
-    if (live)
+    if (input.poses && without_holes(read).size() * 2 >= read.size())
       read = held_over(read, input);
     else
       std::ranges::fill(read, std::numeric_limits<double>::quiet_NaN());  // it must not end a hold
-    any |= live;
   }
-  std::vector<Hold> out;
-  if (any)
-    for (Rest& rest : longest(rests_in(readings, model.sample_period_s, made), poses.size()))
-      out.push_back({poses[out.size()] == "fist", std::move(rest.reading)});
-  if (out.empty())
-    throw io::JobError(fmt::format(
-        "{}: {} were to be held, each for a second or more, and are not found: hold still, 2 s each",
-        log.source, fmt::join(poses, " and ")));
+  Held out = poses_in(readings, model.sample_period_s, made, log.source);
+  if (out.fist.empty() == (poses.size() > 1))
+    throw io::JobError(fmt::format("{}: {} to be held, {} found", log.source, fmt::join(poses, " and "),
+                                   out.fist.empty() ? "one pose is" : "two poses are"));
+  if (poses.front() == "fist") std::swap(out.open, out.fist);
   return out;
 }
 
 Recalibration recalibrate_files(const RecalibrationFiles& files) {
   if (!files.map.empty() && files.pair_sensor.empty())
     throw io::InputError("--map names the columns of a camera's file: give --pair GLOVE CAMERA as well");
-  RecalibrationRequest request;
-  request.model = files.model;
+  RecalibrationRequest request{files.model};
   if (!files.prior.empty())
     request.prior = prior_from_json(io::read_document(files.prior), files.prior.string());
-  std::vector<std::string> notes;
-  std::vector<LogRanges> logs;
-  const auto log_of = [&](const auto& path, const recording::TimeOptions& time) {
-    recording::Recording log = read_log(path, files, time, request.model, notes);
-    LogRanges& of = logs.emplace_back(LogRanges{log.source, {}, model::RangeCount(request.model)});
-    for (const recording::Column& column : log.columns) of.columns.push_back(column.name);
-    std::vector<double> row(log.columns.size());
-    for (std::size_t k = 0; k < log.t_s.size(); ++k) {
-      for (std::size_t i = 0; i < row.size(); ++i) row[i] = log.columns[i].value[k];
-      of.ranges.add(row);
-    }
-    return log;
-  };
+  Recalibration read;  // what is known of the files
   if (!files.recording.empty())
-    request.motion.push_back(motion_in(log_of(files.recording, files.time), request.model));
+    request.motion.push_back(motion_in(read_log(files.recording, files, files.time, read), files.model));
   if (!files.poses_log.empty()) {
-    const recording::Recording log = log_of(files.poses_log, files.time);
+    const recording::Recording log = read_log(files.poses_log, files, files.time, read);
     try {
-      request.holds = poses_in(files.poses, log, request.model);
+      request.held = poses_in(files.poses, log, files.model);
     } catch (const io::JobError& error) {
       request.lacking.emplace_back("the poses once more: hold each for two seconds, and still");
-      notes.emplace_back(error.what());
+      read.notes.emplace_back(error.what());
     }
   }
-  std::optional<Clock> clock;
-  if (!files.pair_sensor.empty()) {
-    const auto time = recording::times_of_pair(files.pair_sensor, files.pair_camera, files.time);
-    clock = add_pair(files, time, log_of(files.pair_sensor, time), request, notes);
-  }
+  if (!files.pair_sensor.empty()) add_pair(files, request, read);
   Recalibration out = recalibrate(request);
-  out.notes.insert(out.notes.begin(), notes.begin(), notes.end());
-  out.clock = clock;
-  out.logs = std::move(logs);
+  out.notes.insert(out.notes.begin(), read.notes.begin(), read.notes.end());
+  out.clock = read.clock;
+  out.logs = std::move(read.logs);
   return out;
 }
 

@@ -13,8 +13,9 @@ namespace flexor::identify {
 
 struct RecalibrationFiles {
   model::Model model;
-  recording::Log recording;        // empty: none
-  std::vector<std::string> poses;  // of "open", "fist", in their order in poses_log
+  recording::Log recording;  // empty: none
+  std::vector<std::string>
+      poses;  // "open" and "fist", the one that poses_log begins with first; or one of them
   recording::Log poses_log;
   recording::Log pair_sensor;
   recording::Log pair_camera;
@@ -26,10 +27,10 @@ struct RecalibrationFiles {
 
 // A log with a column for each input of the model, in their order.
 Motion motion_in(const recording::Recording& log, const model::Model& model);
-// `poses`: of "open", "fist", as they were held. Inputs without poses in the model do not count. Throws io::InputError: another
+// `poses`: "open" and "fist" in the order in which they were held, each as often as one likes, or one of them. Inputs without poses in the model do not count. Throws io::InputError: another
 // pose, a model without poses; io::JobError: they are not found.
-std::vector<Hold> poses_in(const std::vector<std::string>& poses, const recording::Recording& log,
-                           const model::Model& model);
+Held poses_in(const std::vector<std::string>& poses, const recording::Recording& log,
+              const model::Model& model);
 
 // Poses that are not found, a camera whose clock is not: what the other evidence tells, and in `wanted` what that one lacks.
 // Throws io::InputError: files that cannot be read as what they are given as.

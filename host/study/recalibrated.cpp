@@ -44,7 +44,7 @@ recording::Recording log_of(const twin::TrialInput& input, std::uint64_t number)
 }
 
 // A wearer who is told that a pose was not held still holds both again, twice as long; empty: he gave it up.
-std::vector<identify::Hold> held(twin::TrialInput& input, std::uint64_t number) {
+identify::Held held(twin::TrialInput& input, std::uint64_t number) {
   for (double held_s = kHeld_s; held_s <= kLongestHeld_s; held_s *= 2) {
     input.worn = twin::Worn{poses(input.parameters, twin::seed_of(input.seed, number), held_s),
                             2 * held_s + kBetween_s};
@@ -83,9 +83,9 @@ twin::TrialInput recalibrated(twin::TrialInput input, const std::string& by, std
     input.worn = twin::Worn{short_motion(), kMotion_s};
     request.motion.push_back(identify::motion_in(log_of(input, number), request.model));
   } else {
-    request.holds = held(input, number);
+    request.held = held(input, number);
   }
-  if (!request.motion.empty() || !request.holds.empty())
+  if (!request.motion.empty() || !request.held.empty())
     input.compensator = identify::recalibrate(request).model;
   return input;
 }

@@ -275,9 +275,8 @@ double unexplained(const Scan& scan, std::size_t i) {
 }
 
 Rivals rivals_of(const Scan& scan, std::size_t best) {
-  Rivals out;
   const double least = unexplained(scan, best);
-  double most_left = 1;
+  Rivals out{{}, -std::log(least), 0};
   for (const int way : {-1, 1}) {
     double between = 0;  // the most that is left unexplained on the way
     for (std::ptrdiff_t k = static_cast<std::ptrdiff_t>(best) + way; k > 0 && k + 1 < std::ssize(scan.lag);
@@ -291,8 +290,7 @@ Rivals rivals_of(const Scan& scan, std::size_t best) {
       const double gain = std::max(0.0, std::log(left / least));
       const double deviations = gain / kGainError * std::sqrt(scan.seconds);
       out.as_good += std::exp(kOverlap * (scan.share[i] - scan.share[best]) - deviations * deviations / 2);
-      if (left >= most_left) continue;
-      most_left = left;
+      if (out.strongest && gain >= out.gain) continue;
       out.strongest = i;
       out.gain = gain;
     }

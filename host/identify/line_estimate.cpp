@@ -257,24 +257,20 @@ std::vector<SeenFit> fits_of(const model::Model& model, const Seen& seen, const 
   for (const Case& one : cases) lines.push_back(one.fit.line);
   const auto was = angles_by(std::vector<Line>(lines.size()), model, seen);
   const auto is = angles_by(lines, model, seen);
-  std::vector<SeenFit> out;
-  for (std::size_t s = 0; s < seen.joints.size(); ++s) {
+  std::vector<SeenFit> out(seen.joints.size());
+  for (std::size_t s = 0; s < out.size(); ++s) {
     const Seen::Angles& one = seen.joints[s];
-    Eigen::ArrayX3d deg(std::ranges::count_if(one.use, [](auto used) { return used != 0; }), 3);
+    Eigen::ArrayX3d deg(std::ranges::count(one.use, 1), 3);
     Eigen::Index at = 0;
     for (std::size_t k = 0; k < one.use.size(); ++k)
       if (one.use[k]) deg.row(at++) << one.angle_deg[k], was[s][k], is[s][k];
-    if (at == 0) {  // its sensor is dead
-      out.emplace_back();
-      continue;
-    }
-    const double rmse_deg = std::sqrt((deg.col(2) - deg.col(0)).square().mean());
+    if (at == 0) continue;  // its sensor is dead
+    out[s].rmse_deg = std::sqrt((deg.col(2) - deg.col(0)).square().mean());
+    out[s].expected_deg = std::hypot(error_of(model.joints[one.joint]), kMarks_deg);
     deg.rowwise() -= deg.colwise().mean().eval();
-    const double spread_deg = std::sqrt(deg.col(0).square().mean());
-    const double alike =
-        (deg.col(0) * deg.col(1)).mean() / spread_deg / std::sqrt(deg.col(1).square().mean());
-    out.push_back({spread_deg > kMarks_deg ? alike : 0, rmse_deg,
-                   std::hypot(error_of(model.joints[one.joint]), kMarks_deg)});
+    const auto square = deg.square().colwise().mean().eval();
+    if (square(0) > kMarks_deg * kMarks_deg)
+      out[s].alike = (deg.col(0) * deg.col(1)).mean() / std::sqrt(square(0) * square(1));
   }
   return out;
 }

@@ -122,28 +122,24 @@ void check_motion_of(const RecalibrationRequest& request, std::size_t i, Case& o
 
 // The fist is where it was, the open hand is not: of one sensor a donning may do that, of all of them it is the hand.
 bool is_not_opened(const Window& window, const Case& one) {
-  const double low = (window.reading.front() - one.made.reading.front()) / one.made.span();
-  const double high = (one.made.reading.back() - window.reading.back()) / one.made.span();
-  const double open = one.reach.most_deg > 0 ? low : high;
-  const double fist = one.reach.most_deg > 0 ? high : low;
+  double open = (window.reading.front() - one.made.reading.front()) / one.made.span();
+  double fist = (one.made.reading.back() - window.reading.back()) / one.made.span();
+  if (one.reach.most_deg < 0) std::swap(open, fist);
   return open > kNotOpened && std::abs(fist) < kFistStayed;
 }
 
 // A log in which the hand was never opened tells no sensor.
 void check_open_hand(std::size_t log, std::vector<Case>& cases) {
-  int telling = 0;
-  for (const Case& one : cases) {
-    if (!one.windows[log]) continue;
-    if (!is_not_opened(*one.windows[log], one)) return;
-    ++telling;
-  }
-  if (telling < 2) return;
-  for (Case& one : cases) {
-    if (!one.windows[log]) continue;
-    one.windows[log].reset();
-    one.wanted = fmt::format(
+  std::vector<Case*> telling;
+  for (Case& one : cases)
+    if (one.windows[log]) telling.push_back(&one);
+  const auto is_closed = [&](const Case* one) { return is_not_opened(*one->windows[log], *one); };
+  if (telling.size() < 2 || !std::ranges::all_of(telling, is_closed)) return;
+  for (Case* one : telling) {
+    one->windows[log].reset();
+    one->wanted = fmt::format(
         "{}: open the hand wholly: each finger closes to where it did and none opens to where it did",
-        one.name);
+        one->name);
   }
 }
 

@@ -667,7 +667,7 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
       Branches twin = out[k].branches;
       twin.open = true;
       const auto free = std::ranges::find(out, twin, &Additive::branches);
-      if (gain_in_errors(out[k].fold_loss, free->fold_loss) <= 1)
+      if (gain_in_errors(out[k].plain_loss, free->plain_loss) <= 1)
         out.erase(out.begin() + static_cast<std::ptrdiff_t>(k));
     }
   }

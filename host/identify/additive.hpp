@@ -25,7 +25,7 @@
 // Radii, time constants, knots and the strength of the priors are chosen by cross-validation: over blocks of the
 // fitted samples, or over recordings where there are more than two. Of candidates that are as good within 3 %, in
 // loss and in mean square, the smallest is taken: less to run on a board. Curves with limits are tried of the best open ones, and
-// taken where their loss over the folds is lower by more than a standard error.
+// taken where their loss over the folds, of the samples as they were, is lower by more than a standard error.
 // The curve of one sensor, of all that is still, turns back only where it does so by more than eight standard errors.
 // Standard errors of the curves' values are those of a bootstrap over blocks of 20 s, six at least, or whole recordings, so
 // that they hold for errors that come in runs; knots and priors stay as they are.

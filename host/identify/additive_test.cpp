@@ -101,6 +101,22 @@ TEST(Additive, ACurveTurnsBackOnlyWhereTheDataSaySoBeyondDoubt) {
   }
 }
 
+TEST(Additive, AnAngleGoesOnBeyondWhatWasSeenUnlessLimitsAreBetter) {
+  int open = 0;
+  for (unsigned seed = 0; seed < 6; ++seed) {
+    Session goes_on = drawn(seed, 0);
+    Session stops = goes_on;
+    for (Eigen::Index k = 0; k < stops.angle_deg.size(); ++k) {
+      const double share = (stops.input(k, 0) - 300) / 400;
+      goes_on.angle_deg(k) += 100 * std::sin(share) - 90 * share * share;
+      stops.angle_deg(k) = std::clamp(120 * (share - 0.25), 0.0, 60.0);  // the sensor goes on
+    }
+    open += fit_of({goes_on}, "auto").branches.open;
+    EXPECT_EQ(text_of(fit_of({stops}, "auto").branches), "curve(2)") << seed;
+  }
+  EXPECT_GE(open, 4);
+}
+
 TEST(Additive, OnlyWhatIsAskedForIsFinished) {
   int asked = 0;
   const auto drift = [&](const Additive&) { return 0.1; };

@@ -59,7 +59,8 @@ std::string diagram(const Model& m) {
       io::one_line(m.name), io::one_line(m.description), 1000 * m.sample_period_s, m.inputs.size(),
       m.blocks.size(), m.joints.size(), kSchemaVersion, io::one_line(m.written_by));
   out += Diagram(m).text();
-  for (const auto& [joint, fit] : m.fit.value("joints", nlohmann::ordered_json::object()).items()) {
+  const auto joints = m.fit.value("joints", nlohmann::ordered_json::object());
+  for (const auto& [joint, fit] : joints.items()) {
     const auto rmse_deg =
         fit.value(nlohmann::ordered_json::json_pointer("/holdout/rmse_deg"), nlohmann::ordered_json());
     if (!rmse_deg.is_number()) continue;

@@ -104,13 +104,10 @@ TEST(Additive, ACurveTurnsBackOnlyWhereTheDataSaySoBeyondDoubt) {
 TEST(Additive, AnAngleGoesOnBeyondWhatWasSeenUnlessLimitsAreBetter) {
   int open = 0;
   for (unsigned seed = 0; seed < 6; ++seed) {
-    Session goes_on = drawn(seed, 0);
-    Session stops = goes_on;
-    for (Eigen::Index k = 0; k < stops.angle_deg.size(); ++k) {
-      const double share = (stops.input(k, 0) - 300) / 400;
-      goes_on.angle_deg(k) += 100 * std::sin(share) - 90 * share * share;
-      stops.angle_deg(k) = std::clamp(120 * (share - 0.25), 0.0, 60.0);  // the sensor goes on
-    }
+    Session goes_on = drawn(seed, 0), stops = goes_on;
+    const Eigen::ArrayXd share = (stops.input.col(0).array() - 300) / 400;
+    goes_on.angle_deg.array() += 100 * share.sin() - 90 * share.square();
+    stops.angle_deg = (120 * (share - 0.25)).max(0).min(60);  // the sensor goes on
     open += fit_of({goes_on}, "auto").branches.open;
     EXPECT_EQ(text_of(fit_of({stops}, "auto").branches), "curve(2)") << seed;
   }

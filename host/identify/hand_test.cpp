@@ -266,9 +266,9 @@ TEST_F(Hand, VoltsAreFittedAndHeldAsFinelyAsCounts) {
     EXPECT_NEAR(ratio, 1, 0.02) << volts.joints[j].name;
   }
   const model::Folded board = model::folded(volts.model);
-  const std::vector<double> off_deg = model::worst_fixed_error_deg(board.model);
   for (std::size_t j = 0; j < 2; ++j)
-    EXPECT_LT(off_deg[j], model::allowed_fixed_error_deg(board.model.joints[j])) << j;
+    EXPECT_LT(model::worst_fixed_error_deg(board.model)[j],
+              model::allowed_fixed_error_deg(board.model.joints[j]));
   EXPECT_EQ(board.model.blocks.size() + 2, volts.model.blocks.size()) << "one gain for each sensor";
   EXPECT_LT(volts.model.inputs[0].valid_max, 5);
   Estimator<model::DoubleArithmetic> exact(volts.model);

@@ -197,9 +197,8 @@ TEST(AlignShort, FiveToNineSecondsAt250HzFindTheirOffset) {
   EXPECT_GE(believed, 10) << "of 30";
 }
 
-// Of what says p, p is right to 0.15 s: of stretches of 5 to 100 s, some of motions that repeat themselves, of which the
-// camera saw all or lost up to a third of either end; always of those that repeat themselves, where the ends of the logs
-// must not tell. Other seeds than those of the fit.
+// Of what says p, p is right to 0.15 s: of stretches of 5 to 100 s, of which the camera saw all or lost up to a third of
+// either end, always of motions that repeat themselves: there the ends must not tell. Other seeds than those of the fit.
 TEST(AlignBelief, ConfidenceIsTheShareOfOffsetsThatAreRight) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform;

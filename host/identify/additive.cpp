@@ -42,7 +42,6 @@ constexpr int kLeastSamples = 40;       // two seconds at 20 Hz
 constexpr int kShrinks = 6;             // of motion that drifts
 constexpr double kCostsNothing = 1.03;  // of the fitted error
 constexpr int kFineKnots = 20;
-constexpr std::size_t kLimited = 2;
 constexpr double kReach = 0.5;        // likewise, of the range of a curve's knots
 constexpr double kTallest_deg = 250;  // a taller curve has not the eight fraction bits in 16
 constexpr double kLevel = 0.2;
@@ -611,6 +610,37 @@ void rank(std::vector<Additive>::iterator begin, std::vector<Additive>::iterator
   });
 }
 
+namespace {
+
+// Of the best open curves two that hold still and two that creep.
+std::vector<Branches> with_limits(const std::vector<Additive>& ranked) {
+  std::vector<Branches> out;
+  int still = 2;
+  int creeping = 2;
+  for (const Additive& one : ranked) {
+    Branches limited = one.branches;
+    int& left = creeps(limited) ? creeping : still;
+    if (limited.knots == 2 || left-- <= 0) continue;
+    limited.open = false;
+    out.push_back(limited);
+  }
+  return out;
+}
+
+// A curve stops at what was seen where that is better by more than a standard error.
+void leave_out_needless_limits(std::vector<Additive>& all) {
+  const auto is_needless = [&](const Additive& one) {
+    Branches twin = one.branches;
+    twin.open = true;
+    const auto open = std::ranges::find(all, twin, &Additive::branches);
+    return !one.branches.open && twin.knots > 2 && open != all.end() &&
+           gain_in_errors(one.plain_loss, open->plain_loss) <= 1;
+  };
+  for (auto one = all.begin(); one != all.end();) one = is_needless(*one) ? all.erase(one) : one + 1;
+}
+
+}  // namespace
+
 std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s,
                                    const std::string& joint, const Candidates& candidates, const Drift& drift,
                                    double most_drift_deg, const Accept& accept, const Step& step) {
@@ -655,21 +685,9 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
   }
   if (candidates.search) {
     rank(out.begin(), out.end());
-    const std::size_t open = out.size();
-    for (std::size_t k = 0; k < open && all.size() < open + kLimited; ++k) {
-      Branches limited = out[k].branches;
-      limited.open = false;
-      add(limited);
-    }
+    std::ranges::for_each(with_limits(out), add);
     try_all();
-    // An angle stops at what was seen where that is better by more than a standard error.
-    for (std::size_t k = out.size(); k-- > open;) {
-      Branches twin = out[k].branches;
-      twin.open = true;
-      const auto free = std::ranges::find(out, twin, &Additive::branches);
-      if (gain_in_errors(out[k].plain_loss, free->plain_loss) <= 1)
-        out.erase(out.begin() + static_cast<std::ptrdiff_t>(k));
-    }
+    leave_out_needless_limits(out);
   }
   for (auto next = out.begin(); next != out.end(); ++next) {
     // A finished one can be worse than it was.

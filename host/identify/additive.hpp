@@ -82,7 +82,7 @@ double gain_in_errors(const std::vector<double>& one, const std::vector<double>&
 
 struct Candidates {
   std::vector<Branches> branches;
-  // Then, of one sensor, curves of 20 knots of the best and of motion alone; and two curves with limits.
+  // Then, of one sensor, curves of 20 knots of the best and of motion alone; and the best curves with limits.
   bool search = false;
 
   bool operator==(const Candidates&) const = default;

@@ -145,7 +145,12 @@ model::Model on_hand(model::Model model, const model::Hardware& p, std::vector<s
     model.blocks.push_back({{mapped}, mapped + ", limited", model::Saturation{lower_deg, upper_deg}});
     joint.from = mapped + ", limited";
     joint.rest_deg = map(joint.rest_deg);
-    joint.accuracy.reset();
+    if (joint.accuracy) {
+      for (double& angle_deg : joint.accuracy->angle_deg) angle_deg = map(angle_deg);
+      for (double& error_deg : joint.accuracy->standard_error_deg) error_deg *= std::abs(gain);
+      if (gain < 0) std::ranges::reverse(joint.accuracy->angle_deg);
+      if (gain < 0) std::ranges::reverse(joint.accuracy->standard_error_deg);
+    }
     joint.ends = hand;
     notes.push_back(fmt::format("{}: the model's {} deg (open) to {} (fist) become the hand's {} to {}",
                                 joint.name, std::lround(own.open_deg), std::lround(own.fist_deg),

@@ -627,14 +627,13 @@ std::vector<Branches> with_limits(const std::vector<Additive>& ranked) {
   return out;
 }
 
-// A curve stops at what was seen where that is better by more than a standard error.
+// An angle stops at what was seen where that is better by more than a standard error.
 void leave_out_needless_limits(std::vector<Additive>& all) {
   const auto is_needless = [&](const Additive& one) {
     Branches twin = one.branches;
     twin.open = true;
     const auto open = std::ranges::find(all, twin, &Additive::branches);
-    return !one.branches.open && twin.knots > 2 && open != all.end() &&
-           gain_in_errors(one.plain_loss, open->plain_loss) <= 1;
+    return !one.branches.open && open != all.end() && gain_in_errors(one.plain_loss, open->plain_loss) <= 1;
   };
   for (auto one = all.begin(); one != all.end();) one = is_needless(*one) ? all.erase(one) : one + 1;
 }
@@ -714,8 +713,18 @@ void extend(Additive& fit, std::size_t sensor) {
   const std::size_t last = x.size() - 1;
   const double most = kReach * (x[last] - x[0]);
   const auto n = static_cast<Index>(last);
-  const auto slope = [&](const VectorXd& y, bool high) {
-    return high ? (y(n) - y(n - 1)) / (x[last] - x[last - 1]) : (y(0) - y(1)) / (x[1] - x[0]);
+  // Over the outer third of what was read, which the outermost knots lie beyond.
+  const std::size_t edge = last > 3 ? 1 : 0;
+  const double third = (x[last - edge] - x[edge]) / 3;
+  std::size_t low = edge;
+  std::size_t high = last - edge;
+  while (x[low] < x[edge] + third) ++low;
+  while (x[high] > x[last - edge] - third) --high;
+  const auto between = [&](const VectorXd& y, std::size_t a, std::size_t b) {
+    return (y(static_cast<Index>(b)) - y(static_cast<Index>(a))) / (x[b] - x[a]);
+  };
+  const auto slope = [&](const VectorXd& y, bool is_high) {
+    return is_high ? between(y, high, last - edge) : -between(y, edge, low);
   };
   double by = most;
   const auto bound = [&](const VectorXd& y) {
@@ -726,8 +735,8 @@ void extend(Additive& fit, std::size_t sensor) {
   bound(fit.value.col(fit.still(sensor)) + motion_of(fit, sensor));
   for (const Index c : columns) {
     const VectorXd y = fit.value.col(c);
-    fit.value(0, c) += by * slope(y, false);
-    fit.value(n, c) += by * slope(y, true);
+    fit.value(0, c) = y(static_cast<Index>(edge)) + (x[edge] - x[0] + by) * slope(y, false);
+    fit.value(n, c) = y(n - static_cast<Index>(edge)) + (x[last] - x[last - edge] + by) * slope(y, true);
   }
   x[0] -= by;
   x[last] += by;

@@ -568,8 +568,7 @@ class Fitter {
     s.predicted_deg = predictor_.predict(best_.theta, nullptr);
     s.channel = predictor_.channel(best_.theta);
     s.channel.name = data_.channel;
-    if (!predictor_.structure().saturation) s.channel.saturation = safe_limits(data_);
-    if (predictor_.structure() == Structure{}) s.channel.saturation = problem_.plausible();
+    if (!predictor_.structure().saturation) s.channel.saturation = problem_.plausible();
     s.channel.rest_deg = quantile(sorted(data_.angle_deg(problem_.rows())), 0.5);
     return s;
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <future>
 #include <mutex>
 #include <numeric>
@@ -520,6 +521,31 @@ void refit_joints(const HandRequest& request, const Samples& samples, HandIdenti
   r.model = model::with_channels(std::move(r.model), refitted);
 }
 
+// Joints that do not fit a board together: the largest is fitted again with less, and where no smaller one is there the next.
+void fit_into_room(const HandRequest& request, const std::vector<std::string>& structures,
+                   const std::function<std::future<JointResult>(std::size_t, double)>& fit,
+                   const model::Model& inputs, HandIdentification& r) {
+  std::vector<std::size_t> left;
+  for (std::size_t j = 0; j < structures.size(); ++j)
+    if (structures[j] == "auto") left.push_back(j);
+  const auto share = [&](std::size_t j) { return request.room(r.joints[j].model); };
+  while (request.room && request.room(r.model) > 1 && !left.empty()) {
+    const std::size_t largest = *std::ranges::max_element(left, {}, share);
+    try {
+      JointResult smaller = fit(largest, share(largest)).get();
+      if (!(request.room(smaller.model) < share(largest))) throw io::JobError("no smaller one is there");
+      r.joints[largest] = std::move(smaller);
+    } catch (const io::JobError&) {
+      std::erase(left, largest);
+      continue;
+    }
+    r.model = inputs;
+    for (const JointResult& joint : r.joints) append(joint.model, r.model);
+  }
+  if (request.room && request.room(r.model) > 1)
+    r.warnings.emplace_back("the joints together take more than a board's room: deploy refuses this model");
+}
+
 // `structures`, one for each joint.
 void fit_joints(const HandRequest& request, const std::vector<std::string>& structures,
                 const Samples& samples, const Step& step, HandIdentification& r) {
@@ -560,24 +586,7 @@ void fit_joints(const HandRequest& request, const std::vector<std::string>& stru
         r.joints.push_back(fitted.get());
         append(r.joints.back().model, r.model);
       });
-  // Joints that do not fit a board together: the largest is fitted again with less, until they do or no smaller one is there.
-  const auto share = [&](std::size_t j) {
-    return structures[j] == "auto" ? request.room(r.joints[j].model) : 0;
-  };
-  while (request.room && request.room(r.model) > 1) {
-    std::size_t largest = 0;
-    for (std::size_t j = 1; j < joints; ++j) largest = share(j) > share(largest) ? j : largest;
-    const double before = share(largest);
-    try {
-      JointResult smaller = fit(largest, before).get();
-      if (!(request.room(smaller.model) < before)) return;
-      r.joints[largest] = std::move(smaller);
-    } catch (const std::exception&) {
-      return;
-    }
-    r.model = inputs;
-    for (const JointResult& joint : r.joints) append(joint.model, r.model);
-  }
+  fit_into_room(request, structures, fit, inputs, r);
 }
 
 // How each sensor's readings spread, over the samples of the first joint that it tells of, and its poses by the joint whose own it
@@ -675,7 +684,13 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
     if (!request.refit) all.map[j].sensors = r.joints[j].sensors;
   }
   Samples samples = sample_all(files, r.clocks, all);
-  fit_model(all, proven, files, samples, {}, again);
+  try {
+    fit_model(all, proven, files, samples, {}, again);
+  } catch (const io::JobError& error) {
+    r.warnings.push_back(
+        fmt::format("fitted to all: {}: the model is the one of the first part", error.what()));
+    return false;
+  }
   add_estimates("", again.model, files, samples);
   if (!request.refit) {  // joint by joint below
     again.model.blocks.clear();

@@ -33,7 +33,8 @@ constexpr double kSure =
     1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
 constexpr int kAttacks = 15;  // of the search for fixed point's error
 constexpr int kReadings = 5000;
-constexpr double kNearly = 0.5;              // what a short search finds is less than what there is
+constexpr double kNearly = 0.5;  // what a short search finds is less than what there is
+constexpr const char* kNoRoom = "with it the joints together take more than a board's room";
 constexpr double kMargin = 0.96;             // deploy searches all joints together, with other readings
 constexpr double kFewCounts = 64;            // readings below: a board's steps are too coarse for them
 constexpr double kMostCounts = 32767. / 32;  // that a board holds
@@ -157,8 +158,7 @@ SumFit fit_sum(const Candidates& candidates, const std::vector<Session>& session
     const model::Model model = joint_model(inputs, fit, joint);
     const bool creeps = identify::creeps(fit.branches);
     refusals.push_back(refusal_of(model, creeps ? 0 : *fit.hold_drift_deg));
-    if (room && refusals.back().empty() && !(room(model) < most))
-      refusals.back() = "with it the joints together take more than a board's room";
+    if (room && refusals.back().empty() && !(room(model) < most)) refusals.back() = kNoRoom;
     const bool worn = refusals.back().empty();
     if (worn) refusals.back() = imprecision_of(model);
     const bool precise = refusals.back().empty();
@@ -249,7 +249,8 @@ std::string chain_refusal(const JointFit& chain, const JointFit& best) {
 
 // Chains beside the best sum, over the same folds.
 void let_chains_compete(const std::vector<Session>& sessions, const model::Model& inputs,
-                        const JointMap& joint, const Step& step, JointFit& best, Creeping& creeping) {
+                        const JointMap& joint, const Step& step, const Room& room, double most,
+                        JointFit& best, Creeping& creeping) {
   constexpr std::array<std::string_view, 9> kChains = {"line",
                                                        kPublishedForm,
                                                        "linear-dynamic",
@@ -273,6 +274,7 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
       if (is_baseline) best.baseline_models.emplace(kChains[k], one.model);
       CandidateRow& row = best.rows.emplace_back(one.row());
       row.refusal = chain_refusal(one, best);
+      if (row.refusal.empty() && room && !(room(one.model) < most)) row.refusal = kNoRoom;
       row.chosen = false;
       if (row.refusal.empty() && one.creeps) {
         creeping.emplace_back(best.rows.size() - 1, std::move(one));
@@ -427,7 +429,7 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
   SumFit sum = fit_sum(candidates, sessions, inputs, joint, step, room, most);
   JointFit out = sum.still;
   const bool has_chains = structure == "auto" && joint.sensors.size() == 1;
-  if (has_chains) let_chains_compete(sessions, inputs, joint, step, out, sum.creeping);
+  if (has_chains) let_chains_compete(sessions, inputs, joint, step, room, most, out, sum.creeping);
   let_creeping_compete(std::move(sum.creeping), sessions, sum.still, out);
   if (structure != "auto" || has_chains) return out;
   std::vector<Session> own = sessions;

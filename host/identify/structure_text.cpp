@@ -224,7 +224,7 @@ Chain chain(const Parser& parser, const Term& term) {
 }  // namespace
 
 WantedStructure parse_structure(std::string_view text, std::size_t sensors) {
-  if (text == "line" && sensors > 1) text = "limited-line";
+  if (text == "line" && sensors > 1) text = "curve(2) + open";
   if (std::ranges::find(kSums, text) != kSums.end()) return candidates(std::string(text), sensors);
   const auto shorthand = std::ranges::find(kShorthands, text, &std::pair<std::string, std::string>::first);
   if (shorthand != kShorthands.end()) text = shorthand->second;

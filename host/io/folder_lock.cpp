@@ -20,6 +20,8 @@ namespace flexor::io {
 namespace {
 namespace fs = std::filesystem;
 
+constexpr const char* kNobody = "another process";
+
 std::string me() {
   std::array<char, 256> host{};
   if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '?';
@@ -35,7 +37,7 @@ std::string holder(int file) {
   out = out.substr(0, out.find('\n'));
   std::ranges::replace_if(
       out, [](char c) { return static_cast<unsigned char>(c) < ' '; }, '?');
-  return out.empty() ? "another process" : out;
+  return out.empty() ? kNobody : out;
 }
 
 // Whoever is done with a lock removes it: what was opened just before must not count.
@@ -72,6 +74,10 @@ FolderLock::FolderLock(fs::path folder, std::string_view kind) : folder_(std::mo
     }
     if (is_still_there(file_, path)) break;
     ::close(file_);
+  }
+  if (const std::string who = holder(file_); who != kNobody && !who.starts_with("process ")) {
+    ::close(file_);
+    throw InputError(fmt::format("{}: is no lock of a job: move it elsewhere", path.string()));
   }
   // Who, for others' information: the lock holds without it, on a full disk too.
   if (::ftruncate(file_, 0) == 0) (void)write_all(file_, me());

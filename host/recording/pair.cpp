@@ -212,12 +212,13 @@ namespace {
 std::optional<Still> longest_still(const Series& signal, const Series& other, double offset_s,
                                    const Range& moving) {
   constexpr double kLeast_s = 3;
-  constexpr double kSettles_s = 1;  // a sensor's lag behind a step: what it does then is no motion of its own
+  constexpr double kSettles_s = 1;  // a sensor's lag behind a step to an end is no motion of its own
   constexpr double kMovesOn = 0.25;
   const auto [other_least, other_most] = without_spikes(other.value);
   const auto at = [&](double t_s) {
     return std::ranges::lower_bound(other.t_s, t_s + offset_s) - other.t_s.begin();
   };
+  const auto [least, most] = std::ranges::minmax(signal.value);
   Still longest;
   for (std::size_t from = 0, to = 0; from < signal.value.size(); from = to) {
     for (to = from; to < signal.value.size() && signal.value[to] == signal.value[from];) ++to;
@@ -225,7 +226,8 @@ std::optional<Still> longest_still(const Series& signal, const Series& other, do
     if (one.end_s - one.begin_s < std::max(kLeast_s, longest.end_s - longest.begin_s) ||
         signal.value[from] <= moving.min || signal.value[from] >= moving.max)
       continue;
-    const auto [low, high] = std::minmax_element(other.value.begin() + at(one.begin_s + kSettles_s),
+    const bool stepped = from > 0 && (signal.value[from] == least || signal.value[from] == most);
+    const auto [low, high] = std::minmax_element(other.value.begin() + at(one.begin_s + stepped * kSettles_s),
                                                  other.value.begin() + at(one.end_s));
     if (low != high && *high - *low >= kMovesOn * (other_most - other_least)) longest = one;
   }

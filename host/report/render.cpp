@@ -48,9 +48,13 @@ void clear_hand(const std::filesystem::path& folder) {
       "results\\.json|(joint|samples|covariance)-[0-9]+\\.(html|csv)|"
       "(holdout|curve|errors|error_correlation)_[0-9]+\\.(svg|pdf)");
   std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
-    if (std::regex_match(entry.path().filename().string(), kFiles))
-      std::filesystem::remove(entry.path(), ignored);
+  std::vector<std::filesystem::path> old;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    if (!std::regex_match(entry.path().filename().string(), kFiles)) continue;
+    io::require_writable(entry.path());  // not this command's input
+    old.push_back(entry.path());
+  }
+  for (const std::filesystem::path& path : old) std::filesystem::remove(path, ignored);
 }
 
 }  // namespace flexor::report

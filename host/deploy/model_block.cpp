@@ -9,7 +9,6 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "host/deploy/hardware.hpp"
 #include "host/io/io.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/formats.hpp"
@@ -392,12 +391,8 @@ bool fits_eeprom(const Glove& glove) {
 
 double share_of_room(const model::Model& model) {
   Glove glove;
-  model::Model mapped = model::folded(model).model;
-  for (model::Joint& joint : mapped.joints)
-    joint.ends = model::Ends{0, 45};  // no hand's own: with what maps to them
-  std::vector<std::string> notes;
+  glove.model = model::folded(model).model;
   try {
-    glove.model = on_hand(std::move(mapped), {}, notes);
     const model::Wiring wiring = model::wiring_of(glove.model);
     for (std::size_t i = 0; i < glove.model.inputs.size(); ++i) {
       const model::Input& input = glove.model.inputs[i];

@@ -402,7 +402,8 @@ class Search {
  public:
   Search(const Stack& stack, double period_s) : stack_(stack), period_s_(period_s) {}
 
-  // Coefficients, limits, priors and cross-validated error. With limits the loss has several minima: the one next to the open fit.
+  // Coefficients, limits, priors and cross-validated error. With limits the loss has several minima: the
+  // lower one of two starts, by least squares and from the open fit.
   Additive fit(const Branches& branches) const {
     const model::Saturation ends = limits_of(stack_, kEnds);
     const System system(stack_, branches, period_s_, ends);

@@ -291,7 +291,8 @@ void add_common(Options& o) {
   if (!o.initial.empty()) r.initial = model::load(o.initial);
   if (o.refit.empty()) return;
   if (r.structure != "auto") throw io::InputError("--refit is a structure of its own: leave out --structure");
-  r.refit = model::load(o.refit);
+  r.initial = model::load(o.refit);
+  r.refit = true;
 }
 
 void run_manifest(Options& o) {

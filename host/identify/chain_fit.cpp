@@ -67,7 +67,7 @@ class ChainFitter {
         stack_(sessions),
         raw_(data_of(stack_, sessions, joint.joint, inputs.sample_period_s, remembers(wanted))) {}
 
-  JointFit run(const std::optional<model::Channel>& initial, double least_deg) {
+  JointFit run(const std::optional<Initial>& initial, double least_deg) {
     if (!progress()) throw io::Cancelled("cancelled");
     Chain chain = wanted_;
     if (chain.lag && !chain.lag_s) {
@@ -80,6 +80,8 @@ class ChainFitter {
     JointFit out;
     Options options;
     options.initial = initial;
+    const bool gain_alone = initial && initial->gain_alone;
+    if (gain_alone) options.from = From::initial;
     Options fold;  // has one minimum to find, that of the whole
     fold.from = From::initial;
     fold.cost_tolerance = 1e-5;  // a fold's loss is judged by per cents
@@ -96,12 +98,12 @@ class ChainFitter {
       } else {
         first = summary;
       }
-      fold.initial = options.initial = summary.channel;
+      fold.initial = options.initial = Initial{summary.channel, gain_alone};
       options.from = From::initial;
       fold.knots = summary.knots;
       fold.deviation_deg = summary.deviation_deg;
       out = filled(chain, summary);
-      if (chain.blocks.order == 0 || out.hold_drift_deg <= kMostDrift_deg) break;
+      if (chain.blocks.order == 0 || gain_alone || out.hold_drift_deg <= kMostDrift_deg) break;
       if (!creeping) {
         finish();
         creeping = std::move(out);
@@ -299,7 +301,7 @@ class ChainFitter {
 }  // namespace
 
 JointFit fit_chain(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
-                   const JointMap& joint, const std::optional<model::Channel>& initial, double least_deg,
+                   const JointMap& joint, const std::optional<Initial>& initial, double least_deg,
                    const Step& step) {
   if (joint.sensors.size() != 1) {
     throw io::InputError(fmt::format(

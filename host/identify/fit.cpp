@@ -173,7 +173,7 @@ struct Solution {
 
 Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& free, double delta,
                const LmOptions& options) {
-  theta = theta.cwiseMax(problem.lower()).cwiseMin(problem.upper());
+  theta(free) = theta(free).cwiseMax(problem.lower()(free)).cwiseMin(problem.upper()(free)).eval();
   const auto residual = [&](const VectorXd& x, MatrixXd* jacobian) {
     theta(free) = x;
     VectorXd out = problem.residual(theta, free, jacobian);
@@ -397,6 +397,14 @@ class Fitter {
         own_problem_(own_predictor_, own_, options),
         free_(static_cast<std::size_t>(predictor_.layout().size)) {
     std::iota(free_.begin(), free_.end(), 0);
+    if (gain_alone()) {
+      const Layout& layout = predictor_.layout();
+      if (layout.dead_zone < 0 || layout.affine < 0)
+        throw io::InputError(fmt::format("{}: has no dead zone to fit", data.channel));
+      held_ = free_;
+      free_ = {layout.dead_zone + 1, layout.affine};
+      for (const int i : free_) std::erase(held_, i);
+    }
     if (!both_curves(structure)) return;
     const int first = predictor_.layout().input_curve;
     held_ = {first, first + structure.input_knots - 1};
@@ -410,6 +418,8 @@ class Fitter {
   }
 
  private:
+  bool gain_alone() const { return options_.initial && options_.initial->gain_alone; }
+
   // Every start by some steps of plain least squares to the recording alone; the best of two that go on sets the scale of the
   // robust loss.
   void search() {
@@ -420,7 +430,7 @@ class Fitter {
     std::vector<VectorXd> starts;
     if (options_.from != From::initial)
       starts = Starts(own_problem_, own_).make(options_.from == From::first);
-    if (options_.initial) starts.push_back(predictor_.theta(*options_.initial));
+    if (options_.initial) starts.push_back(predictor_.theta(options_.initial->chain));
     std::vector<std::pair<Solution, std::size_t>> tried;
     for (std::size_t k = 0; k < starts.size(); ++k) {
       tried.emplace_back(deviation_deg_ > 0 ? Solution{starts[k], 0, 0}
@@ -484,7 +494,7 @@ class Fitter {
 
   // A saturation that too few samples reach would be an outlier's value, not a limit.
   void hold_what_has_no_samples() {
-    if (!predictor_.structure().saturation) return;
+    if (!predictor_.structure().saturation || gain_alone()) return;
     const int at = predictor_.layout().saturation;
     VectorXd open = best_.theta;
     open(at) = -kInfinity;
@@ -567,6 +577,13 @@ class Fitter {
     }
     s.predicted_deg = predictor_.predict(best_.theta, nullptr);
     s.channel = predictor_.channel(best_.theta);
+    if (gain_alone()) {  // all else to the bit
+      const double edge = s.channel.dead_zone->upper;
+      const double gain = s.channel.lti.gain;
+      s.channel = options_.initial->chain;
+      s.channel.dead_zone->upper = edge;
+      s.channel.lti.gain = gain;
+    }
     s.channel.name = data_.channel;
     if (!predictor_.structure().saturation) s.channel.saturation = problem_.plausible();
     s.channel.rest_deg = quantile(sorted(data_.angle_deg(problem_.rows())), 0.5);

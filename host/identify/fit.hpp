@@ -47,6 +47,12 @@ struct Data {
   Eigen::Index size() const { return own > 0 ? own : input.size(); }
 };
 
+// Another chain of the same blocks, from which a fit begins.
+struct Initial {
+  model::Channel chain;
+  bool gain_alone = false;  // its gain and the width of its dead zone are fitted; all else stays as it is
+};
+
 // Where the search begins, and at `initial`, if there is one, too: at all its own starts, at the first of them, or at none.
 enum class From { all, first, initial };
 
@@ -56,7 +62,7 @@ struct Options {
   double cost_tolerance = 1e-7;  // of the last search, relative
   double slowest_s = 0;          // no pole is slower; 0: a tenth of the recording
   std::optional<Knots> knots;    // none: quantiles of the input
-  std::optional<model::Channel> initial;  // one start more
+  std::optional<Initial> initial;  // one start more
 };
 
 struct Summary : Fitted {
@@ -68,7 +74,8 @@ struct Summary : Fitted {
 };
 
 // Throws io::JobError, naming the channel: fewer used samples than five times the parameters, constant input
-// or angle, a dead zone where no sample lies, no convergence from any start.
+// or angle, a dead zone where no sample lies, no convergence from any start; io::InputError: an initial model of other
+// blocks, or without the dead zone that is to be fitted.
 Summary fit(const Structure& structure, const Data& data, const Options& options = {});
 
 // Samples whose error counts, in their order; of the recording's own alone, or of its copies too.

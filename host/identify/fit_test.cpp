@@ -48,7 +48,7 @@ TEST(Fit, InitialValuesAreOneStartMore) {
   const Structure structure = blocks_of("curve(8) > lti(2) > saturation");
   const Summary first = fit(structure, data);
   Options options;
-  options.initial = first.channel;
+  options.initial = Initial{first.channel};
   options.from = From::initial;
   const Summary again = fit(structure, data, options);
   EXPECT_NEAR(again.fitted_rmse_deg, first.fitted_rmse_deg, 1e-5);

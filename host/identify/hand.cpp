@@ -20,7 +20,6 @@
 #include "host/identify/joint_fit.hpp"
 #include "host/identify/map_check.hpp"
 #include "host/identify/readings.hpp"
-#include "host/identify/refit.hpp"
 #include "host/identify/robust.hpp"
 #include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
@@ -280,13 +279,13 @@ void warn_of_holdout(const HandRequest& request, const Takes& takes, const Joint
   if (const auto text = score::in_words_left_out(joint.holdout.left_out,
                                                  joint.holdout.samples + joint.holdout.left_out, "scored"))
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
-  if (joint.holdout.rmse_deg > kMuchWorse * joint.fitted_rmse_deg && !request.refit) {
+  if (joint.holdout.rmse_deg > kMuchWorse * joint.fitted_rmse_deg) {
     warnings.push_back(
         fmt::format("{}: the error on unseen data is {:.1f} times the error on the fitted part: the glove "
                     "changed during the recording, or the motion did",
                     joint.name, joint.holdout.rmse_deg / joint.fitted_rmse_deg));
   }
-  if (joint.hold_drift_deg > kMostDrift_deg && !request.refit && joint.verdict.advises) {
+  if (joint.hold_drift_deg > kMostDrift_deg && joint.verdict.advises) {
     warnings.push_back(
         fmt::format("{}: held still, its angle goes on by {:.1f} deg, as the sensor crept in the recording: "
                     "hold the hand for a "
@@ -417,13 +416,12 @@ void describe(const HandRequest& request, const std::vector<Files>& files, HandI
                       {"fit_all", request.fit_all},
                       {"lead_s", request.lead_s}};
   if (request.map.size() == 1) r.model.training["output_column"] = request.map.front().reference;
-  const auto fitted = [&](double value) { return request.refit ? Json(nullptr) : Json(value); };
   Json joints = Json::object();
   for (const JointResult& joint : r.joints) {
     joints[joint.name] = {{"structure", joint.structure},
                           {"verdict", score::to_json(joint.verdict)},
-                          {"fitted_rmse_deg", fitted(joint.fitted_rmse_deg)},
-                          {"cross_validated_deg", fitted(joint.cross_validated_deg)},
+                          {"fitted_rmse_deg", joint.fitted_rmse_deg},
+                          {"cross_validated_deg", joint.cross_validated_deg},
                           {"hold_drift_deg", joint.hold_drift_deg},
                           {"holdout", score::to_json(joint.holdout)}};
     if (joint.untried > 0) joints[joint.name]["untried_structures"] = joint.untried;
@@ -490,35 +488,28 @@ model::Channel chain_of(const model::Model& model, const std::string& joint) {
   return *chain;
 }
 
-void refit_joints(const HandRequest& request, const Samples& samples, HandIdentification& r) {
-  std::vector<model::Channel> refitted;
-  for (std::size_t j = 0; j < request.map.size(); ++j) {
-    const JointMap& map = request.map[j];
-    if (map.sensors.size() != 1)
-      throw InputError(
-          fmt::format("{}: a refit takes one sensor, the map names {}", map.joint, map.sensors.size()));
-    model::Channel c = chain_of(*request.refit, map.joint);
-    const auto input = std::ranges::find(r.model.inputs, map.sensors.front(), &model::Input::name);
+// Where the fit of a joint begins: its chain in the initial model, if there is one. Below its dead zone a model that is refitted has
+// no reading of its wearer.
+std::optional<Initial> initial_of(const HandRequest& request, const JointMap& map,
+                                  const std::vector<Session>& sessions) {
+  if (!request.initial) return {};
+  Initial out{chain_of(*request.initial, map.joint), request.refit};
+  const std::vector<double> readings = used_readings(sessions, 0);
+  if (out.gain_alone && out.chain.dead_zone && !readings.empty())
+    out.chain.dead_zone->lower = std::min(out.chain.dead_zone->lower, std::ranges::min(readings));
+  return out;
+}
+
+void warn_of_other_units(const HandRequest& request, HandIdentification& r) {
+  for (const JointMap& map : request.map) {
+    const model::Channel chain = chain_of(*request.initial, map.joint);
     model::Input wanted;
-    wanted.name = c.input_column;
-    wanted.unit = c.input_unit;
+    wanted.name = chain.input_column;
+    wanted.unit = chain.input_unit;
+    const auto input = std::ranges::find(r.model.inputs, map.sensors.front(), &model::Input::name);
     if (const auto note = unit_note(wanted, "--refit", input->column, input->unit))
       r.warnings.push_back(*note);
-    c.input_column = input->column;
-    c.input_unit = input->unit;
-    c.valid_min = input->valid_min;
-    c.valid_max = input->valid_max;
-    const std::vector<Session> sessions = sessions_of(samples[j]);
-    JointResult joint;
-    joint.name = map.joint;
-    joint.structure = "gain and dead zone refitted";
-    const model::Channel fitted = refit(c, sessions, r.model.sample_period_s);
-    joint.hold_drift_deg =
-        hold_drift_deg(model::model_of(fitted, r.model.sample_period_s), sessions, {c.input_column});
-    r.joints.push_back(std::move(joint));
-    refitted.push_back(fitted);
   }
-  r.model = model::with_channels(std::move(r.model), refitted);
 }
 
 // Joints that do not fit a board together: the largest is fitted again with less, and where no smaller one is there the next.
@@ -571,10 +562,11 @@ void fit_joints(const HandRequest& request, const std::vector<std::string>& stru
     std::packaged_task<JointResult()> task([&] {
       JointResult out;
       out.name = request.map[j].joint;
-      static_cast<JointFit&>(out) =
-          fit_joint(sessions_of(samples[j]), inputs, request.map[j], structures[j],
-                    request.initial ? std::optional(chain_of(*request.initial, out.name)) : std::nullopt,
-                    progress(j), request.room, most);
+      const std::vector<Session> sessions = sessions_of(samples[j]);
+      static_cast<JointFit&>(out) = fit_joint(sessions, inputs, request.map[j], structures[j],
+                                              initial_of(request, request.map[j], sessions), progress(j),
+                                              request.room, most);
+      if (request.refit) out.structure = "gain and dead zone refitted";
       return out;
     });
     task();
@@ -645,7 +637,8 @@ void fit_model(const HandRequest& request, const std::vector<std::string>& struc
                const std::vector<Files>& files, const Samples& samples, const Step& step,
                HandIdentification& r) {
   r.model = start_model(request, files, samples);
-  request.refit ? refit_joints(request, samples, r) : fit_joints(request, structures, samples, step, r);
+  if (request.refit) warn_of_other_units(request, r);
+  fit_joints(request, structures, samples, step, r);
   add_readings(request, samples, r.model);
   add_ends(request, samples, r);
   std::erase_if(r.model.inputs, [&](const model::Input& input) {
@@ -664,7 +657,7 @@ std::vector<std::string> asked_for(const HandRequest& request) {
     const std::string& joint = request.map[j].joint;
     Structure structure = structure_of(chain_of(*request.initial, joint));
     // A document has limits whether they were fitted or not; its own words tell.
-    if (const Json fit = fits.value(joint, Json::object()); fit.contains("structure"))
+    if (const Json fit = fits.value(joint, Json::object()); !request.refit && fit.contains("structure"))
       structure.saturation = fit["structure"].dump().find("saturation") != std::string::npos;
     out[j] = text_of(structure);
   }
@@ -672,7 +665,7 @@ std::vector<std::string> asked_for(const HandRequest& request) {
 }
 
 // What was proven on a part, the same structures once more from all; the figures stay those of the part. A joint of it that errs
-// more on all than what was proven stays as that is; of a refitted model all do: false.
+// more on all than what was proven stays as that is; false: it was not fitted.
 bool fit_again(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
   constexpr double kWorse = 1.03;
   HandRequest all = request;
@@ -681,7 +674,7 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
   std::vector<std::string> proven;
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     proven.push_back(r.joints[j].text);
-    if (!request.refit) all.map[j].sensors = r.joints[j].sensors;
+    all.map[j].sensors = r.joints[j].sensors;
   }
   Samples samples = sample_all(files, r.clocks, all);
   try {
@@ -692,10 +685,8 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
     return false;
   }
   add_estimates("", again.model, files, samples);
-  if (!request.refit) {  // joint by joint below
-    again.model.blocks.clear();
-    again.model.joints.clear();
-  }
+  again.model.blocks.clear();  // joint by joint below
+  again.model.joints.clear();
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     const double part_deg = rmse_deg(r.joints[j].samples, false, 0);
     const double all_deg = rmse_deg(samples[j], false, 0);
@@ -711,7 +702,6 @@ bool fit_again(const HandRequest& request, const std::vector<Files>& files, Hand
         "{}: fitted to all it errs by {:.1f} deg, fitted to the first part by {:.1f}{}: the model is "
         "the one of the first part",
         r.joints[j].name, all_deg, part_deg, fits_board ? "" : ", and " + chosen->refusal));
-    if (request.refit) return false;
   }
   r.model = std::move(again.model);
   return true;
@@ -1121,7 +1111,6 @@ Json curve_json(const JointResult& joint) {
 
 Json to_json(const HandIdentification& r) {
   Json joints = Json::object();
-  const auto fitted = [&](double value) { return r.request.refit ? Json(nullptr) : Json(value); };
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     const JointResult& joint = r.joints[j];
     Json baselines = Json::object();
@@ -1149,13 +1138,13 @@ Json to_json(const HandIdentification& r) {
                           {"pairs", rows_json(joint.pairs)},
                           {"lead_off_rmse_deg", {joint.sooner_deg, joint.later_deg}},
                           {"structure", joint.structure},
-                          {"structure_text", r.request.refit ? Json(nullptr) : Json(joint.text)},
+                          {"structure_text", joint.text},
                           {"hold_drift_deg", joint.hold_drift_deg},
                           {"ends", {{"open_deg", ends.open_deg}, {"fist_deg", ends.fist_deg}}},
-                          {"fitted_rmse_deg", fitted(joint.fitted_rmse_deg)},
-                          {"cross_validated_rmse_deg", fitted(joint.cross_validated_deg)},
-                          {"effective_parameters", fitted(joint.effective)},
-                          {"condition", fitted(joint.condition)},
+                          {"fitted_rmse_deg", joint.fitted_rmse_deg},
+                          {"cross_validated_rmse_deg", joint.cross_validated_deg},
+                          {"effective_parameters", joint.effective},
+                          {"condition", joint.condition},
                           {"iterations", joint.iterations > 0 ? Json(joint.iterations) : Json(nullptr)},
                           {"start", joint.start > 0 ? Json(joint.start) : Json(nullptr)},
                           {"parameters", parameters_json(joint.parameters)},

@@ -42,9 +42,9 @@ struct HandRequest {
   double rate_hz = 20;
   double split = 0.5;
   std::string structure = "auto";     // structure_text.hpp
-  std::optional<model::Model> refit;  // in its place: this model's gains and dead zones alone (refit.hpp)
   std::optional<model::Model>
       initial;  // a start for the parameters of its chains, whose structure is taken unless one is asked for
+  bool refit = false;  // its gains and dead zones alone are fitted
   bool fit_all =
       false;  // once proven on a part, the model is fitted in the same way to all of the recordings
   double lead_s = 0;
@@ -91,7 +91,6 @@ struct ScoreRow {
   std::map<std::string, double> baseline_deg;
 };
 
-// Of a refitted model there are no rows and no fit.
 struct JointResult : JointFit {
   std::string name;
   score::Score holdout;

@@ -63,7 +63,7 @@ Json sensors(const HandIdentification& r, const JointMap& joint) {
   Json out = Json::array();
   for (const std::string& sensor : joint.sensors) {
     const auto input = std::ranges::find(r.model.inputs, sensor, &model::Input::name);
-    if (input == r.model.inputs.end()) continue;  // a model that is refitted has its own sensors
+    if (input == r.model.inputs.end()) continue;
     out.push_back({{"column", sensor}, {"unit", input->unit}});
   }
   return out;

@@ -305,7 +305,7 @@ JointFit better(JointFit several, JointFit one) {
 }
 
 JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions, const model::Model& inputs,
-                       const JointMap& joint, const std::optional<model::Channel>& initial,
+                       const JointMap& joint, const std::optional<Initial>& initial,
                        const Step& step) {
   JointFit out = fit_chain(chain, sessions, inputs, joint, initial, HUGE_VAL, step);
   const std::string refusal = refusal_of(out);
@@ -407,7 +407,7 @@ void append(const model::Model& one, model::Model& model) {
 }
 
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                   const std::string& structure, const std::optional<model::Channel>& initial,
+                   const std::string& structure, const std::optional<Initial>& initial,
                    const Step& step, const Room& room, double most) {
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   if (const auto* chain = std::get_if<Chain>(&wanted))

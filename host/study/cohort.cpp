@@ -198,7 +198,7 @@ Json settings_of(const identify::HandRequest& o) {
   return {{"rate_hz", o.rate_hz},
           {"split", o.split},
           {"structure", o.structure},
-          {"refit", digest(o.refit)},
+          {"refit", o.refit},
           {"initial", digest(o.initial)},
           {"fit_all", o.fit_all},
           {"lead_s", o.lead_s},

@@ -27,7 +27,9 @@ GloveFit fit_glove(const GloveRequest& request, const std::vector<GloveRecording
   out.baselines.push_back({"line", identify::fit_hand(plain, logs)});
   leading.structure = "line-lead";
   out.baselines.push_back({"line-lead", identify::fit_hand(leading, logs)});
-  plain.refit = compensator("published-hw", request.rate_hz).model;
+  plain.structure = "auto";
+  plain.initial = compensator("published-hw", request.rate_hz).model;
+  plain.refit = true;
   out.baselines.push_back({"published-hw-refitted", identify::fit_hand(plain, logs)});
   return out;
 }

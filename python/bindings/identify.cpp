@@ -136,7 +136,7 @@ void add_identify(nb::module_& m) {
       .def_rw("split", &HandRequest::split)
       .def_rw("structure", &HandRequest::structure)
       .def_rw("initial", &HandRequest::initial, nb::arg().none())
-      .def_rw("refit", &HandRequest::refit, nb::arg().none())
+      .def_rw("refit", &HandRequest::refit)
       .def_rw("fit_all", &HandRequest::fit_all)
       .def_rw("lead_s", &HandRequest::lead_s)
       .def_rw("clock_offset_s", &HandRequest::clock_offset_s, nb::arg().none())

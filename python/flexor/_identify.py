@@ -101,7 +101,7 @@ def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[
         rate_hz=rate_hz, split=split, structure=structure, lead_s=lead_s, clock_offset_s=clock_offset_s, fit_all=fit_all,
         leave_out=core.LeaveOut[leave_out or "none"], input_unit=input_unit, output_unit=output_unit, ends=_ends(ends_deg),
         reference_error_deg={name(joint): error_deg for joint, error_deg in reference_error_deg.items()}, threads=threads,
-        initial=initial and initial._core, refit=refit and refit._core)
+        initial=(refit or initial) and (refit or initial)._core, refit=refit is not None)
     results, model, proven, covariances = run(core.identify, request, time_limit_s, progress=progress)
     return Identification(of_core(model), of_core(proven), results, covariances)
 

@@ -13,7 +13,7 @@
 #include "host/deploy/images.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/wiring.hpp"
-#include "host/identify/hand.hpp"
+#include "host/identify/identify.hpp"
 #include "host/io/io.hpp"
 #include "host/model/random_glove.hpp"
 #include "host/model/wiring.hpp"
@@ -58,13 +58,13 @@ class Replay : public testing::Test {
 model::Model identified(double rate_hz) {
   study::GloveRequest recorded;
   recorded.rate_hz = rate_hz;
-  identify::HandRequest request;
+  identify::Request request;
   request.rate_hz = rate_hz;
   request.lead_s = 0.1;
   request.structure = "curve(8) + play(0.08) > curve(8) + motion(0.15)";
   for (const std::string& finger : model::finger_names())
     request.map.push_back({finger, {finger + "_alpha_deg"}, finger + "_deg"});
-  return identify::fit_hand(request, study::hand_recordings(study::record_glove(recorded)));
+  return identify::fit_takes(study::hand_recordings(study::record_glove(recorded)), request);
 }
 
 TEST_F(Replay, AGloveThatTracksItsStripsIsTheHostToTheBit) {
@@ -197,12 +197,12 @@ TEST_F(RealReplay, RealRecordingsAreSentToTheBit) {
     ASSERT_GT(counts.size(), 1000U);
     for (const char* name : {"published-w", "published-hw"}) expect_exact(named(name), counts);
     // And the compensator that these very recordings give: curve, poles and hysteresis in ADC counts.
-    identify::HandRequest request;
+    identify::Request request;
     request.pairs = {{log, data() / folder / "camera_angles.csv"}};
     request.map = {{"index", {column}, reference}};
     request.input_unit = "count";
     request.structure = "hysteresis(1) > curve(10) > lti(2) > saturation";
-    const model::Model model = identify::identify_hand(request, {}).model;
+    const model::Model model = identify::identify_files(request, {}).model;
     expect_exact(model, counts);
   }
 }

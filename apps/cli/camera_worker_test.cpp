@@ -3,7 +3,7 @@
 #include <thread>
 
 #include "apps/cli/command_test.hpp"
-#include "host/identify/hand.hpp"
+#include "host/identify/identify.hpp"
 #include "host/io/worker.hpp"
 #include "host/study/builtin.hpp"
 #include "host/study/catalogue.hpp"
@@ -57,11 +57,11 @@ TEST_F(Rendered, ACompensatorFromAVideoIsAsGoodAsOneFromExactAngles) {
   std::array<double, 2> fit{};
   std::array<double, 2> offset{};
   for (std::size_t i = 0; i < 2; ++i) {
-    identify::HandRequest r;
+    identify::Request r;
     r.pairs = {{path("glove.csv"), path(i == 0 ? "truth.csv" : "angles.csv")}};
     r.map = {{"index", {"index_alpha"}, "index_mcp_deg"}};
     r.structure = "hammerstein";
-    const identify::HandIdentification result = identify::identify_hand(r, {});
+    const identify::Result result = identify::identify_files(r, {});
     fit[i] = result.joints[0].holdout.fit_percent;
     offset[i] = result.clocks[0].offset_s;
   }

@@ -10,9 +10,9 @@
 #include "apps/cli/progress.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/identify/from_poses.hpp"
-#include "host/identify/hand.hpp"
-#include "host/identify/hand_results.hpp"
+#include "host/identify/identify.hpp"
 #include "host/identify/joint_map.hpp"
+#include "host/identify/results.hpp"
 #include "host/io/folder_lock.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
@@ -27,7 +27,7 @@ namespace identify_command {
 struct Options {
   identify::SourceFiles files;
   bool is_named = true;  // the finger, by a column
-  identify::HandRequest request;
+  identify::Request request;
   std::string model;
   std::string report;
   std::vector<std::string> joints;
@@ -148,9 +148,9 @@ void show_rows(const std::string& joint, const std::string& what,
   for (const identify::ScoreRow& row : rows) print(scores_row(row, kName) + "\n");
 }
 
-void show(const identify::HandIdentification& r) {
+void show(const identify::Result& r) {
   for (const std::string& warning : r.warnings) log_warning(warning);
-  const std::vector<std::string> names = identify::names_of_pairs(r.request);
+  const std::vector<std::string> names = identify::names_of(r.files);
   for (std::size_t p = 0; p < r.clocks.size(); ++p) {
     print(fmt::format("{}: clock offset {:+.3f} s +- {:.3f}, confidence {:.2f}\n", names[p],
                       r.clocks[p].offset_s, r.clocks[p].standard_error_s, r.clocks[p].confidence));
@@ -172,15 +172,15 @@ void show(const identify::HandIdentification& r) {
     print(fmt::format("{}: {}\n  {}\n", joint.name, joint.structure, score::in_words(joint.verdict)));
   for (const model::Joint& joint : r.model.joints) {
     const model::Ends ends = model::ends(r.model, joint);
-    const bool stated = r.request.ends.contains(joint.name);
+    const bool stated = r.options.ends.contains(joint.name);
     print(fmt::format("{}: open hand {:.1f} deg, fist {:.1f}{}\n", joint.name, ends.open_deg, ends.fist_deg,
                       stated ? "" : ", by its angles; --pose-angles states others"));
   }
   for (const identify::JointResult& joint : r.joints) {
-    if (r.request.lead_s > 0)
+    if (r.options.lead_s > 0)
       print(fmt::format(
           "{}: {:.3f} s ahead; where what follows takes {:g} s less {:.2f} deg, more {:.2f} deg\n",
-          joint.name, r.request.lead_s, identify::kLeadOff_s, joint.sooner_deg, joint.later_deg));
+          joint.name, r.options.lead_s, identify::kLeadOff_s, joint.sooner_deg, joint.later_deg));
     if (joint.pairs.size() > 1) show_rows(joint.name, "held out of each pair", joint.pairs);
     if (!joint.left_out.empty()) show_rows(joint.name, "left out", joint.left_out);
     if (!joint.left_out_verdict) continue;
@@ -233,7 +233,7 @@ double lead_for(const std::string& what, double rate_hz) {
 }
 
 // What finds no partner is said.
-std::vector<identify::JointMap> map_by_name(const identify::HandRequest& r) {
+std::vector<identify::JointMap> map_by_name(const identify::Request& r) {
   const std::vector<identify::JointMap> map = identify::map_by_name(r.pairs.front(), r.time);
   for (const std::string& angle : identify::columns_of(r.pairs.front(), true, r.time)) {
     const std::string finger = angle.substr(0, angle.find('_'));
@@ -255,7 +255,7 @@ std::vector<identify::JointMap> map_by_name(const identify::HandRequest& r) {
 
 // Pairs and map, as they are or as one pair and its columns.
 void add_takes(Options& o) {
-  identify::HandRequest& r = o.request;
+  identify::Request& r = o.request;
   const bool mapped = !o.map.empty() || !o.pairs.empty();
   if (mapped && (!o.files.input.empty() || !o.files.output.empty() || !o.joints.empty())) {
     throw io::InputError(
@@ -280,7 +280,7 @@ void add_takes(Options& o) {
 
 // What all takes have in common.
 void add_common(Options& o) {
-  identify::HandRequest& r = o.request;
+  identify::Request& r = o.request;
   r.ends = pose_angles(o.pose_angles);
   r.room = deploy::share_of_room;
   r.reference_error_deg = reference_errors(o.reference_error);
@@ -403,8 +403,7 @@ void run(Options& o) {
   add_takes(o);
   add_common(o);
   Search search(o.time_limit_s);
-  identify::HandIdentification result =
-      search.run([&] { return identify::identify_hand(o.request, std::ref(search)); });
+  identify::Result result = search.run([&] { return identify::identify_files(o.request, std::ref(search)); });
   if (!o.is_named)
     result.warnings.emplace_back(
         "no column names a finger: the joint is called index; --map ring=INPUT:OUTPUT says otherwise");
@@ -412,7 +411,7 @@ void run(Options& o) {
   if (!o.model.empty()) model::save(result.model, o.model);
   if (!o.report.empty()) {
     report::clear_hand(o.report);
-    identify::save_hand_results(result, o.report);
+    identify::save_results(result, o.report);
     report::render(o.report);
   }
   if (o.json) {
@@ -446,7 +445,7 @@ void add_cohort(CLI::App& command, Options& o) {
   command.add_option("--threads", o.request.threads, "0: as many as the machine has")->capture_default_str();
 }
 
-void add_structure(CLI::App& command, identify::HandRequest& r) {
+void add_structure(CLI::App& command, identify::Request& r) {
   command
       .add_option("--structure", r.structure,
                   "auto; line (by least squares); a sum of curves: limited-line, line-lead, curve, "
@@ -509,7 +508,7 @@ void add_identify(CLI::App& app) {
   using namespace identify_command;
   const auto [o, command] = add_command(
       app, "identify", "From a glove log and measured angles to a compensator proven on unseen data", run);
-  identify::HandRequest& r = o->request;
+  identify::Request& r = o->request;
   command->add_option("--sensor", o->files.sensor, "CSV log of the glove");
   command->add_option("--reference", o->files.reference,
                       "CSV of the measured angle, or with --joints the video itself");

@@ -10,8 +10,8 @@
 #include <random>
 #include <set>
 
-#include "host/identify/hand.hpp"
-#include "host/identify/hand_results.hpp"
+#include "host/identify/identify.hpp"
+#include "host/identify/results.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/io/refusal_test.hpp"
@@ -115,7 +115,7 @@ class HandReport : public ReportTest {
     const io::TemporaryFolder simulated;
     const fs::path& logs = simulated.path();
     EXPECT_EQ(std::system(("'" FLEXOR_SIMULATE "' '" + logs.string() + "'").c_str()), 0);
-    identify::HandRequest r;
+    identify::Request r;
     const identify::PairFiles pair{logs / "simulated_glove.csv", logs / "simulated_camera.csv"};
     identify::PairFiles shorter = pair;
     shorter.sensor = logs / "shorter_glove.csv";
@@ -125,33 +125,33 @@ class HandReport : public ReportTest {
     r.map = identify::parse_map(
         "index=simulated_index_adc:∠simulated_index_deg,thumb=simulated_index_adc:∠simulated_index_deg");
     r.structure = "curve";
-    result_ = identify::identify_hand(r, {});
+    result_ = identify::identify_files(r, {});
   }
 
   nlohmann::ordered_json results() const { return nlohmann::ordered_json::parse(read("results.json")); }
 
-  identify::HandIdentification result_;
+  identify::Result result_;
 };
 
 TEST_F(HandReport, AnUnwritableFolderIsAnInputError) {
   io::write_file(folder_ / "file", "x");
-  EXPECT_THROW(identify::save_hand_results(result_, folder_ / "file"), io::InputError);
+  EXPECT_THROW(identify::save_results(result_, folder_ / "file"), io::InputError);
 }
 
 TEST_F(HandReport, AnotherWithFewerJointsLeavesNoneOfTheOlderOne) {
-  identify::save_hand_results(result_, folder_);
+  identify::save_results(result_, folder_);
   report::render(folder_, nullptr, true);
   io::write_file(folder_ / "notes-2.csv", "mine");
   report::clear_hand(folder_);
   result_.joints.pop_back();
-  identify::save_hand_results(result_, folder_);
+  identify::save_results(result_, folder_);
   report::render(folder_);
   for (const auto& [name, bytes] : files())
     EXPECT_EQ(name.find("2."), name == "notes-2.csv" ? 6 : std::string::npos) << name;
 }
 
 TEST_F(HandReport, HasAPageForEachJointDrawnFromWhatWasSaved) {
-  identify::save_hand_results(result_, folder_);
+  identify::save_results(result_, folder_);
   expect_the_same_once_more();
   const std::string overview = read("report.html");
   for (const char* joint : {"1", "2"}) {
@@ -170,7 +170,7 @@ TEST_F(HandReport, HasAPageForEachJointDrawnFromWhatWasSaved) {
 }
 
 TEST_F(HandReport, ShowsEveryFigureOfTheJointsBesideTheirPeersAndOfTheClocks) {
-  identify::save_hand_results(result_, folder_);
+  identify::save_results(result_, folder_);
   report::render(folder_);
   const std::string overview = read("report.html");
   const auto json = results();
@@ -201,7 +201,7 @@ TEST_F(HandReport, ShowsEveryFigureOfTheJointsBesideTheirPeersAndOfTheClocks) {
 
 // Results may be another's: names with markup, quotes and paths are texts, in pages and in figures.
 TEST_F(HandReport, NamesOfASentFolderAreShownNotObeyed) {
-  identify::save_hand_results(result_, folder_);
+  identify::save_results(result_, folder_);
   const fs::path proof = folder_ / "proof";
   const std::string evil = "../<b>&\"'; system(\"touch '" + proof.string() + "'\"); set ylabel 'x";
   auto json = results();
@@ -220,7 +220,7 @@ TEST_F(HandReport, NamesOfASentFolderAreShownNotObeyed) {
 
 // 1/4 behind a lag of 10 rad/s, 3/4 behind that and one of 2: partial fractions by hand.
 TEST_F(HandReport, AChainHasItsTransferFunction) {
-  identify::save_hand_results(result_, folder_);
+  identify::save_results(result_, folder_);
   auto json = results();
   json.at("joints").front()["iterations"] = 4;
   json.at("joints").front()["start"] = 3;
@@ -244,7 +244,7 @@ TEST_F(HandReport, PeersThatCouldNotBeFittedAndPausesAllOverAreSaid) {
       std::ranges::fill(s.sensors.front().gap, 1);
     }
   }
-  identify::save_hand_results(result_, folder_);
+  identify::save_results(result_, folder_);
   report::render(folder_);
   const std::string page = this->page("joint-1.html");
   EXPECT_NE(page.find("Could not be fitted: line: its angle hardly changes."), std::string::npos);

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "apps/live/refusal.hpp"
-#include "host/identify/hand.hpp"
+#include "host/identify/identify.hpp"
 #include "host/io/beneath.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"

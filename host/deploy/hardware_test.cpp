@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "host/deploy/model_block.hpp"
 #include "host/io/refusal_test.hpp"
 #include "host/model/compensator.hpp"
 
@@ -25,6 +26,7 @@ TEST(OnHand, OpenComesUponOpenAndFistUponFist) {
   EXPECT_EQ(on_hand(model, {}, notes), model) << "states no ends";
   model::Model turned = model;
   turned.joints[1].ends = model::Ends{113, 28};  // closes towards smaller angles
+  EXPECT_GT(share_of_room(turned), share_of_room(model)) << "what turns it takes room too";
   turned = on_hand(turned, {}, notes);
   EXPECT_EQ(notes.size(), 1U);
   model::Model open_at_zero = model;

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "host/deploy/hardware.hpp"
 #include "host/io/io.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/formats.hpp"
@@ -391,8 +392,9 @@ bool fits_eeprom(const Glove& glove) {
 
 double share_of_room(const model::Model& model) {
   Glove glove;
-  glove.model = model::folded(model).model;
+  std::vector<std::string> notes;
   try {
+    glove.model = model::folded(on_hand(model, {}, notes)).model;
     const model::Wiring wiring = model::wiring_of(glove.model);
     for (std::size_t i = 0; i < glove.model.inputs.size(); ++i) {
       const model::Input& input = glove.model.inputs[i];

@@ -29,7 +29,7 @@ void check_made_for(const Glove& glove, int rate_hz, const std::uint16_t* calibr
 // a block cannot say.
 ModelBlock model_block(const Glove& glove);
 
-// The larger share of a glove's flash and RAM that the model takes, whatever its sensors are; 0 where it is no board's.
+// The larger share of a glove's flash and RAM that the model takes on the hand, whatever its sensors are; 0 where it is no board's.
 double share_of_room(const model::Model& model);
 
 // Whether it can be sent while the glove runs.

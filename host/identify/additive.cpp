@@ -687,8 +687,8 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
     rank(out.begin(), out.end());
     std::ranges::for_each(with_limits(out), add);
     try_all();
-    leave_out_needless_limits(out);
   }
+  leave_out_needless_limits(out);
   for (auto next = out.begin(); next != out.end(); ++next) {
     // A finished one can be worse than it was.
     for (;;) {

@@ -5,7 +5,7 @@
 #include <random>
 #include <utility>
 
-#include "host/identify/hand_test.hpp"
+#include "host/identify/identify_test.hpp"
 #include "host/model/compensator.hpp"
 
 namespace flexor::identify {

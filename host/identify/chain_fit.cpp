@@ -78,11 +78,11 @@ class ChainFitter {
     std::optional<JointFit> creeping;  // poles as slow as the data say
     std::optional<Fitted> first;
     JointFit out;
-    Options options;
+    ChainOptions options;
     options.initial = initial;
     const bool gain_alone = initial && initial->gain_alone;
     if (gain_alone) options.from = From::initial;
-    Options fold;  // has one minimum to find, that of the whole
+    ChainOptions fold;  // has one minimum to find, that of the whole
     fold.from = From::initial;
     fold.cost_tolerance = 1e-5;  // a fold's loss is judged by per cents
     const auto finish = [&] {
@@ -151,7 +151,7 @@ class ChainFitter {
 
   // None where the chain without a lag fits as well.
   std::optional<double> best_lag_s() {
-    Options quick;
+    ChainOptions quick;
     quick.from = From::first;
     double least = (1 - kLagIsWorth) * fit(wanted_.blocks, behind(wanted_), quick).fitted_rmse_deg;
     std::optional<double> best;
@@ -261,7 +261,7 @@ class ChainFitter {
     if (gain != 1) model = model::corrected(std::move(model), 0, {gain, 0});
   }
 
-  void validate(const Chain& chain, const Data& data, const Options& options, JointFit& out) {
+  void validate(const Chain& chain, const Data& data, const ChainOptions& options, JointFit& out) {
     const std::vector<Fold> folds = folds_of(used_rows(data, true), stack_.begin, data.period_s);
     const std::vector<Summary> summaries = fit_folds(chain.blocks, data, folds, options);
     std::vector<std::pair<double, double>> estimates;

@@ -70,7 +70,7 @@ double root_mean_square(const VectorXd& r) {
 // The problem in terms of the free parameters; the others keep their value.
 class Problem {
  public:
-  Problem(const Predictor& predictor, const Data& data, const Options& options)
+  Problem(const Predictor& predictor, const Data& data, const ChainOptions& options)
       : predictor_(predictor), rows_(used_rows(data)), angle_(data.angle_deg(rows_)) {
     root_ = data.weight(rows_).cwiseSqrt();
     own_ = std::ranges::lower_bound(rows_, data.size()) - rows_.begin();
@@ -113,7 +113,7 @@ class Problem {
   }
 
  private:
-  void set_bounds(const Data& data, const Options& options) {
+  void set_bounds(const Data& data, const ChainOptions& options) {
     const Layout& layout = predictor_.layout();
     const Structure& structure = predictor_.structure();
     lower_ = VectorXd::Constant(layout.size, -kInfinity);
@@ -366,7 +366,7 @@ void check_data(const Structure& structure, const Data& data, const std::vector<
 }
 
 Knots place_knots(const Structure& structure, const Data& data, const std::vector<Index>& rows,
-                  const Options& options) {
+                  const ChainOptions& options) {
   if (options.knots) return *options.knots;
   const auto input = sorted(data.input(rows));
   Knots knots;
@@ -386,7 +386,7 @@ Data own_part(Data data) {
 
 class Fitter {
  public:
-  Fitter(const Structure& structure, const Data& data, const Options& options)
+  Fitter(const Structure& structure, const Data& data, const ChainOptions& options)
       : data_(data),
         own_(own_part(data)),
         options_(options),
@@ -592,7 +592,7 @@ class Fitter {
 
   const Data& data_;
   Data own_;
-  const Options& options_;
+  const ChainOptions& options_;
   Predictor predictor_;
   Predictor own_predictor_;
   Problem problem_;
@@ -618,7 +618,7 @@ std::vector<Index> used_rows(const Data& data, bool own) {
   return rows;
 }
 
-Summary fit(const Structure& structure, const Data& data, const Options& options) {
+Summary fit(const Structure& structure, const Data& data, const ChainOptions& options) {
   check_data(structure, data, used_rows(data));
   return Fitter(structure, data, options).run();
 }

@@ -56,7 +56,7 @@ struct Initial {
 // Where the search begins, and at `initial`, if there is one, too: at all its own starts, at the first of them, or at none.
 enum class From { all, first, initial };
 
-struct Options {
+struct ChainOptions {
   From from = From::all;
   double deviation_deg = 0;      // of the residuals, which sets the loss; 0: of a first fit by least squares
   double cost_tolerance = 1e-7;  // of the last search, relative
@@ -76,7 +76,7 @@ struct Summary : Fitted {
 // Throws io::JobError, naming the channel: fewer used samples than five times the parameters, constant input
 // or angle, a dead zone where no sample lies, no convergence from any start; io::InputError: an initial model of other
 // blocks, or without the dead zone that is to be fitted.
-Summary fit(const Structure& structure, const Data& data, const Options& options = {});
+Summary fit(const Structure& structure, const Data& data, const ChainOptions& options = {});
 
 // Samples whose error counts, in their order; of the recording's own alone, or of its copies too.
 std::vector<Eigen::Index> used_rows(const Data& data, bool own = false);

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "host/identify/folds.hpp"
-#include "host/identify/hand_test.hpp"
+#include "host/identify/identify_test.hpp"
 #include "host/identify/robust.hpp"
 #include "host/identify/uncertainty.hpp"
 #include "host/io/numbers.hpp"
@@ -47,7 +47,7 @@ TEST(Fit, InitialValuesAreOneStartMore) {
   const Data data = example();
   const Structure structure = blocks_of("curve(8) > lti(2) > saturation");
   const Summary first = fit(structure, data);
-  Options options;
+  ChainOptions options;
   options.initial = Initial{first.channel};
   options.from = From::initial;
   const Summary again = fit(structure, data, options);
@@ -132,7 +132,7 @@ void expect_plausible(const Summary& s, const Data& data, const std::string& wha
 TEST(CurveBounds, AKnotThatHardlyAnySampleTouchesGoesOnAsFarAsIsPlausible) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     const Data data = example(1500, 0.5, seed);
-    Options options;
+    ChainOptions options;
     options.knots = Knots{{200, 400, 600, data.input.maxCoeff() - 1, 9000}, {}};
     const Summary s = fit(blocks_of("curve(5) > lti(1)"), data, options);
     EXPECT_GT(s.channel.input_curve->y[4], s.channel.input_curve->y[3]);
@@ -326,7 +326,7 @@ TEST_P(Recovery, EveryParameterWithinThreeOfItsHonestStandardErrors) {
   std::vector<double> bias(expected.size(), 0);  // in standard errors
   std::vector<Parameter> last;
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
-    Options options;
+    ChainOptions options;
     if (!truth.knots.empty()) options.knots = Knots{truth.knots, {}};
     const Summary s = fit(truth.structure, simulate(truth, seed), options);
     ASSERT_EQ(s.parameters.size(), expected.size());

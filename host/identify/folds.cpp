@@ -41,7 +41,7 @@ std::vector<Fold> folds_of(const std::vector<Index>& used, const std::vector<Ind
 }
 
 std::vector<Summary> fit_folds(const Structure& structure, const Data& data, const std::vector<Fold>& folds,
-                               const Options& options) {
+                               const ChainOptions& options) {
   std::vector<Summary> out;
   for (const Fold& fold : folds) {
     Data rest = data;

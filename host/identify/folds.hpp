@@ -25,6 +25,6 @@ std::vector<Fold> folds_of(const std::vector<Eigen::Index>& used, const std::vec
 // A chain's fits to all but each fold: what `options` does not give (knots, a start, the width of the loss) comes from that part
 // alone, as the parameters do. Throws io::JobError when one cannot be fitted.
 std::vector<Summary> fit_folds(const Structure& structure, const Data& data, const std::vector<Fold>& folds,
-                               const Options& options);
+                               const ChainOptions& options);
 
 }  // namespace flexor::identify

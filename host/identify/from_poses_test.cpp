@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "host/identify/hand_test.hpp"
+#include "host/identify/identify_test.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/fixed_error.hpp"

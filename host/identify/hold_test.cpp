@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "host/identify/hand_test.hpp"
+#include "host/identify/identify_test.hpp"
 
 namespace flexor::identify {
 namespace {

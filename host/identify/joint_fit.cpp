@@ -305,8 +305,7 @@ JointFit better(JointFit several, JointFit one) {
 }
 
 JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions, const model::Model& inputs,
-                       const JointMap& joint, const std::optional<Initial>& initial,
-                       const Step& step) {
+                       const JointMap& joint, const std::optional<Initial>& initial, const Step& step) {
   JointFit out = fit_chain(chain, sessions, inputs, joint, initial, HUGE_VAL, step);
   const std::string refusal = refusal_of(out);
   if (!refusal.empty()) {
@@ -407,8 +406,8 @@ void append(const model::Model& one, model::Model& model) {
 }
 
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                   const std::string& structure, const std::optional<Initial>& initial,
-                   const Step& step, const Room& room, double most) {
+                   const std::string& structure, const std::optional<Initial>& initial, const Step& step,
+                   const Room& room, double most) {
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   if (const auto* chain = std::get_if<Chain>(&wanted))
     return fit_one_chain(*chain, sessions, inputs, joint, initial, step);

@@ -61,8 +61,8 @@ using Room = std::function<double(const model::Model&)>;
 // structure_text.hpp. Where `step` stops the search of a sum, the best so far is taken, of one structure at least. Throws io::InputError and io::JobError.
 // `initial`: a start for the parameters of a chain that is asked for. Candidates of a search that take `most` of the room or more are passed over.
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                   const std::string& structure, const std::optional<Initial>& initial,
-                   const Step& step, const Room& room = {}, double most = HUGE_VAL);
+                   const std::string& structure, const std::optional<Initial>& initial, const Step& step,
+                   const Room& room = {}, double most = HUGE_VAL);
 
 // Why `one`, which creeps back after its sensor, is not worth more than the best that holds still; empty: it is. While the finger
 // itself holds still its error may wander by half as much again.

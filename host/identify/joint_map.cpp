@@ -103,6 +103,16 @@ std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeO
   return out;
 }
 
+std::vector<std::string> sensors_of(const std::vector<JointMap>& map) {
+  std::vector<std::string> out;
+  for (const JointMap& joint : map) {
+    for (const std::string& sensor : joint.sensors) {
+      if (std::ranges::find(out, sensor) == out.end()) out.push_back(sensor);
+    }
+  }
+  return out;
+}
+
 std::vector<JointMap> parse_map(const std::string& text) {
   std::vector<JointMap> out;
   std::size_t at = 0;

@@ -21,6 +21,9 @@ struct JointMap {
 // "thumb=SensorA0:thumb_deg,index=SensorA1+SensorA0:index_deg". Throws io::InputError, pointing at what is wrong.
 std::vector<JointMap> parse_map(const std::string& text);
 
+// Of all joints, each once.
+std::vector<std::string> sensors_of(const std::vector<JointMap>& map);
+
 struct PairFiles {
   recording::Log sensor;
   recording::Log reference;

@@ -38,17 +38,16 @@ bool of_one_kind(const std::string& a, const std::string& b) {
 }
 
 // All columns of the log; those of the map alone where another one holds what is no number.
-recording::Recording every_column(const PairFiles& files, const HandRequest& request,
-                                  const HandRecordings& read) {
+recording::Recording every_column(const Take& take, const Options& options) {
   // A pipe is read once.
-  const bool is_there = files.sensor.memory() || std::filesystem::is_regular_file(files.sensor);
-  if (!is_there || !request.time.segments.empty()) return read.sensor;
+  const bool is_there = take.files.sensor.memory() || std::filesystem::is_regular_file(take.files.sensor);
+  if (!is_there || !options.time.segments.empty()) return take.sensor;
   try {
-    recording::TimeOptions time = request.time;
-    if (read.sensor.time_column == recording::kHostClock) time.columns = {recording::kHostClock};
-    return recording::read(*recording::open_log(files.sensor, {{}, time, recording::Holes::some}));
+    recording::TimeOptions time = options.time;
+    if (take.sensor.time_column == recording::kHostClock) time.columns = {recording::kHostClock};
+    return recording::read(*recording::open_log(take.files.sensor, {{}, time, recording::Holes::some}));
   } catch (const InputError&) {
-    return read.sensor;
+    return take.sensor;
   }
 }
 
@@ -124,18 +123,17 @@ void warn_of_equal_columns(const std::vector<JointMap>& map, const recording::Re
   }
 }
 
-std::set<std::string> check_map(const HandRequest& request, const PairFiles& files,
-                                const HandRecordings& read, double clock_offset_s,
+std::set<std::string> check_map(const Options& options, const Take& take, double clock_offset_s,
                                 std::vector<std::string>& warnings) {
   std::set<std::string> stuck;
-  warn_of_equal_columns(request.map, read.sensor, warnings);
-  const bool clock_is_known = request.clock_offset_s || share_a_clock(read.sensor, read.reference.front());
-  const recording::Recording all = every_column(files, request, read);
-  for (std::size_t j = 0; j < request.map.size(); ++j) {
-    const JointMap& map = request.map[j];
+  warn_of_equal_columns(options.map, take.sensor, warnings);
+  const bool clock_is_known = options.clock_offset_s || share_a_clock(take.sensor, take.reference.front());
+  const recording::Recording all = every_column(take, options);
+  for (std::size_t j = 0; j < options.map.size(); ++j) {
+    const JointMap& map = options.map[j];
     const std::string& own = map.sensors.front();
-    const recording::Series angle = read.reference[j].series(map.reference);
-    const recording::Recording alone = recording::without_holes(read.sensor, own);
+    const recording::Series angle = take.reference[j].series(map.reference);
+    const recording::Recording alone = recording::without_holes(take.sensor, own);
     if (const auto still = recording::frozen(alone.series(own), angle, clock_offset_s)) {
       warnings.push_back(fmt::format("{}: {} {} while the angle moves: is it stuck or unplugged?", map.joint,
                                      own, recording::in_words(*still)));
@@ -169,19 +167,18 @@ std::set<std::string> check_map(const HandRequest& request, const PairFiles& fil
   return stuck;
 }
 
-void refuse_seen_before(const std::vector<HandRecordings>& files) {
-  const HandRecordings& last = files.back();
-  for (std::size_t p = 0; p + 1 < files.size(); ++p) {
-    if (last.sensor.digest.empty() || files[p].sensor.digest != last.sensor.digest) continue;
+void refuse_seen_before(const std::vector<Take>& takes) {
+  const Take& last = takes.back();
+  for (std::size_t p = 0; p + 1 < takes.size(); ++p) {
+    if (last.sensor.digest.empty() || takes[p].sensor.digest != last.sensor.digest) continue;
     throw InputError(
         fmt::format("{}: the same log as {} of another pair, and no second recording: give it once",
-                    last.sensor.source, files[p].sensor.source));
+                    last.sensor.source, takes[p].sensor.source));
   }
 }
 
-void check_gloves(const HandRequest& request, std::size_t j, const std::vector<Session>& sessions) {
-  const JointMap& map = request.map[j];
-  const std::vector<std::string> names = names_of_pairs(request);
+void check_gloves(const JointMap& map, const std::vector<std::string>& names,
+                  const std::vector<Session>& sessions) {
   std::optional<std::pair<std::size_t, double>> first;
   for (std::size_t p = 0; p < sessions.size(); ++p) {
     const Relation own = relation(used_angles({&sessions[p], 1}), used_readings({&sessions[p], 1}, 0));

@@ -8,22 +8,22 @@
 #include <string>
 #include <vector>
 
-#include "host/identify/hand.hpp"
+#include "host/identify/identify.hpp"
 
 namespace flexor::identify {
 
 // Warns of sensors that say the same, of one that is stuck while its angle moves, and where another sensor of the log tells a joint
 // better than the one that the map names. Throws io::JobError where none tells it at all. Looks at the whole recording: it only
 // warns and refuses. The joints whose sensor is stuck: no structure mends that.
-std::set<std::string> check_map(const HandRequest& request, const PairFiles& files,
-                                const HandRecordings& read, double clock_offset_s,
+std::set<std::string> check_map(const Options& options, const Take& take, double clock_offset_s,
                                 std::vector<std::string>& warnings);
 
 // Throws io::InputError where the last log is that of an earlier pair: nothing would differ between these donnings.
-void refuse_seen_before(const std::vector<HandRecordings>& files);
+void refuse_seen_before(const std::vector<Take>& takes);
 
-// Of joint j, a session for each pair: throws io::InputError where one's sensor moves the other way, or 2.5 times as far.
-void check_gloves(const HandRequest& request, std::size_t j, const std::vector<Session>& sessions);
+// A session for each take, and its name: throws io::InputError where one's sensor moves the other way, or 2.5 times as far.
+void check_gloves(const JointMap& map, const std::vector<std::string>& names,
+                  const std::vector<Session>& sessions);
 
 // None where the column's unit is the input's; where either states none, a line that says so. A reading in another unit would
 // give angles that look right: throws io::InputError.

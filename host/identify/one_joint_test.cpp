@@ -2,20 +2,20 @@
 #include "host/identify/joint_map.hpp"
 
 #include "host/identify/estimator.hpp"
-#include "host/identify/hand_test.hpp"
+#include "host/identify/identify_test.hpp"
 
 namespace flexor::identify {
 namespace {
 
-class AppliedIsScored : public Hand, public testing::WithParamInterface<Take> {};
+class AppliedIsScored : public Hand, public testing::WithParamInterface<Drawn> {};
 
 TEST_P(AppliedIsScored, ReadingByReadingTheAnglesAreThoseThatWereScored) {
-  HandRequest request = Hand::request({write("log", GetParam())});
+  Request request = Hand::request({write("log", GetParam())});
   request.input_unit = "count";
   const recording::Recording log = recording::read_csv(request.pairs[0].sensor, {}, "");
   for (const char* structure : {"hw", "hysteresis-hw", "curve"}) {
     request.structure = structure;
-    const HandIdentification r = identify_hand(request, {});
+    const Result r = identify_files(request, {});
     Estimator<model::DoubleArithmetic> estimator(model::from_json(model::to_json(r.model), "m"));
     std::vector<double> applied;
     std::size_t pauses = 0;
@@ -34,9 +34,9 @@ TEST_P(AppliedIsScored, ReadingByReadingTheAnglesAreThoseThatWereScored) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Logs, AppliedIsScored,
-                         testing::Values(Take{120, 7, 20, 2}, Take{120, 7, 20, 2, true},
-                                         Take{120, 7, 100, 14}, Take{120, 7, 100, 14, true},
-                                         Take{120, 7, 9, 2, true, true}));
+                         testing::Values(Drawn{120, 7, 20, 2}, Drawn{120, 7, 20, 2, true},
+                                         Drawn{120, 7, 100, 14}, Drawn{120, 7, 100, 14, true},
+                                         Drawn{120, 7, 9, 2, true, true}));
 
 TEST_F(Hand, TwoLogsOfOneMachineHaveOneClock) {
   const PairFiles logs = write("one", {30, 7});
@@ -54,19 +54,19 @@ TEST_F(Hand, TwoLogsOfOneMachineHaveOneClock) {
   EXPECT_EQ(one_clock.clock_offset_s, 0);
   EXPECT_GE(one_clock.t_s.front(), 1000);
   EXPECT_EQ(recording::align_pair(load_pair(files, true), 20, kOffset_s).t_s.front(), 10);
-  HandRequest request = Hand::request({logs});
+  Request request = Hand::request({logs});
   request.structure = "line";
-  EXPECT_EQ(identify_hand(request, {}).clocks.front().offset_s, 0);
+  EXPECT_EQ(identify_files(request, {}).clocks.front().offset_s, 0);
   set_clock(logs.sensor, -10);  // counted from a start: that may be each log's own, and is no common clock
   set_clock(logs.reference, -10 - kOffset_s);
-  EXPECT_NEAR(identify_hand(request, {}).clocks.front().offset_s, kOffset_s, 0.1);
+  EXPECT_NEAR(identify_files(request, {}).clocks.front().offset_s, kOffset_s, 0.1);
 }
 
 class OneJointOf : public Hand {
  protected:
-  HandRequest request(const Take& take, const char* structure,
-                      const std::function<void(std::vector<double>&)>& change_angle = {}) const {
-    HandRequest r = Hand::request({write("one", take, change_angle)});
+  Request request(const Drawn& take, const char* structure,
+                  const std::function<void(std::vector<double>&)>& change_angle = {}) const {
+    Request r = Hand::request({write("one", take, change_angle)});
     r.structure = structure;
     r.input_unit = "count";
     return r;
@@ -75,13 +75,12 @@ class OneJointOf : public Hand {
 
 TEST_F(OneJointOf, AGivenOffsetHoldsForSignalsThatDoNotTellIt) {
   std::mt19937 random(11);
-  HandRequest r =
-      request({30, 7, 100, 2}, "linear", [&](std::vector<double>& angle) {  // another take's camera
-        for (double& v : angle) v = static_cast<double>(random() % 80);
-      });
-  EXPECT_THROW((void)identify_hand(r, {}), io::JobError);
+  Request r = request({30, 7, 100, 2}, "linear", [&](std::vector<double>& angle) {  // another take's camera
+    for (double& v : angle) v = static_cast<double>(random() % 80);
+  });
+  EXPECT_THROW((void)identify_files(r, {}), io::JobError);
   r.clock_offset_s = 3.7;
-  const HandIdentification given = identify_hand(r, {});
+  const Result given = identify_files(r, {});
   EXPECT_DOUBLE_EQ(given.clocks[0].offset_s, 3.7);
   EXPECT_EQ(given.clocks[0].confidence, 0);
   EXPECT_TRUE(warned(given, "no sensor explains"));
@@ -90,40 +89,40 @@ TEST_F(OneJointOf, AGivenOffsetHoldsForSignalsThatDoNotTellIt) {
 }
 
 TEST_F(OneJointOf, ADriftOfTheClocksCostsNothing) {
-  const HandRequest request = OneJointOf::request({120, 7, 50, 1}, "curve");
-  const double without_deg = identify_hand(request, {}).joints[0].holdout.rmse_deg;
+  const Request request = OneJointOf::request({120, 7, 50, 1}, "curve");
+  const double without_deg = identify_files(request, {}).joints[0].holdout.rmse_deg;
   const std::string camera = io::read_file(request.pairs[0].reference);
   for (const double ppm : {-5000.0, 3000.0}) {
     io::write_file(request.pairs[0].reference, camera);
     change(request.pairs[0].reference, [&](recording::Recording& log) {
       for (double& t : log.t_s) t *= 1 + 1e-6 * ppm;
     });
-    const HandIdentification r = identify_hand(request, {});
+    const Result r = identify_files(request, {});
     EXPECT_NEAR(r.clocks[0].drift_ppm, ppm, 3 * r.clocks[0].drift_se_ppm);
     EXPECT_LT(r.joints[0].holdout.rmse_deg, 1.1 * without_deg) << ppm;
-    HandRequest given = request;
+    Request given = request;
     given.clock_offset_s = r.clocks[0].offset_s;
-    EXPECT_LT(identify_hand(given, {}).joints[0].holdout.rmse_deg, 1.1 * without_deg) << ppm;
+    EXPECT_LT(identify_files(given, {}).joints[0].holdout.rmse_deg, 1.1 * without_deg) << ppm;
   }
 }
 
 TEST_F(OneJointOf, AnglesThatAreLostEarlyAreLeftOutAsLaterOnes) {
   for (const std::size_t from : {12U, 402U}) {
-    const HandRequest r = request({40, 7, 50, 1}, "line", [&](std::vector<double>& angle) {
+    const Request r = request({40, 7, 50, 1}, "line", [&](std::vector<double>& angle) {
       for (std::size_t k = from; k < from + 7; ++k) angle[k] = std::nan("");
     });
-    EXPECT_TRUE(warned(identify_hand(r, {}), "7 of 1200 rows have no index_deg")) << from;
+    EXPECT_TRUE(warned(identify_files(r, {}), "7 of 1200 rows have no index_deg")) << from;
   }
 }
 
 TEST_F(RealRecordings, TheLineOfTheVerdictIsTheLineThatItAdvises) {
-  HandRequest r = request("cases/08-advice-line-loop/log.csv", "index=flex_adc:index_deg");
-  const JointResult joint = identify_hand(r, {}).joints[0];
+  Request r = request("cases/08-advice-line-loop/log.csv", "index=flex_adc:index_deg");
+  const JointResult joint = identify_files(r, {}).joints[0];
   EXPECT_EQ(joint.verdict.baseline, "line");
   for (const score::Baseline& one : score::kBaselines) {
     if (one.structure == nullptr) continue;
     r.structure = one.structure;
-    const JointResult advised = identify_hand(r, {}).joints[0];
+    const JointResult advised = identify_files(r, {}).joints[0];
     EXPECT_NEAR(advised.holdout.rmse_deg, joint.baselines.at(one.name).rmse_deg, 0.01) << one.name;
     EXPECT_NE(advised.verdict.baseline, one.name);
   }
@@ -131,7 +130,7 @@ TEST_F(RealRecordings, TheLineOfTheVerdictIsTheLineThatItAdvises) {
 
 TEST_F(RealRecordings, EveryCandidateThatLooksBetterThanTheChosenOneSaysWhyItIsNot) {
   for (const char* name : {"sensors/bender_9_17.csv", "sensors/bender_10_14_v7.csv"}) {
-    const JointResult joint = identify_hand(request(name, "index=ADC Value:IMU Angle (deg)"), {}).joints[0];
+    const JointResult joint = identify_files(request(name, "index=ADC Value:IMU Angle (deg)"), {}).joints[0];
     const auto chosen = std::ranges::find(joint.rows, true, &CandidateRow::chosen);
     for (const CandidateRow& row : joint.rows) {
       const bool looks_better =
@@ -145,19 +144,19 @@ TEST_F(RealRecordings, EveryCandidateThatLooksBetterThanTheChosenOneSaysWhyItIsN
 
 // Of readings that span a twentieth of the converter's range.
 TEST_F(RealRecordings, ASteepLineFitsABoard) {
-  HandRequest r = request("sensors/bender_9_17.csv", "index=ADC Value:IMU Angle (deg)");
+  Request r = request("sensors/bender_9_17.csv", "index=ADC Value:IMU Angle (deg)");
   for (const char* structure : {"line", "linear-dynamic"}) {
     r.structure = structure;
-    EXPECT_NO_THROW(model::check_fixed(identify_hand(r, {}).model)) << structure;
+    EXPECT_NO_THROW(model::check_fixed(identify_files(r, {}).model)) << structure;
   }
 }
 
 TEST_F(RealRecordings, SensorsThatAModelCannotHoldAreRefusedBeforeTheSearch) {
-  HandRequest r =
+  Request r =
       request("cases/05-six-sensors/six.csv", "index=s0_adc+s1_adc+s2_adc+s3_adc+s4_adc+s5_adc:index_deg");
-  EXPECT_LE(identify_hand(r, {}).joints[0].structure.size(), 100U);
+  EXPECT_LE(identify_files(r, {}).joints[0].structure.size(), 100U);
   r.structure = "curve + play(0.1) > curve + play(0.2) > curve + motion(0.1) + motion(0.3) + motion(0.5)";
-  EXPECT_TRUE(has(io::refusal_of([&] { identify_hand(r, {}); }), "32 curves"));
+  EXPECT_TRUE(has(io::refusal_of([&] { identify_files(r, {}); }), "32 curves"));
 }
 
 TEST_F(OneJointOf, AJointIsTheFingerOfItsColumnsOrElseIndex) {
@@ -176,29 +175,29 @@ TEST_F(OneJointOf, AJointIsTheFingerOfItsColumnsOrElseIndex) {
 }
 
 TEST_F(OneJointOf, ReadingsOnARailCostNothingButThemselves) {
-  const HandRequest r = request({120, 7, 100, 0}, "hw");
-  const double clean_deg = identify_hand(r, {}).joints[0].holdout.rmse_deg;
+  const Request r = request({120, 7, 100, 0}, "hw");
+  const double clean_deg = identify_files(r, {}).joints[0].holdout.rmse_deg;
   change(r.pairs[0].sensor, [](recording::Recording& log) {
     for (std::size_t i = 3; i < log.t_s.size(); i += 5) log.columns[0].value[i] = i % 2 == 0 ? 0 : 1023;
   });
-  EXPECT_LT(identify_hand(r, {}).joints[0].holdout.rmse_deg, 1.3 * clean_deg);
+  EXPECT_LT(identify_files(r, {}).joints[0].holdout.rmse_deg, 1.3 * clean_deg);
 }
 
 TEST_F(OneJointOf, AFingerThatStandsStillWhereItIsHeldOutProvesNothing) {
   const auto stands = [](std::vector<double>& v, double at) {
     std::fill(v.begin() + std::ssize(v) / 2, v.end(), at);
   };
-  HandRequest r = request({120, 7, 20, 1}, "line", [&](std::vector<double>& angle) { stands(angle, 40); });
+  Request r = request({120, 7, 20, 1}, "line", [&](std::vector<double>& angle) { stands(angle, 40); });
   change(r.pairs[0].sensor, [&](recording::Recording& log) { stands(log.columns[0].value, 400); });
   r.clock_offset_s = kOffset_s;
-  EXPECT_TRUE(warned(identify_hand(r, {}), "nothing is proven"));
+  EXPECT_TRUE(warned(identify_files(r, {}), "nothing is proven"));
 }
 
 TEST_F(RealRecordings, AWrongUserOffsetIsCalledOut) {
-  HandRequest r = request("glove/middle_mid1", "middle=SensorA2:∠BCD_smooth");
+  Request r = request("glove/middle_mid1", "middle=SensorA2:∠BCD_smooth");
   r.structure = "line";
-  r.clock_offset_s = identify_hand(r, {}).clocks[0].offset_s + 2.5;
-  EXPECT_TRUE(warned(identify_hand(r, {}), "disagrees with the signals by +2.5"));
+  r.clock_offset_s = identify_files(r, {}).clocks[0].offset_s + 2.5;
+  EXPECT_TRUE(warned(identify_files(r, {}), "disagrees with the signals by +2.5"));
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include <set>
 #include <sstream>
 
-#include "host/identify/hand.hpp"
+#include "host/identify/identify.hpp"
 #include "host/identify/map_check.hpp"
 #include "host/identify/readings.hpp"
 #include "host/io/io.hpp"
@@ -147,10 +147,10 @@ void refuse_radians(const recording::Recording& angle, const std::string& column
 }
 
 // A glove's log and what a camera saw meanwhile; a sensor that is not read stands still.
-HandRecordings read_take(const RecalibrationFiles& files, const recording::TimeOptions& time,
-                         const recording::Recording& log, const std::vector<JointMap>& map,
-                         std::vector<std::string>& notes) {
-  HandRecordings out{log, {}};
+Take read_take(const RecalibrationFiles& files, const recording::TimeOptions& time,
+               const recording::Recording& log, const std::vector<JointMap>& map,
+               std::vector<std::string>& notes) {
+  Take out{log, {}};
   for (std::size_t i = 0; i < files.model.inputs.size(); ++i) {
     recording::Column& column = out.sensor.columns[i];
     column = {column.name, held_over(column.value, files.model.inputs[i]), files.model.inputs[i].unit};
@@ -166,7 +166,7 @@ HandRecordings read_take(const RecalibrationFiles& files, const recording::TimeO
 }
 
 // How much of the angles their joints' own sensors explain on this clock; every joint counts one.
-double explained(const std::vector<JointMap>& map, const HandRecordings& take, double clock_offset_s) {
+double explained(const std::vector<JointMap>& map, const Take& take, double clock_offset_s) {
   double sum = 0;
   for (std::size_t j = 0; j < map.size(); ++j)
     sum += recording::explained(take.sensor.series(map[j].sensors.front()),
@@ -175,13 +175,13 @@ double explained(const std::vector<JointMap>& map, const HandRecordings& take, d
 }
 
 // Two joints whose angles fit better the other way round, on the clock that they have then.
-void refuse_swapped(const std::vector<JointMap>& map, const HandRecordings& take, double clock_offset_s) {
+void refuse_swapped(const std::vector<JointMap>& map, const Take& take, double clock_offset_s) {
   const double as_given = explained(map, take, clock_offset_s);
   for (std::size_t b = 0; b < map.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
       std::vector<JointMap> swapped = map;
       std::swap(swapped[a].sensors, swapped[b].sensors);
-      HandRecordings again = take;
+      Take again = take;
       std::vector<std::string> unused;
       try {
         const Clock clock = clock_of(swapped, {}, again, unused);
@@ -198,7 +198,7 @@ void refuse_swapped(const std::vector<JointMap>& map, const HandRecordings& take
 }
 
 // What comes of a hole, which is held over, does not count.
-Seen seen_in(const std::vector<JointMap>& map, const HandRecordings& take, const recording::Recording& log,
+Seen seen_in(const std::vector<JointMap>& map, const Take& take, const recording::Recording& log,
              double clock_offset_s, const model::Model& model) {
   std::map<std::string, std::vector<double>> reading;
   for (std::size_t i = 0; i < model.inputs.size(); ++i)
@@ -236,7 +236,7 @@ void add_pair(const RecalibrationFiles& files, RecalibrationRequest& request, Re
   const recording::Recording log = read_log(files.pair_sensor, files, time, out);
   try {
     const std::vector<JointMap> map = map_of(files);
-    HandRecordings take = read_take(files, time, log, map, out.notes);
+    Take take = read_take(files, time, log, map, out.notes);
     std::vector<std::string> unused;
     out.clock = clock_of(map, {}, take, unused);
     refuse_swapped(map, take, out.clock->offset_s);

@@ -189,7 +189,7 @@ void write_part(const fs::path& folder, std::size_t job, const Part& part) {
   io::write_file(part_file(folder, job), io::dump({{"reason", part.reason}, {"joints", std::move(joints)}}));
 }
 
-Json settings_of(const identify::HandRequest& o) {
+Json settings_of(const identify::Request& o) {
   Json ends = Json::object();
   for (const auto& [joint, of] : o.ends) ends[joint] = {of.open_deg, of.fist_deg};
   const auto digest = [](const auto& model) {
@@ -263,8 +263,8 @@ class Run {
   }
 
  private:
-  identify::HandRequest request_of(const Take& take, int threads) const {
-    identify::HandRequest out = request_.options;
+  identify::Request request_of(const Take& take, int threads) const {
+    identify::Request out = request_.options;
     out.leave_out = identify::LeaveOut::none;
     out.room = deploy::share_of_room;
     out.threads = threads;
@@ -279,7 +279,7 @@ class Run {
 
   void identify(const Take& take, int threads, Part& part) const {
     if (!take.fault.empty()) throw InputError(take.fault);
-    const identify::HandIdentification found = identify::identify_hand(request_of(take, threads), step());
+    const identify::Result found = identify::identify_files(request_of(take, threads), step());
     if (is_stopped()) return;
     for (const identify::JointResult& joint : found.joints) {
       auto& [name, cells] = part.joints.emplace_back(joint.name, Cells{joint.structure});
@@ -291,7 +291,7 @@ class Run {
 
   void leave_out(const std::vector<std::size_t>& person, int threads, Part& part) const {
     const Take& first = takes_[person.front()];
-    identify::HandRequest all = request_of(first, threads);
+    identify::Request all = request_of(first, threads);
     all.pairs.clear();
     std::vector<std::size_t> own;
     for (const Take& take : takes_) {

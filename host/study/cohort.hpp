@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "host/identify/hand.hpp"
+#include "host/identify/identify.hpp"
 #include "host/study/shard.hpp"
 
 namespace flexor::study {
@@ -38,7 +38,7 @@ Manifest read_manifest(const std::filesystem::path& path);
 
 struct CohortRequest {
   Manifest manifest;
-  identify::HandRequest options;  // of every take; pairs and map are its own. leave_out: none or person
+  identify::Request options;  // of every take; pairs and map are its own. leave_out: none or person
   std::filesystem::path folder;
   Shard shard;
   int threads = 0;                // on which takes are identified; 0: as many as the machine has

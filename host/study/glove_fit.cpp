@@ -2,8 +2,8 @@
 
 namespace flexor::study {
 
-std::vector<identify::HandRecordings> hand_recordings(const std::vector<GloveRecording>& recordings) {
-  std::vector<identify::HandRecordings> out;
+std::vector<identify::Take> hand_recordings(const std::vector<GloveRecording>& recordings) {
+  std::vector<identify::Take> out;
   for (const GloveRecording& one : recordings) {
     out.push_back({one.glove, std::vector<recording::Recording>(kFingers, one.camera)});
     for (recording::Column& column : out.back().sensor.columns) column.unit = "deg";  // as its name says
@@ -14,23 +14,23 @@ std::vector<identify::HandRecordings> hand_recordings(const std::vector<GloveRec
 GloveFit fit_glove(const GloveRequest& request, const std::vector<GloveRecording>& recordings) {
   GloveFit out;
   if (const auto lag = hand_lag(recordings)) out.lead_s = lag->lead_s();
-  const std::vector<identify::HandRecordings> logs = hand_recordings(recordings);
-  identify::HandRequest plain;
+  const std::vector<identify::Take> logs = hand_recordings(recordings);
+  identify::Options plain;
   plain.rate_hz = request.rate_hz;
   for (const std::string& finger : model::finger_names()) {
     plain.map.push_back({finger, {finger + "_alpha_deg"}, finger + "_deg"});
   }
-  identify::HandRequest leading = plain;
+  identify::Options leading = plain;
   leading.lead_s = out.lead_s.value_or(0);
-  out.identified = identify::fit_hand(leading, logs);
+  out.identified = identify::fit_takes(logs, leading);
   plain.structure = "limited-line";
-  out.baselines.push_back({"line", identify::fit_hand(plain, logs)});
+  out.baselines.push_back({"line", identify::fit_takes(logs, plain)});
   leading.structure = "line-lead";
-  out.baselines.push_back({"line-lead", identify::fit_hand(leading, logs)});
+  out.baselines.push_back({"line-lead", identify::fit_takes(logs, leading)});
   plain.structure = "auto";
   plain.initial = compensator("published-hw", request.rate_hz).model;
   plain.refit = true;
-  out.baselines.push_back({"published-hw-refitted", identify::fit_hand(plain, logs)});
+  out.baselines.push_back({"published-hw-refitted", identify::fit_takes(logs, plain)});
   return out;
 }
 

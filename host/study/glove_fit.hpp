@@ -1,5 +1,5 @@
 // Compensators fitted to recordings of the twin's glove, as a user fits them to a real one, by what flexor identify
-// runs (host/identify/hand.hpp): `identified`, predicting by the lag from finger to hand, and beside it, from the
+// runs (host/identify/identify.hpp): `identified`, predicting by the lag from finger to hand, and beside it, from the
 // very same recordings with the same loss, what a referee asks for first:
 //   line                   gain and offset, inside the limits that the recordings show
 //   line-lead              the same with motion, predicting by the same lead
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "host/identify/hand.hpp"
+#include "host/identify/identify.hpp"
 #include "host/study/glove_recording.hpp"
 
 namespace flexor::study {
@@ -22,7 +22,7 @@ struct GloveFit {
 };
 
 // As flexor identify has read them.
-std::vector<identify::HandRecordings> hand_recordings(const std::vector<GloveRecording>& recordings);
+std::vector<identify::Take> hand_recordings(const std::vector<GloveRecording>& recordings);
 
 // Throws io::InputError and io::JobError.
 GloveFit fit_glove(const GloveRequest& request, const std::vector<GloveRecording>& recordings);

@@ -1,4 +1,4 @@
-#include "host/identify/hand.hpp"
+#include "host/identify/identify.hpp"
 
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/map.h>
@@ -22,7 +22,7 @@ namespace flexor::python {
 namespace {
 
 // Covariances of each joint's parameters, with their names.
-nb::dict covariances(const identify::HandIdentification& r) {
+nb::dict covariances(const identify::Result& r) {
   nb::dict out;
   for (const identify::JointResult& joint : r.joints) {
     const Eigen::MatrixXd& c = joint.covariance;
@@ -35,12 +35,12 @@ nb::dict covariances(const identify::HandIdentification& r) {
 }
 
 // (results, model, model of the fitted part, covariances)
-nb::tuple identify_takes(identify::HandRequest request, std::optional<double> time_limit_s,
+nb::tuple identify_takes(identify::Request request, std::optional<double> time_limit_s,
                          const nb::object& show) {
   if (request.pairs.empty()) throw io::InputError("no recordings: pairs of a sensor's and a reference's");
   if (request.map.empty()) request.map = identify::map_by_name(request.pairs.front(), {});
   request.room = deploy::share_of_room;
-  const identify::HandIdentification found = run(show, [&](Progress& progress) {
+  const identify::Result found = run(show, [&](Progress& progress) {
     const auto begin = std::chrono::steady_clock::now();
     const auto step = [&](std::size_t done, std::size_t of, const std::string& what) {
       progress.step(done, of, what);
@@ -48,7 +48,7 @@ nb::tuple identify_takes(identify::HandRequest request, std::optional<double> ti
       return !time_limit_s || elapsed.count() < *time_limit_s;
     };
     try {
-      return identify::identify_hand(request, step);
+      return identify::identify_files(request, step);
     } catch (const io::Cancelled&) {
       throw io::JobError("nothing was fitted within the time limit: a larger time_limit_s");
     }
@@ -57,10 +57,10 @@ nb::tuple identify_takes(identify::HandRequest request, std::optional<double> ti
 }
 
 // The fit alone, to all of one recording that holds readings and angles.
-model::Model fit(const identify::HandRequest& request, const recording::Log& log) {
+model::Model fit(const identify::Request& request, const recording::Log& log) {
   const std::vector<recording::Recording> reference(request.map.size(), *log.memory());
   return run(nb::none(), [&](Progress&) {
-    return identify::fit_hand(request, {{*log.memory(), reference}});
+    return identify::fit_takes({{*log.memory(), reference}}, request);
   });
 }
 
@@ -94,7 +94,7 @@ nb::tuple from_poses(const recording::Log& log, double rate_hz,
 
 // A manifest's takes (host/study/cohort.hpp): how many, and why which failed.
 nb::tuple cohort(const std::filesystem::path& manifest, const std::filesystem::path& out,
-                 const identify::HandRequest& options, const std::string& shard, const nb::object& show) {
+                 const identify::Request& options, const std::string& shard, const nb::object& show) {
   study::CohortRequest request;
   request.manifest = study::read_manifest(manifest);
   request.options = options;
@@ -116,7 +116,7 @@ nb::tuple cohort(const std::filesystem::path& manifest, const std::filesystem::p
 
 // Requests are the rooms' own: Python fills in their fields.
 void add_identify(nb::module_& m) {
-  using identify::HandRequest, identify::RecalibrationFiles;
+  using identify::Request, identify::RecalibrationFiles;
   using identify::SourceFiles;
   nb::class_<model::Ends>(m, "Ends").def(nb::init<double, double>());
   nb::class_<identify::PairFiles>(m, "PairFiles")
@@ -128,24 +128,24 @@ void add_identify(nb::module_& m) {
       .value("take", identify::LeaveOut::take)
       .value("person", identify::LeaveOut::person)
       .value("block", identify::LeaveOut::block);
-  nb::class_<HandRequest>(m, "HandRequest")
+  nb::class_<Request>(m, "Request")
       .def(nb::init<>())
-      .def_rw("pairs", &HandRequest::pairs)
-      .def_rw("map", &HandRequest::map)
-      .def_rw("rate_hz", &HandRequest::rate_hz)
-      .def_rw("split", &HandRequest::split)
-      .def_rw("structure", &HandRequest::structure)
-      .def_rw("initial", &HandRequest::initial, nb::arg().none())
-      .def_rw("refit", &HandRequest::refit)
-      .def_rw("fit_all", &HandRequest::fit_all)
-      .def_rw("lead_s", &HandRequest::lead_s)
-      .def_rw("clock_offset_s", &HandRequest::clock_offset_s, nb::arg().none())
-      .def_rw("reference_error_deg", &HandRequest::reference_error_deg)
-      .def_rw("ends", &HandRequest::ends)
-      .def_rw("input_unit", &HandRequest::input_unit)
-      .def_rw("output_unit", &HandRequest::output_unit)
-      .def_rw("leave_out", &HandRequest::leave_out)
-      .def_rw("threads", &HandRequest::threads);
+      .def_rw("pairs", &Request::pairs)
+      .def_rw("map", &Request::map)
+      .def_rw("rate_hz", &Request::rate_hz)
+      .def_rw("split", &Request::split)
+      .def_rw("structure", &Request::structure)
+      .def_rw("initial", &Request::initial, nb::arg().none())
+      .def_rw("refit", &Request::refit)
+      .def_rw("fit_all", &Request::fit_all)
+      .def_rw("lead_s", &Request::lead_s)
+      .def_rw("clock_offset_s", &Request::clock_offset_s, nb::arg().none())
+      .def_rw("reference_error_deg", &Request::reference_error_deg)
+      .def_rw("ends", &Request::ends)
+      .def_rw("input_unit", &Request::input_unit)
+      .def_rw("output_unit", &Request::output_unit)
+      .def_rw("leave_out", &Request::leave_out)
+      .def_rw("threads", &Request::threads);
   nb::class_<SourceFiles>(m, "SourceFiles")
       .def(nb::init<const recording::Log&, const recording::Log&, std::string, std::string, std::string>());
   nb::class_<RecalibrationFiles>(m, "RecalibrationFiles")

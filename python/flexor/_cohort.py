@@ -12,7 +12,7 @@ from flexor._core import InputError, JobError, Show, core, filled, pandas, shown
 
 def _run(manifest: pathlib.Path, out: pathlib.Path, options: dict[str, Any], shard: str, threads: int, show: Any) -> Any:
     asked = dict(options, leave_out=core.LeaveOut.person if options["leave_out"] else core.LeaveOut.none, threads=threads)
-    return core.cohort(manifest, out, filled(core.HandRequest(), **asked), shard, show)
+    return core.cohort(manifest, out, filled(core.Request(), **asked), shard, show)
 
 
 def cohort(manifest: Union[str, os.PathLike], out: Union[str, os.PathLike], *, client: Any = None, rate_hz: float = 20,

@@ -95,7 +95,7 @@ def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[
             raise InputError(f'map: {joint!r} is {of!r:.60}: a sensor or several and an angle, ("SensorA1", "index_deg")')
     name = core.joint_name
     request = filled(
-        core.HandRequest(),
+        core.Request(),
         pairs=[core.PairFiles(log_of(sensor, "glove", i), log_of(reference, "reference", i)) for i, (sensor, reference) in enumerate(pairs, 1)],
         map=[core.JointMap(name(joint), [one] if isinstance(one, str) else list(one), angle) for joint, (one, angle) in (map or {}).items()],
         rate_hz=rate_hz, split=split, structure=structure, lead_s=lead_s, clock_offset_s=clock_offset_s, fit_all=fit_all,

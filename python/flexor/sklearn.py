@@ -52,7 +52,7 @@ class FlexorRegressor(RegressorMixin, BaseEstimator):
         try:
             log = Recording({**sensors, **columns}, rate_hz=self.rate_hz)
             joints = [core.JointMap(f"y{j}", list(sensors), name) for j, name in enumerate(columns)]
-            self.compensator_ = of_core(core.fit(filled(core.HandRequest(), map=joints, rate_hz=self.rate_hz, structure=self.structure), as_log(log)))
+            self.compensator_ = of_core(core.fit(filled(core.Request(), map=joints, rate_hz=self.rate_hz, structure=self.structure), as_log(log)))
         except (JobError, ValueError) as error:
             self.refusal_ = str(error)
             self.line_ = np.linalg.lstsq(np.column_stack([X, np.ones(len(X))]), angles, rcond=None)[0]

@@ -6,11 +6,11 @@
 
 #include <filesystem>
 
-#include "host/identify/hand.hpp"
+#include "host/identify/identify.hpp"
 
 namespace flexor::identify {
 
 // Makes the folder if needed; every file appears whole or not at all. Throws io::InputError when it cannot be written.
-void save_hand_results(const HandIdentification& result, const std::filesystem::path& folder);
+void save_results(const Result& result, const std::filesystem::path& folder);
 
 }  // namespace flexor::identify

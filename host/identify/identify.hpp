@@ -26,22 +26,22 @@
 
 namespace flexor::identify {
 
-// A donning as read: the sensors in one recording, a measured angle for each joint of the map.
-struct HandRecordings {
+// A donning: the sensors in one recording, a measured angle for each joint of the map.
+struct Take {
   recording::Recording sensor;
   std::vector<recording::Recording> reference;
+  PairFiles files = {};  // where it was read, which names it
 };
 
 // What is left out, one after the other, of a fit to all the rest with every choice made anew: pairs of recordings; persons,
 // whose logs lie in folders of their own; eighths of every pair's time (of which readings, not angles, still tell what may be read).
 enum class LeaveOut { none, take, person, block };
 
-struct HandRequest {
-  std::vector<PairFiles> pairs;
+struct Options {
   std::vector<JointMap> map;
   double rate_hz = 20;
   double split = 0.5;
-  std::string structure = "auto";     // structure_text.hpp
+  std::string structure = "auto";  // structure_text.hpp
   std::optional<model::Model>
       initial;  // a start for the parameters of its chains, whose structure is taken unless one is asked for
   bool refit = false;  // its gains and dead zones alone are fitted
@@ -62,11 +62,15 @@ struct HandRequest {
   int threads = 0;  // on which joints are fitted; 0: as many as the machine has
 };
 
+struct Request : Options {
+  std::vector<PairFiles> pairs;
+};
+
 using recording::Clock;
 
 // By each joint's own sensor. All sensors of a file share its clock, and all references theirs, of which a drift is taken out.
 // Throws io::JobError where no signal tells it.
-Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, HandRecordings& files,
+Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, Take& files,
                std::vector<std::string>& warnings);
 
 // A joint in one pair of recordings, at every sample of the compensator's grid. What counts begins where both logs run.
@@ -107,8 +111,9 @@ struct JointResult : JointFit {
   ScoreRow all() const;  // over all of what is held out, by the joint's name
 };
 
-struct HandIdentification {
-  HandRequest request;
+struct Result {
+  Options options;
+  std::vector<PairFiles> files;  // of each take
   std::vector<Clock> clocks;
   std::vector<JointResult> joints;
   model::Model model;
@@ -118,8 +123,12 @@ struct HandIdentification {
   std::vector<std::string> warnings;
 };
 
+// Of all pairs, a take for each trial in them.
+std::vector<Take> read_takes(const Request& request, std::vector<std::string>& warnings);
+
 // Throws io::InputError and io::JobError.
-HandIdentification identify_hand(const HandRequest& request, const Step& step);
+Result identify(std::vector<Take> takes, const Options& options, const Step& step);
+Result identify_files(const Request& request, const Step& step);  // the same of files
 
 // What LeaveOut::person finds of one person among many: pairs of `own` are left out of a fit to all the others. Of each joint the row of
 // what is left out and its verdict. Pairs that cannot be read, or whose clock is not told, are not there. Throws as above, io::Cancelled
@@ -128,16 +137,15 @@ struct LeftOut {
   ScoreRow row;
   score::Verdict verdict;
 };
-std::vector<LeftOut> leave_person_out(const HandRequest& request, const std::vector<std::size_t>& own,
+std::vector<LeftOut> leave_person_out(const Request& request, const std::vector<std::size_t>& own,
                                       const Step& step);
 
-// The fit alone, to all of the recordings: nothing is held out, nothing scored. `request.pairs` only name them.
-model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> recordings,
-                      const Step& step = {});
+// The fit alone, to all of the takes: nothing is held out, nothing scored.
+model::Model fit_takes(std::vector<Take> takes, const Options& options, const Step& step = {});
 
-nlohmann::ordered_json to_json(const HandIdentification& result);
+nlohmann::ordered_json to_json(const Result& result);
 
-// Of its takes, for tables and messages.
-std::vector<std::string> names_of_pairs(const HandRequest& request);
+// For tables and messages.
+std::vector<std::string> names_of(const std::vector<PairFiles>& takes);
 
 }  // namespace flexor::identify

@@ -1,4 +1,4 @@
-#include "host/identify/hand.hpp"
+#include "host/identify/identify.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -43,60 +43,16 @@ constexpr std::size_t kBlocks = 8;
 constexpr double kMuchWorse = 1.5;
 constexpr double kLittle = 0.2;
 
-using Files = HandRecordings;
+using Sampled = std::vector<JointSamples>;  // of a joint, in each pair
+using Samples = std::vector<Sampled>;       // of each joint
 
-using Takes = std::vector<JointSamples>;  // of a joint, in each pair
-using Samples = std::vector<Takes>;       // of each joint
-
-std::vector<std::string> sensors_of(const std::vector<JointMap>& map) {
-  std::vector<std::string> out;
-  for (const JointMap& joint : map) {
-    for (const std::string& sensor : joint.sensors) {
-      if (std::ranges::find(out, sensor) == out.end()) out.push_back(sensor);
-    }
-  }
-  return out;
-}
-
-// Of each trial in the files.
-std::vector<Files> read_files(const PairFiles& files, const HandRequest& request) {
-  const recording::TimeOptions time =
-      request.clock_offset_s ? request.time
-                             : recording::times_of_pair(files.sensor, files.reference, request.time);
-  std::vector<Files> out;
-  const std::vector<std::string> sensors = sensors_of(request.map);
-  const auto reader = recording::open_log(files.sensor, {sensors, time, recording::Holes::some});
-  for (recording::Recording& trial : recording::read_segments(*reader, time)) {
-    Files& one = out.emplace_back();
-    one.sensor = std::move(trial);
-    for (const std::string& sensor : sensors) {
-      recording::state_unit(one.sensor, sensor, request.input_unit);
-      recording::require_change(one.sensor, sensor, "is the sensor plugged in?");
-    }
-  }
-  for (const JointMap& joint : request.map) {
-    std::vector<recording::Recording> trials =
-        recording::angle_segments(files.reference, joint.reference, time);
-    if (trials.size() != out.size())
-      throw InputError(fmt::format("{} trials in {}, {} in {}: they must be as many", out.size(),
-                                   files.sensor.string(), trials.size(), files.reference.string()));
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      out[i].reference.push_back(std::move(trials[i]));
-      recording::to_degrees(out[i].reference.back(), joint.reference, request.output_unit);
-      recording::require_change(out[i].reference.back(), joint.reference, "does the camera see the marks?");
-    }
-  }
-  return out;
-}
-
-Samples sample_all(const std::vector<Files>& files, const std::vector<Clock>& clocks,
-                   const HandRequest& request) {
-  Samples out(request.map.size(), Takes(files.size()));
-  for (std::size_t p = 0; p < files.size(); ++p) {
-    for (std::size_t j = 0; j < request.map.size(); ++j) {
-      for (const std::string& sensor : request.map[j].sensors)
-        recording::sample_pair({files[p].sensor, sensor, files[p].reference[j], request.map[j].reference},
-                               request.rate_hz, clocks[p].offset_s, request.lead_s, request.split,
+Samples sample_all(const std::vector<Take>& takes, const std::vector<Clock>& clocks, const Options& options) {
+  Samples out(options.map.size(), Sampled(takes.size()));
+  for (std::size_t p = 0; p < takes.size(); ++p) {
+    for (std::size_t j = 0; j < options.map.size(); ++j) {
+      for (const std::string& sensor : options.map[j].sensors)
+        recording::sample_pair({takes[p].sensor, sensor, takes[p].reference[j], options.map[j].reference},
+                               options.rate_hz, clocks[p].offset_s, options.lead_s, options.split,
                                out[j][p].sensors.emplace_back());
     }
   }
@@ -134,19 +90,19 @@ bool left_out_wholly(const recording::Aligned& a) {
 }
 
 // Of what is left out wholly there is none.
-std::vector<Session> sessions_of(const Takes& takes) {
+std::vector<Session> sessions_of(const Sampled& sampled) {
   std::vector<Session> out;
-  for (const JointSamples& take : takes)
+  for (const JointSamples& take : sampled)
     if (!left_out_wholly(take.own())) out.push_back(session_of(take));
   return out;
 }
 
-void add_inputs(const HandRequest& request, const std::vector<Files>& files, const Samples& samples,
+void add_inputs(const Options& options, const std::vector<Take>& takes, const Samples& samples,
                 model::Model& model) {
-  for (const std::string& sensor : sensors_of(request.map)) {
-    model::Input input{sensor, sensor, files.front().sensor.column(sensor).unit, {}, HUGE_VAL, -HUGE_VAL};
+  for (const std::string& sensor : sensors_of(options.map)) {
+    model::Input input{sensor, sensor, takes.front().sensor.column(sensor).unit, {}, HUGE_VAL, -HUGE_VAL};
     for (std::size_t j = 0; j < samples.size(); ++j) {
-      const JointMap& joint = request.map[j];
+      const JointMap& joint = options.map[j];
       const auto s =
           static_cast<std::size_t>(std::ranges::find(joint.sensors, sensor) - joint.sensors.begin());
       if (s == joint.sensors.size()) continue;
@@ -172,9 +128,9 @@ struct HeldOut {
 };
 
 // Of what is held out; with `guessed` also where nothing was seen.
-HeldOut errors_of(std::span<const JointSamples> takes, bool guessed = false) {
+HeldOut errors_of(std::span<const JointSamples> sampled, bool guessed = false) {
   HeldOut out;
-  for (const JointSamples& take : takes) {
+  for (const JointSamples& take : sampled) {
     const recording::Aligned& a = take.own();
     for (const auto& [name, estimates] : take.estimated_deg) {
       std::vector<double>& errors = name.empty() ? out.own : out.baseline[name];
@@ -186,14 +142,14 @@ HeldOut errors_of(std::span<const JointSamples> takes, bool guessed = false) {
 }
 
 // All pairs' held-out parts together, on one clock that jumps between them.
-score::Score score_of(const Takes& takes, const std::string& name) {
+score::Score score_of(const Sampled& sampled, const std::string& name) {
   constexpr double kBetween_s = 1e5;
   std::vector<double> t_s;
   std::vector<double> measured;
   std::vector<double> estimated;
   std::vector<std::uint8_t> unseen;
   double max_step_s = 0;
-  for (const JointSamples& take : takes) {
+  for (const JointSamples& take : sampled) {
     const recording::Aligned& a = take.own();
     if (a.holdout_begin >= a.held_end()) continue;
     const double shift = t_s.empty() ? 0 : t_s.back() + kBetween_s - a.t_s[a.holdout_begin];
@@ -209,10 +165,10 @@ score::Score score_of(const Takes& takes, const std::string& name) {
 }
 
 // The logs through the model, as apply runs it, into the samples of its joints, by this name.
-void add_estimates(const std::string& name, const model::Model& model, const std::vector<Files>& files,
-                   std::span<Takes> samples) {
-  for (std::size_t p = 0; p < files.size(); ++p) {
-    const recording::Recording& log = files[p].sensor;
+void add_estimates(const std::string& name, const model::Model& model, const std::vector<Take>& takes,
+                   std::span<Sampled> samples) {
+  for (std::size_t p = 0; p < takes.size(); ++p) {
+    const recording::Recording& log = takes[p].sensor;
     std::vector<const std::vector<double>*> columns;
     for (const model::Input& input : model.inputs) columns.push_back(&log.column(input.name).value);
     Estimator<model::DoubleArithmetic> estimator(model);
@@ -230,21 +186,21 @@ void add_estimates(const std::string& name, const model::Model& model, const std
 }
 
 // All but blocks and joints.
-model::Model start_model(const HandRequest& request, const std::vector<Files>& files,
-                         const Samples& samples) {
+model::Model start_model(const Options& options, const std::vector<Take>& takes, const Samples& samples) {
   model::Model out;
-  out.name = request.pairs.empty() ? "identified" : io::to_utf8(request.pairs.front().sensor.stem().string());
+  const std::filesystem::path log = takes.front().files.sensor.stem();
+  out.name = log.empty() ? "identified" : io::to_utf8(log.string());
   out.description =
-      fmt::format("{} joint(s), fitted to {} pair(s) of recordings", request.map.size(), files.size());
+      fmt::format("{} joint(s), fitted to {} pair(s) of recordings", options.map.size(), takes.size());
   out.written_by = "flexor " FLEXOR_VERSION;
-  out.sample_period_s = 1 / request.rate_hz;
-  add_inputs(request, files, samples, out);
+  out.sample_period_s = 1 / options.rate_hz;
+  add_inputs(options, takes, samples, out);
   return out;
 }
 
 // A joint's baselines, as --structure gives them; one that cannot be fitted is refused.
-void add_baselines(const model::Model& inputs, const JointMap& map, const std::vector<Files>& files,
-                   Takes& takes, std::map<std::string, model::Model> fitted,
+void add_baselines(const model::Model& inputs, const JointMap& map, const std::vector<Take>& takes,
+                   Sampled& sampled, std::map<std::string, model::Model> fitted,
                    std::vector<std::string>& refusals) {
   const std::size_t sensors = map.sensors.size();
   for (const score::Baseline& one : score::kBaselines) {
@@ -255,10 +211,10 @@ void add_baselines(const model::Model& inputs, const JointMap& map, const std::v
     try {
       if (!fitted.contains(one.structure))
         fitted[one.structure] =
-            (chain != nullptr ? fit_chain(*chain, sessions_of(takes), inputs, map, {}, HUGE_VAL, {})
-                              : fit_joint(sessions_of(takes), inputs, map, one.structure, {}, {}))
+            (chain != nullptr ? fit_chain(*chain, sessions_of(sampled), inputs, map, {}, HUGE_VAL, {})
+                              : fit_joint(sessions_of(sampled), inputs, map, one.structure, {}, {}))
                 .model;
-      add_estimates(one.name, fitted.at(one.structure), files, {&takes, 1});
+      add_estimates(one.name, fitted.at(one.structure), takes, {&sampled, 1});
     } catch (const io::JobError& error) {
       refusals.push_back(fmt::format("{}: {}", one.name, error.what()));
     }
@@ -274,8 +230,7 @@ double span_deg(const JointSamples& s, std::size_t begin, std::size_t end) {
 }
 
 // What the held-out part says against the compensator.
-void warn_of_holdout(const HandRequest& request, const Takes& takes, const JointResult& joint,
-                     std::vector<std::string>& warnings) {
+void warn_of_holdout(const Sampled& sampled, const JointResult& joint, std::vector<std::string>& warnings) {
   if (const auto text = score::in_words_left_out(joint.holdout.left_out,
                                                  joint.holdout.samples + joint.holdout.left_out, "scored"))
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
@@ -299,7 +254,7 @@ void warn_of_holdout(const HandRequest& request, const Takes& takes, const Joint
   std::size_t unseen = 0;
   std::size_t fitted = 0;
   std::vector<recording::Halves> readings;
-  for (const JointSamples& s : takes) {
+  for (const JointSamples& s : sampled) {
     const recording::Aligned& own = s.own();
     moved_deg = std::max(moved_deg, span_deg(s, own.holdout_begin, own.size()));
     const auto taught = std::span(own.unseen).subspan(s.begin(), own.holdout_begin - s.begin());
@@ -330,9 +285,9 @@ ScoreRow row_of(const std::string& name, const HeldOut& errors) {
 }
 
 // Of all samples, or of those held out; where what follows the compensator takes `later_s` more than the lead that it was fitted with.
-double rmse_deg(const Takes& takes, bool held_out, double later_s) {
+double rmse_deg(const Sampled& sampled, bool held_out, double later_s) {
   std::vector<double> errors;
-  for (const JointSamples& s : takes) {
+  for (const JointSamples& s : sampled) {
     const recording::Aligned& own = s.own();
     std::vector<double> t_s;
     for (std::size_t k = s.begin(); k < own.size(); ++k) t_s.push_back(s.since_begin_s(k));
@@ -353,29 +308,29 @@ bool alike(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 // Itself is no baseline, whatever it is called, and is named.
-score::Verdict judged(const HandRequest& request, HeldOut errors,
+score::Verdict judged(const Options& options, HeldOut errors,
                       const std::vector<std::size_t>& part_ends = {}) {
   std::string itself;
   for (const score::Baseline& one : score::kBaselines) {
     const auto at = errors.baseline.find(one.name);
     if (at == errors.baseline.end()) continue;
-    if (one.structure != request.structure && !alike(at->second, errors.own)) continue;
+    if (one.structure != options.structure && !alike(at->second, errors.own)) continue;
     if (itself.empty()) itself = one.name;
     errors.baseline.erase(at);
   }
-  score::Verdict out = score::judge(errors.own, errors.baseline, 1 / request.rate_hz, part_ends);
+  score::Verdict out = score::judge(errors.own, errors.baseline, 1 / options.rate_hz, part_ends);
   out.itself = itself;
   return out;
 }
 
-void score_joints(const HandRequest& request, const std::vector<Files>& files, Samples samples,
-                  const std::set<std::string>& stuck, HandIdentification& r) {
-  add_estimates("", r.model, files, samples);
-  const model::Model inputs = start_model(request, files, samples);
-  const std::vector<std::string> pairs = names_of_pairs(request);
+void score_joints(const Options& options, const std::vector<Take>& takes, Samples samples,
+                  const std::set<std::string>& stuck, Result& r) {
+  add_estimates("", r.model, takes, samples);
+  const model::Model inputs = start_model(options, takes, samples);
+  const std::vector<std::string> pairs = names_of(r.files);
   const auto score = [&](std::size_t j) {
     JointResult joint = r.joints[j];
-    add_baselines(inputs, request.map[j], files, samples[j], joint.baseline_models, joint.baseline_refusals);
+    add_baselines(inputs, options.map[j], takes, samples[j], joint.baseline_models, joint.baseline_refusals);
     joint.holdout = score_of(samples[j], "");
     joint.sooner_deg = rmse_deg(samples[j], true, -kLeadOff_s);
     joint.later_deg = rmse_deg(samples[j], true, kLeadOff_s);
@@ -387,35 +342,35 @@ void score_joints(const HandRequest& request, const std::vector<Files>& files, S
     if (errors.own.empty()) errors = errors_of(samples[j], true);  // as in the score
     for (const auto& [name, error_deg] : errors.baseline)
       joint.baselines.emplace(name, score_of(samples[j], name));
-    joint.verdict = judged(request, std::move(errors));
+    joint.verdict = judged(options, std::move(errors));
     joint.verdict.advises = !stuck.contains(joint.name);
     return joint;
   };
   const auto take = [&](std::size_t j, JointResult& joint) {
-    warn_of_holdout(request, samples[j], joint, r.warnings);
+    warn_of_holdout(samples[j], joint, r.warnings);
     r.joints[j] = std::move(joint);
   };
-  io::run_in_order<JointResult>(0, r.joints.size(), io::threads_of(request.threads), score, take);
+  io::run_in_order<JointResult>(0, r.joints.size(), io::threads_of(options.threads), score, take);
   for (std::size_t j = 0; j < samples.size(); ++j) r.joints[j].samples = std::move(samples[j]);
 }
 
-void describe(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
+void describe(const Options& options, const std::vector<Take>& takes, Result& r) {
   Json pairs = Json::array();
   const auto name = [](const recording::Recording& one) {
     return io::to_utf8(std::filesystem::path(one.source).filename().string());
   };
-  for (std::size_t p = 0; p < files.size(); ++p) {
-    pairs.push_back({{"sensor", name(files[p].sensor)},
-                     {"sensor_digest", files[p].sensor.digest},
-                     {"reference", name(files[p].reference.front())},
-                     {"reference_digest", files[p].reference.front().digest},
+  for (std::size_t p = 0; p < takes.size(); ++p) {
+    pairs.push_back({{"sensor", name(takes[p].sensor)},
+                     {"sensor_digest", takes[p].sensor.digest},
+                     {"reference", name(takes[p].reference.front())},
+                     {"reference_digest", takes[p].reference.front().digest},
                      {"clock_offset_s", r.clocks[p].offset_s}});
   }
   r.model.training = {{"pairs", std::move(pairs)},
-                      {"split", request.split},
-                      {"fit_all", request.fit_all},
-                      {"lead_s", request.lead_s}};
-  if (request.map.size() == 1) r.model.training["output_column"] = request.map.front().reference;
+                      {"split", options.split},
+                      {"fit_all", options.fit_all},
+                      {"lead_s", options.lead_s}};
+  if (options.map.size() == 1) r.model.training["output_column"] = options.map.front().reference;
   Json joints = Json::object();
   for (const JointResult& joint : r.joints) {
     joints[joint.name] = {{"structure", joint.structure},
@@ -429,23 +384,14 @@ void describe(const HandRequest& request, const std::vector<Files>& files, HandI
   r.model.fit = {{"joints", std::move(joints)}};
 }
 
-void add_warnings(const Files& files, std::vector<std::string>& warnings) {
-  warnings.insert(warnings.end(), files.sensor.warnings.begin(), files.sensor.warnings.end());
-  for (const recording::Recording& reference : files.reference) {
-    for (const std::string& warning : reference.warnings) {
-      if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);
-    }
-  }
-}
-
 // Readings that are left out, and those that no board takes.
-void warn_of_readings(const model::Model& model, const std::vector<Files>& files,
+void warn_of_readings(const model::Model& model, const std::vector<Take>& takes,
                       std::vector<std::string>& warnings) {
   const model::Model board = model::folded(model).model;
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     const model::Input& input = model.inputs[i];
     std::vector<std::span<const double>> readings;
-    for (const Files& one : files) readings.emplace_back(one.sensor.column(input.name).value);
+    for (const Take& one : takes) readings.emplace_back(one.sensor.column(input.name).value);
     if (const auto text = refused_readings(input, readings)) warnings.push_back(*text);
     if (input.unit.empty()) {
       warnings.push_back(fmt::format(
@@ -463,14 +409,14 @@ void warn_of_readings(const model::Model& model, const std::vector<Files>& files
 }
 
 // Each text once, with the joints that it is true of.
-void warn_of_lacking_motion(const HandRequest& request, const Samples& samples,
+void warn_of_lacking_motion(const Options& options, const Samples& samples,
                             std::vector<std::string>& warnings) {
   std::vector<std::pair<std::string, std::vector<std::string>>> all;
-  for (std::size_t j = 0; j < request.map.size(); ++j) {
-    for (const std::string& text : lacking(sessions_of(samples[j]), 1 / request.rate_hz)) {
+  for (std::size_t j = 0; j < options.map.size(); ++j) {
+    for (const std::string& text : lacking(sessions_of(samples[j]), 1 / options.rate_hz)) {
       auto known = std::ranges::find(all, text, &std::pair<std::string, std::vector<std::string>>::first);
       if (known == all.end()) known = all.insert(all.end(), {text, {}});
-      known->second.push_back(request.map[j].joint);
+      known->second.push_back(options.map[j].joint);
     }
   }
   for (const auto& [text, joints] : all)
@@ -490,19 +436,19 @@ model::Channel chain_of(const model::Model& model, const std::string& joint) {
 
 // Where the fit of a joint begins: its chain in the initial model, if there is one. Below its dead zone a model that is refitted has
 // no reading of its wearer.
-std::optional<Initial> initial_of(const HandRequest& request, const JointMap& map,
+std::optional<Initial> initial_of(const Options& options, const JointMap& map,
                                   const std::vector<Session>& sessions) {
-  if (!request.initial) return {};
-  Initial out{chain_of(*request.initial, map.joint), request.refit};
+  if (!options.initial) return {};
+  Initial out{chain_of(*options.initial, map.joint), options.refit};
   const std::vector<double> readings = used_readings(sessions, 0);
   if (out.gain_alone && out.chain.dead_zone && !readings.empty())
     out.chain.dead_zone->lower = std::min(out.chain.dead_zone->lower, std::ranges::min(readings));
   return out;
 }
 
-void warn_of_other_units(const HandRequest& request, HandIdentification& r) {
-  for (const JointMap& map : request.map) {
-    const model::Channel chain = chain_of(*request.initial, map.joint);
+void warn_of_other_units(const Options& options, Result& r) {
+  for (const JointMap& map : options.map) {
+    const model::Channel chain = chain_of(*options.initial, map.joint);
     model::Input wanted;
     wanted.name = chain.input_column;
     wanted.unit = chain.input_unit;
@@ -512,19 +458,58 @@ void warn_of_other_units(const HandRequest& request, HandIdentification& r) {
   }
 }
 
+// Where each joint is at the open hand and at the fist: as the options say, else at the quantiles of its angles, of which the
+// one nearer to zero is taken for the open hand. Where no joint comes near zero they are inner angles, as of MediaPipe: of one
+// that reaches half a turn, which is straight, the other. None where the two are hardly apart.
+std::vector<std::optional<model::Ends>> ends_of(const Options& options, const Samples& samples,
+                                                std::vector<std::string>& warnings) {
+  constexpr double kShare = 0.02;
+  constexpr double kNearZero_deg = 45;      // no open hand is bent more
+  constexpr double kNearStraight_deg = 30;  // of half a turn
+  std::vector<std::optional<model::Ends>> out;
+  for (const Sampled& sampled : samples) {
+    std::vector<double> angles = used_angles(sessions_of(sampled));
+    if (angles.empty()) angles.push_back(0);  // the fit will say so
+    std::ranges::sort(angles);
+    model::Ends ends{quantile(angles, kShare), quantile(angles, 1 - kShare)};
+    if (std::abs(ends.fist_deg) < std::abs(ends.open_deg)) std::swap(ends.open_deg, ends.fist_deg);
+    out.emplace_back(ends);
+  }
+  const bool are_inner =
+      std::ranges::all_of(out, [&](const auto& ends) { return std::abs(ends->open_deg) > kNearZero_deg; });
+  for (std::size_t j = 0; j < out.size(); ++j) {
+    const std::string& joint = options.map[j].joint;
+    model::Ends& ends = *out[j];
+    if (are_inner && std::abs(std::abs(ends.fist_deg) - 180) < kNearStraight_deg)
+      std::swap(ends.open_deg, ends.fist_deg);
+    const auto stated = options.ends.find(joint);
+    if (are_inner && (stated == options.ends.end() || stated->second == ends))
+      warnings.push_back(
+          fmt::format("{0}: its angles never come near zero: {1:.0f} deg is taken for the open hand, {2:.0f} "
+                      "for the fist; "
+                      "if they are the other way round, add --pose-angles {0}={2:.0f}:{1:.0f}",
+                      joint, ends.open_deg, ends.fist_deg));
+    if (stated != options.ends.end())
+      ends = stated->second;
+    else if (std::abs(ends.fist_deg - ends.open_deg) < model::kLeastEnds_deg)
+      out[j].reset();
+  }
+  return out;
+}
+
 // Joints that do not fit a board together: the largest is fitted again with less, and where no smaller one is there the next.
-void fit_into_room(const HandRequest& request, const std::vector<std::string>& structures,
+void fit_into_room(const Options& options, const std::vector<std::string>& structures,
                    const std::function<std::future<JointResult>(std::size_t, double)>& fit,
-                   const model::Model& inputs, HandIdentification& r) {
+                   const model::Model& inputs, Result& r) {
   std::vector<std::size_t> left;
   for (std::size_t j = 0; j < structures.size(); ++j)
     if (structures[j] == "auto") left.push_back(j);
-  const auto share = [&](std::size_t j) { return request.room(r.joints[j].model); };
-  while (request.room && request.room(r.model) > 1 && !left.empty()) {
+  const auto share = [&](std::size_t j) { return options.room(r.joints[j].model); };
+  while (options.room && options.room(r.model) > 1 && !left.empty()) {
     const std::size_t largest = *std::ranges::max_element(left, {}, share);
     try {
       JointResult smaller = fit(largest, share(largest)).get();
-      if (!(request.room(smaller.model) < share(largest))) throw io::JobError("no smaller one is there");
+      if (!(options.room(smaller.model) < share(largest))) throw io::JobError("no smaller one is there");
       r.joints[largest] = std::move(smaller);
     } catch (const io::JobError&) {
       std::erase(left, largest);
@@ -533,15 +518,16 @@ void fit_into_room(const HandRequest& request, const std::vector<std::string>& s
     r.model = inputs;
     for (const JointResult& joint : r.joints) append(joint.model, r.model);
   }
-  if (request.room && request.room(r.model) > 1)
+  if (options.room && options.room(r.model) > 1)
     r.warnings.emplace_back("the joints together take more than a board's room: deploy refuses this model");
 }
 
 // `structures`, one for each joint.
-void fit_joints(const HandRequest& request, const std::vector<std::string>& structures,
-                const Samples& samples, const Step& step, HandIdentification& r) {
+void fit_joints(const Options& options, const std::vector<std::string>& structures, const Samples& samples,
+                const Step& step, Result& r) {
+  const std::vector<std::optional<model::Ends>> ends = ends_of(options, samples, r.warnings);
   const model::Model inputs = r.model;
-  const std::size_t joints = request.map.size();
+  const std::size_t joints = options.map.size();
   // How far the fits of all joints are together, whatever thread each is on. A joint that has not begun is taken for one like
   // those that have.
   std::mutex mutex;
@@ -561,34 +547,39 @@ void fit_joints(const HandRequest& request, const std::vector<std::string>& stru
   const auto fit = [&](std::size_t j, double most) {
     std::packaged_task<JointResult()> task([&] {
       JointResult out;
-      out.name = request.map[j].joint;
+      out.name = options.map[j].joint;
       const std::vector<Session> sessions = sessions_of(samples[j]);
-      static_cast<JointFit&>(out) = fit_joint(sessions, inputs, request.map[j], structures[j],
-                                              initial_of(request, request.map[j], sessions), progress(j),
-                                              request.room, most);
-      if (request.refit) out.structure = "gain and dead zone refitted";
+      const auto room = [&](model::Model model) {
+        model.joints.front().ends = ends[j];
+        return options.room(model);
+      };
+      static_cast<JointFit&>(out) = fit_joint(sessions, inputs, options.map[j], structures[j],
+                                              initial_of(options, options.map[j], sessions), progress(j),
+                                              options.room ? Room(room) : Room(), most);
+      out.model.joints.front().ends = ends[j];
+      if (options.refit) out.structure = "gain and dead zone refitted";
       return out;
     });
     task();
     return task.get_future();
   };
   io::run_in_order<std::future<JointResult>>(
-      0, joints, io::threads_of(request.threads), [&](std::size_t j) { return fit(j, HUGE_VAL); },
+      0, joints, io::threads_of(options.threads), [&](std::size_t j) { return fit(j, HUGE_VAL); },
       [&](std::size_t, std::future<JointResult>& fitted) {
         r.joints.push_back(fitted.get());
         append(r.joints.back().model, r.model);
       });
-  fit_into_room(request, structures, fit, inputs, r);
+  fit_into_room(options, structures, fit, inputs, r);
 }
 
 // How each sensor's readings spread, over the samples of the first joint that it tells of, and its poses by the joint whose own it
 // is; one that is no joint's own has none.
-void add_readings(const HandRequest& request, const Samples& samples, model::Model& model) {
+void add_readings(const Options& options, const Samples& samples, model::Model& model) {
   for (model::Input& input : model.inputs) {
     bool is_told = false;
     bool is_own = false;
-    for (std::size_t j = 0; j < request.map.size() && !is_own; ++j) {
-      const std::vector<std::string>& sensors = request.map[j].sensors;
+    for (std::size_t j = 0; j < options.map.size() && !is_own; ++j) {
+      const std::vector<std::string>& sensors = options.map[j].sensors;
       const auto at = std::ranges::find(sensors, input.name) - sensors.begin();
       if (at == std::ssize(sensors) || (is_told && at > 0)) continue;
       const std::vector<Session> sessions = sessions_of(samples[j]);
@@ -600,47 +591,12 @@ void add_readings(const HandRequest& request, const Samples& samples, model::Mod
   }
 }
 
-// Where each joint is at the open hand and at the fist: as the request says, else at the quantiles of its angles, of which the
-// one nearer to zero is taken for the open hand. Where no joint comes near zero they are inner angles, as of MediaPipe: of one
-// that reaches half a turn, which is straight, the other.
-void add_ends(const HandRequest& request, const Samples& samples, HandIdentification& r) {
-  constexpr double kShare = 0.02;
-  constexpr double kNearZero_deg = 45;      // no open hand is bent more
-  constexpr double kNearStraight_deg = 30;  // of half a turn
-  std::vector<model::Ends> all;
-  for (std::size_t j = 0; j < request.map.size(); ++j) {
-    std::vector<double> angles = used_angles(sessions_of(samples[j]));
-    std::ranges::sort(angles);
-    model::Ends& ends = all.emplace_back(model::Ends{quantile(angles, kShare), quantile(angles, 1 - kShare)});
-    if (std::abs(ends.fist_deg) < std::abs(ends.open_deg)) std::swap(ends.open_deg, ends.fist_deg);
-  }
-  const bool are_inner =
-      std::ranges::all_of(all, [&](const auto& ends) { return std::abs(ends.open_deg) > kNearZero_deg; });
-  for (std::size_t j = 0; j < request.map.size(); ++j) {
-    model::Joint& joint = *std::ranges::find(r.model.joints, request.map[j].joint, &model::Joint::name);
-    model::Ends ends = all[j];
-    if (are_inner && std::abs(std::abs(ends.fist_deg) - 180) < kNearStraight_deg)
-      std::swap(ends.open_deg, ends.fist_deg);
-    if (const auto stated = request.ends.find(joint.name); stated != request.ends.end())
-      joint.ends = stated->second;
-    else if (std::abs(ends.fist_deg - ends.open_deg) >= model::kLeastEnds_deg)
-      joint.ends = ends;
-    if (joint.ends != ends || !are_inner) continue;
-    r.warnings.push_back(fmt::format(
-        "{0}: its angles never come near zero: {1:.0f} deg is taken for the open hand, {2:.0f} for the fist; "
-        "if they are the other way round, add --pose-angles {0}={2:.0f}:{1:.0f}",
-        joint.name, ends.open_deg, ends.fist_deg));
-  }
-}
-
-void fit_model(const HandRequest& request, const std::vector<std::string>& structures,
-               const std::vector<Files>& files, const Samples& samples, const Step& step,
-               HandIdentification& r) {
-  r.model = start_model(request, files, samples);
-  if (request.refit) warn_of_other_units(request, r);
-  fit_joints(request, structures, samples, step, r);
-  add_readings(request, samples, r.model);
-  add_ends(request, samples, r);
+void fit_model(const Options& options, const std::vector<std::string>& structures,
+               const std::vector<Take>& takes, const Samples& samples, const Step& step, Result& r) {
+  r.model = start_model(options, takes, samples);
+  if (options.refit) warn_of_other_units(options, r);
+  fit_joints(options, structures, samples, step, r);
+  add_readings(options, samples, r.model);
   std::erase_if(r.model.inputs, [&](const model::Input& input) {
     return std::ranges::none_of(r.model.blocks, [&](const auto& block) {
       return std::ranges::find(block.from, input.name) != block.from.end();
@@ -649,15 +605,15 @@ void fit_model(const HandRequest& request, const std::vector<std::string>& struc
 }
 
 // Of each joint; where initial values are given and nothing is asked for, theirs.
-std::vector<std::string> asked_for(const HandRequest& request) {
-  std::vector<std::string> out(request.map.size(), request.structure);
-  if (!request.initial || request.structure != "auto") return out;
-  const Json fits = request.initial->fit.value("joints", Json::object());
+std::vector<std::string> asked_for(const Options& options) {
+  std::vector<std::string> out(options.map.size(), options.structure);
+  if (!options.initial || options.structure != "auto") return out;
+  const Json fits = options.initial->fit.value("joints", Json::object());
   for (std::size_t j = 0; j < out.size(); ++j) {
-    const std::string& joint = request.map[j].joint;
-    Structure structure = structure_of(chain_of(*request.initial, joint));
+    const std::string& joint = options.map[j].joint;
+    Structure structure = structure_of(chain_of(*options.initial, joint));
     // A document has limits whether they were fitted or not; its own words tell.
-    if (const Json fit = fits.value(joint, Json::object()); !request.refit && fit.contains("structure"))
+    if (const Json fit = fits.value(joint, Json::object()); !options.refit && fit.contains("structure"))
       structure.saturation = fit["structure"].dump().find("saturation") != std::string::npos;
     out[j] = text_of(structure);
   }
@@ -666,25 +622,25 @@ std::vector<std::string> asked_for(const HandRequest& request) {
 
 // What was proven on a part, the same structures once more from all; the figures stay those of the part. A joint of it that errs
 // more on all than what was proven stays as that is; false: it was not fitted.
-bool fit_again(const HandRequest& request, const std::vector<Files>& files, HandIdentification& r) {
+bool fit_again(const Options& options, const std::vector<Take>& takes, Result& r) {
   constexpr double kWorse = 1.03;
-  HandRequest all = request;
+  Options all = options;
   all.split = 1;
-  HandIdentification again;
+  Result again;
   std::vector<std::string> proven;
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     proven.push_back(r.joints[j].text);
     all.map[j].sensors = r.joints[j].sensors;
   }
-  Samples samples = sample_all(files, r.clocks, all);
+  Samples samples = sample_all(takes, r.clocks, all);
   try {
-    fit_model(all, proven, files, samples, {}, again);
+    fit_model(all, proven, takes, samples, {}, again);
   } catch (const io::JobError& error) {
     r.warnings.push_back(
         fmt::format("fitted to all: {}: the model is the one of the first part", error.what()));
     return false;
   }
-  add_estimates("", again.model, files, samples);
+  add_estimates("", again.model, takes, samples);
   again.model.blocks.clear();  // joint by joint below
   again.model.joints.clear();
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
@@ -715,22 +671,22 @@ struct Unit {
   double to = 1;
 };
 
-std::vector<Unit> units_of(const HandRequest& request) {
+std::vector<Unit> units_of(const Options& options, const std::vector<PairFiles>& takes) {
   std::vector<Unit> out;
-  std::vector<std::size_t> all(request.pairs.size());
+  std::vector<std::size_t> all(takes.size());
   std::iota(all.begin(), all.end(), 0);
-  for (std::size_t b = 0; request.leave_out == LeaveOut::block && b < kBlocks; ++b) {
+  for (std::size_t b = 0; options.leave_out == LeaveOut::block && b < kBlocks; ++b) {
     constexpr double kShare = 1.0 / kBlocks;
     const auto at = static_cast<double>(b);
     out.push_back({fmt::format("block {} of {}", b + 1, kBlocks), all, at * kShare, (at + 1) * kShare});
   }
-  if (request.leave_out == LeaveOut::take) {
-    for (const std::size_t p : all) out.push_back({names_of_pairs(request)[p], {p}});
+  if (options.leave_out == LeaveOut::take) {
+    for (const std::size_t p : all) out.push_back({names_of(takes)[p], {p}});
   }
   std::map<std::filesystem::path, std::vector<std::size_t>> folders;
   for (const std::size_t p : all)
-    folders[std::filesystem::weakly_canonical(request.pairs[p].sensor).parent_path()].push_back(p);
-  if (request.leave_out == LeaveOut::person) {
+    folders[std::filesystem::weakly_canonical(takes[p].sensor).parent_path()].push_back(p);
+  if (options.leave_out == LeaveOut::person) {
     std::vector<std::filesystem::path> persons;
     for (const auto& [folder, pairs] : folders) persons.push_back(folder);
     const std::vector<std::string> names = short_names(persons);
@@ -738,31 +694,26 @@ std::vector<Unit> units_of(const HandRequest& request) {
   }
   if (out.size() > 1) return out;
   throw InputError(
-      request.leave_out == LeaveOut::person
+      options.leave_out == LeaveOut::person
           ? "--leave-out person: all logs lie in one folder: put each person's into a folder of its own"
           : "--leave-out take: there is one pair alone: give more, or --leave-out block");
 }
 
-void check(const HandRequest& request) {
-  if (request.pairs.empty())
-    throw InputError("no recordings: --pair GLOVE CAMERA, or --sensor and --reference");
-  if (!(request.split > 0 && request.split < 1)) throw InputError("the split must lie between 0 and 1");
-  recording::check_clock(request.rate_hz, request.clock_offset_s, request.lead_s);
-  (void)io::threads_of(request.threads);
-  for (const JointMap& joint : request.map) (void)parse_structure(request.structure, joint.sensors.size());
-}
-
-void check_joints(const HandRequest& request) {
+void check(const Options& options) {
+  if (!(options.split > 0 && options.split < 1)) throw InputError("the split must lie between 0 and 1");
+  recording::check_clock(options.rate_hz, options.clock_offset_s, options.lead_s);
+  (void)io::threads_of(options.threads);
+  for (const JointMap& joint : options.map) (void)parse_structure(options.structure, joint.sensors.size());
   const auto require_joint = [&](const std::string& name, const char* what) {
-    if (std::ranges::find(request.map, name, &JointMap::joint) == request.map.end())
+    if (std::ranges::find(options.map, name, &JointMap::joint) == options.map.end())
       throw InputError(fmt::format("the {} of \"{}\", which is no joint of the map", what, name));
   };
-  for (const auto& [name, error_deg] : request.reference_error_deg) {
+  for (const auto& [name, error_deg] : options.reference_error_deg) {
     require_joint(name, "error of the angles");
     if (!(error_deg > 0 && error_deg < 90))
       throw InputError(fmt::format("{}: the error of the angles must lie between 0 and 90 degrees", name));
   }
-  for (const auto& [name, ends] : request.ends) {
+  for (const auto& [name, ends] : options.ends) {
     require_joint(name, "ends");
     if (!(std::abs(ends.fist_deg - ends.open_deg) >= model::kLeastEnds_deg))
       throw InputError(fmt::format("{}: open hand and fist must be a degree apart or more", name));
@@ -771,10 +722,10 @@ void check_joints(const HandRequest& request) {
 
 // What the fit is off by and what its angles are off by, as if they had nothing in common: a bound, since noise of the angles is
 // in both.
-void state_reference_error(const HandRequest& request, HandIdentification& r) {
+void state_reference_error(const Options& options, Result& r) {
   for (model::Joint& joint : r.model.joints) {
-    const auto found = request.reference_error_deg.find(joint.name);
-    if (found == request.reference_error_deg.end()) continue;
+    const auto found = options.reference_error_deg.find(joint.name);
+    if (found == options.reference_error_deg.end()) continue;
     if (joint.accuracy) {
       for (double& error_deg : joint.accuracy->standard_error_deg)
         error_deg = std::hypot(error_deg, found->second);
@@ -787,10 +738,10 @@ void state_reference_error(const HandRequest& request, HandIdentification& r) {
 }
 
 Samples without(Samples samples, const Unit& unit) {
-  for (Takes& takes : samples) {
-    for (std::size_t p = 0; p < takes.size(); ++p) {
+  for (Sampled& sampled : samples) {
+    for (std::size_t p = 0; p < sampled.size(); ++p) {
       const bool out = std::ranges::find(unit.pairs, p) != unit.pairs.end();
-      for (recording::Aligned& a : takes[p].sensors) {
+      for (recording::Aligned& a : sampled[p].sensors) {
         const auto at = [&](double share) {
           return a.overlap_begin +
                  static_cast<std::size_t>(share * static_cast<double>(a.size() - a.overlap_begin));
@@ -805,17 +756,17 @@ Samples without(Samples samples, const Unit& unit) {
 
 // A model that is fitted to the rest, with every choice made anew: of each joint what it errs by on the unit. Throws io::Cancelled where
 // it was stopped before it had tried all.
-std::vector<HeldOut> errors_without(const Unit& unit, const HandRequest& request,
-                                    const std::vector<Files>& files, const Samples& whole, const Step& step) {
+std::vector<HeldOut> errors_without(const Unit& unit, const Options& options, const std::vector<Take>& takes,
+                                    const Samples& whole, const Step& step) {
   Samples samples = without(whole, unit);
-  HandIdentification one;
-  fit_model(request, asked_for(request), files, samples, step, one);
-  add_estimates("", one.model, files, samples);
-  const model::Model inputs = start_model(request, files, samples);
+  Result one;
+  fit_model(options, asked_for(options), takes, samples, step, one);
+  add_estimates("", one.model, takes, samples);
+  const model::Model inputs = start_model(options, takes, samples);
   std::vector<HeldOut> out;
   for (std::size_t j = 0; j < one.joints.size(); ++j) {
     if (one.joints[j].untried > 0) throw io::Cancelled("stopped");
-    add_baselines(inputs, request.map[j], files, samples[j], one.joints[j].baseline_models,
+    add_baselines(inputs, options.map[j], takes, samples[j], one.joints[j].baseline_models,
                   one.joints[j].baseline_refusals);
     out.push_back(errors_of(samples[j]));
   }
@@ -823,12 +774,11 @@ std::vector<HeldOut> errors_without(const Unit& unit, const HandRequest& request
 }
 
 // One unit after the other is left out. Where one could not be, the rows of the others stand without a verdict.
-void leave_out(const HandRequest& request, const std::vector<Files>& files, const Step& step,
-               HandIdentification& r) {
-  const std::vector<Unit> units = units_of(request);
-  HandRequest all = request;
+void leave_out(const Options& options, const std::vector<Take>& takes, const Step& step, Result& r) {
+  const std::vector<Unit> units = units_of(options, r.files);
+  Options all = options;
   all.split = 1;
-  const Samples whole = sample_all(files, r.clocks, all);
+  const Samples whole = sample_all(takes, r.clocks, all);
   std::vector<HeldOut> errors(r.joints.size());
   std::vector<std::vector<std::size_t>> ends(r.joints.size());
   bool complete = true;
@@ -838,7 +788,7 @@ void leave_out(const HandRequest& request, const std::vector<Files>& files, cons
              step(u * of + done, units.size() * of, fmt::format("without {}: {}", units[u].name, what));
     };
     try {
-      const std::vector<HeldOut> found = errors_without(units[u], request, files, whole, part);
+      const std::vector<HeldOut> found = errors_without(units[u], options, takes, whole, part);
       for (std::size_t j = 0; j < errors.size(); ++j) {
         const HeldOut& more = found[j];
         const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
@@ -861,8 +811,8 @@ void leave_out(const HandRequest& request, const std::vector<Files>& files, cons
     HeldOut& all = errors[j];
     if (all.own.size() < 2) continue;
     std::erase_if(all.baseline, [&](const auto& one) { return one.second.size() != all.own.size(); });
-    if (request.leave_out == LeaveOut::block) ends[j].clear();
-    r.joints[j].left_out_verdict = judged(request, std::move(all), ends[j]);
+    if (options.leave_out == LeaveOut::block) ends[j].clear();
+    r.joints[j].left_out_verdict = judged(options, std::move(all), ends[j]);
   }
 }
 
@@ -873,23 +823,6 @@ void check_held_out(const recording::Aligned& a) {
   throw InputError(
       fmt::format("{} samples would be held out, at least {} are needed: a smaller --split, or record longer",
                   a.size() - a.holdout_begin, kLeastHeldOut));
-}
-
-// All takes, each trial of a file one; `request.pairs` then name them.
-std::vector<Files> read_takes(HandRequest& request, std::vector<std::string>& warnings) {
-  std::vector<Files> out;
-  std::vector<PairFiles> takes;
-  for (const PairFiles& pair : request.pairs) {
-    for (Files& one : read_files(pair, request)) {
-      out.push_back(std::move(one));
-      if (request.time.segments.empty()) refuse_seen_before(out);
-      add_warnings(out.back(), warnings);
-      takes.push_back(pair);
-    }
-  }
-  request.pairs = std::move(takes);
-  if (request.leave_out != LeaveOut::none) (void)units_of(request);
-  return out;
 }
 
 }  // namespace
@@ -904,262 +837,113 @@ ScoreRow JointResult::all() const {
   return out;
 }
 
-Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, HandRecordings& files,
-               std::vector<std::string>& warnings) {
-  std::vector<recording::Witness> witnesses;
-  const std::vector<std::string> sensors = sensors_of(map);
-  std::vector<recording::Recording> readings;
-  for (const std::string& sensor : sensors)
-    readings.push_back(recording::without_holes(files.sensor, sensor));
-  for (std::size_t j = 0; j < map.size(); ++j) {
-    const std::string& first = map[j].sensors.front();
-    const auto sensor = static_cast<std::size_t>(std::ranges::find(sensors, first) - sensors.begin());
-    witnesses.push_back(
-        {sensor, readings[sensor].series(first), &files.reference[j], map[j].reference, map[j].joint});
-  }
-  const bool known = share_a_clock(files.sensor, files.reference.front());
-  if (!given && known) given = 0;
-  std::vector<std::string> said;
-  Clock clock = recording::find_clock(witnesses, given, known, said);
-  bool is_left_out = false;
-  for (const recording::Witness& w : witnesses)
-    is_left_out |= recording::leave_out_frozen(*w.reference, w.column, w.reading, clock.offset_s, warnings);
-  if (is_left_out) {  // which said of the clocks what it could
-    said.clear();
-    const double taken_out_ppm = clock.drift_ppm;
-    clock = recording::find_clock(witnesses, given, known, said);
-    clock.drift_ppm += taken_out_ppm;
-  }
-  if (known) clock.confidence = 1;
-  for (const std::string& warning : said)
-    warnings.push_back(fmt::format("{}: {}", files.sensor.source, warning));
-  return clock;
+Result identify_files(const Request& request, const Step& step) {
+  check(request);
+  std::vector<std::string> warnings;
+  Result out = identify(read_takes(request, warnings), request, step);
+  out.warnings.insert(out.warnings.begin(), warnings.begin(), warnings.end());
+  return out;
 }
 
-std::vector<std::string> names_of_pairs(const HandRequest& request) {
-  std::vector<std::filesystem::path> logs;
-  for (const PairFiles& pair : request.pairs) logs.push_back(pair.sensor);
-  return short_names(logs);
-}
-
-HandIdentification identify_hand(const HandRequest& asked, const Step& step) {
-  check(asked);
-  check_joints(asked);
-  HandIdentification r;
-  r.request = asked;
-  const HandRequest& request = r.request;
-  if (request.lead_s > kLongLead_s) {
+Result identify(std::vector<Take> takes, const Options& options, const Step& step) {
+  check(options);
+  if (takes.empty()) throw InputError("no recordings: --pair GLOVE CAMERA, or --sensor and --reference");
+  Result r;
+  r.options = options;
+  for (const Take& take : takes) r.files.push_back(take.files);
+  if (options.leave_out != LeaveOut::none) (void)units_of(options, r.files);
+  if (options.lead_s > kLongLead_s) {
     r.warnings.push_back(fmt::format(
         "a lead of {:g} s is long: it is right where flexor latency and the hand's 0.02 s add up to it; "
         "curves and chains lose two fifths in the twin by one that is twice as long",
-        request.lead_s));
+        options.lead_s));
   }
-  std::vector<Files> files = read_takes(r.request, r.warnings);
   std::set<std::string> stuck;  // joints
-  for (std::size_t p = 0; p < files.size(); ++p) {
-    r.clocks.push_back(clock_of(request.map, request.clock_offset_s, files[p], r.warnings));
+  for (std::size_t p = 0; p < takes.size(); ++p) {
+    r.clocks.push_back(clock_of(options.map, options.clock_offset_s, takes[p], r.warnings));
     const std::size_t said = r.warnings.size();
-    stuck.merge(check_map(request, request.pairs[p], files[p], r.clocks.back().offset_s, r.warnings));
-    if (!request.clock_offset_s)
-      refuse_unsure(files[p].sensor.source, r.clocks.back().offset_s, r.clocks.back().confidence,
+    stuck.merge(check_map(options, takes[p], r.clocks.back().offset_s, r.warnings));
+    if (!options.clock_offset_s)
+      refuse_unsure(takes[p].sensor.source, r.clocks.back().offset_s, r.clocks.back().confidence,
                     r.warnings.size() > said ? r.warnings[said] : "");
   }
-  const Samples samples = sample_all(files, r.clocks, request);
-  for (std::size_t j = 0; j < request.map.size(); ++j) {
+  const Samples samples = sample_all(takes, r.clocks, options);
+  for (std::size_t j = 0; j < options.map.size(); ++j) {
     for (const JointSamples& take : samples[j]) check_held_out(take.own());
     const std::vector<Session> sessions = sessions_of(samples[j]);
-    check_gloves(request, j, sessions);
-    const auto other = std::ranges::find(request.map, request.map[j].reference, &JointMap::reference);
-    if (other->joint != request.map[j].joint)
+    check_gloves(options.map[j], names_of(r.files), sessions);
+    const auto other = std::ranges::find(options.map, options.map[j].reference, &JointMap::reference);
+    if (other->joint != options.map[j].joint)
       r.warnings.push_back(fmt::format("{} and {}: \"{}\" is the angle of both: is the map right?",
-                                       other->joint, request.map[j].joint, other->reference));
-    for (const std::string& text : one_sided(request.map[j], sessions))
-      r.warnings.push_back(fmt::format("{}: {}", request.map[j].joint, text));
+                                       other->joint, options.map[j].joint, other->reference));
+    for (const std::string& text : one_sided(options.map[j], sessions))
+      r.warnings.push_back(fmt::format("{}: {}", options.map[j].joint, text));
   }
-  warn_of_lacking_motion(request, samples, r.warnings);
+  warn_of_lacking_motion(options, samples, r.warnings);
   const auto start = std::chrono::steady_clock::now();
-  fit_model(request, asked_for(request), files, samples, step, r);
+  fit_model(options, asked_for(options), takes, samples, step, r);
   r.fit_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   for (const JointResult& joint : r.joints) {
     if (joint.untried > 0) r.warnings.push_back(fmt::format("{}: {}", joint.name, kStopped));
   }
-  score_joints(request, files, samples, stuck, r);
-  if (request.leave_out != LeaveOut::none) leave_out(request, files, step, r);
+  score_joints(options, takes, samples, stuck, r);
+  if (options.leave_out != LeaveOut::none) leave_out(options, takes, step, r);
   r.proven = r.model;
-  HandRequest done = request;
-  done.fit_all = request.fit_all && fit_again(request, files, r);
-  state_reference_error(request, r);
-  warn_of_readings(r.model, files, r.warnings);
-  describe(done, files, r);
+  Options done = options;
+  done.fit_all = options.fit_all && fit_again(options, takes, r);
+  state_reference_error(options, r);
+  warn_of_readings(r.model, takes, r.warnings);
+  describe(done, takes, r);
   return r;
 }
 
-std::vector<LeftOut> leave_person_out(const HandRequest& asked, const std::vector<std::size_t>& own,
+std::vector<LeftOut> leave_person_out(const Request& request, const std::vector<std::size_t>& own,
                                       const Step& step) {
-  check(asked);
-  HandRequest request = asked;
-  request.split = 1;
-  request.pairs.clear();
-  std::vector<Files> files;
-  HandIdentification r;
+  check(request);
+  Options options = request;
+  options.split = 1;
+  std::vector<Take> takes;
+  Result r;
   Unit unit;
-  for (std::size_t p = 0; p < asked.pairs.size(); ++p) {
-    HandRequest one = request;
-    one.pairs = {asked.pairs[p]};
+  for (std::size_t p = 0; p < request.pairs.size(); ++p) {
     try {
-      std::vector<Files> read = read_takes(one, r.warnings);
+      std::vector<Take> read = read_takes({options, {request.pairs[p]}}, r.warnings);
       std::vector<Clock> clocks;
-      for (Files& take : read) {
-        clocks.push_back(clock_of(request.map, request.clock_offset_s, take, r.warnings));
-        if (!request.clock_offset_s)
+      for (Take& take : read) {
+        clocks.push_back(clock_of(options.map, options.clock_offset_s, take, r.warnings));
+        if (!options.clock_offset_s)
           refuse_unsure(take.sensor.source, clocks.back().offset_s, clocks.back().confidence);
       }
       for (std::size_t i = 0; i < read.size(); ++i) {
-        if (std::ranges::find(own, p) != own.end()) unit.pairs.push_back(files.size());
-        request.pairs.push_back(asked.pairs[p]);
+        if (std::ranges::find(own, p) != own.end()) unit.pairs.push_back(takes.size());
         r.clocks.push_back(clocks[i]);
-        files.push_back(std::move(read[i]));
+        takes.push_back(std::move(read[i]));
       }
     } catch (const InputError&) {  // its own row says why
     } catch (const io::JobError&) {
     }
   }
-  if (unit.pairs.empty() || unit.pairs.size() == files.size())
+  if (unit.pairs.empty() || unit.pairs.size() == takes.size())
     throw io::JobError("of this person, or of all others, no recording can be used");
   std::vector<LeftOut> out;
   for (const HeldOut& errors :
-       errors_without(unit, request, files, sample_all(files, r.clocks, request), step)) {
-    const std::string& joint = request.map[out.size()].joint;
+       errors_without(unit, options, takes, sample_all(takes, r.clocks, options), step)) {
+    const std::string& joint = options.map[out.size()].joint;
     if (errors.own.size() < 2) throw io::JobError(joint + ": nothing was measured there");
-    out.push_back({row_of(joint, errors), judged(request, errors)});
+    out.push_back({row_of(joint, errors), judged(options, errors)});
   }
   return out;
 }
 
-model::Model fit_hand(const HandRequest& request, std::vector<HandRecordings> recordings, const Step& step) {
-  HandIdentification r;
-  HandRequest all = request;
+model::Model fit_takes(std::vector<Take> takes, const Options& options, const Step& step) {
+  Result r;
+  Options all = options;
   all.split = 1;
   all.threads = 1;  // whoever asks for fits has threads of its own
-  for (Files& one : recordings) r.clocks.push_back(clock_of(all.map, all.clock_offset_s, one, r.warnings));
-  fit_model(all, asked_for(all), recordings, sample_all(recordings, r.clocks, all), step, r);
-  describe(all, recordings, r);
+  for (Take& one : takes) r.clocks.push_back(clock_of(all.map, all.clock_offset_s, one, r.warnings));
+  fit_model(all, asked_for(all), takes, sample_all(takes, r.clocks, all), step, r);
+  describe(all, takes, r);
   return r.model;
-}
-
-namespace {
-
-Json parameters_json(const std::vector<Parameter>& parameters) {
-  Json out = Json::array();
-  for (const Parameter& p : parameters) {
-    const double reach = score::kNormal95 * p.standard_error;
-    out.push_back({{"name", p.name},
-                   {"value", p.value},
-                   {"initial", p.initial ? Json(*p.initial) : Json(nullptr)},
-                   {"standard_error", p.refused ? Json(nullptr) : Json(p.standard_error)},
-                   {"interval95", p.refused ? Json(nullptr) : Json({p.value - reach, p.value + reach})}});
-  }
-  return out;
-}
-
-Json rows_json(const std::vector<ScoreRow>& rows) {
-  Json out = Json::array();
-  for (const ScoreRow& row : rows)
-    out.push_back({{"name", row.name},
-                   {"samples", row.samples},
-                   {"rmse_deg", row.rmse_deg},
-                   {"baselines", row.baseline_deg}});
-  return out;
-}
-
-Json clocks_json(const HandIdentification& r) {
-  Json out = Json::array();
-  for (std::size_t p = 0; p < r.clocks.size(); ++p) {
-    out.push_back({{"sensor", io::to_utf8(r.request.pairs[p].sensor.string())},
-                   {"reference", io::to_utf8(r.request.pairs[p].reference.string())},
-                   {"clock_offset_s", r.clocks[p].offset_s},
-                   {"clock_offset_se_s", r.clocks[p].standard_error_s},
-                   {"drift_ppm", r.clocks[p].drift_ppm},
-                   {"drift_se_ppm", r.clocks[p].drift_se_ppm},
-                   {"confidence", r.clocks[p].confidence}});
-  }
-  return out;
-}
-
-// Of the held-out part, thinned: what a page draws.
-Json curve_json(const JointResult& joint) {
-  constexpr std::size_t kMostPoints = 1200;
-  std::size_t held_out = 0;
-  for (const JointSamples& s : joint.samples) held_out += s.own().size() - s.own().holdout_begin;
-  const std::size_t stride = held_out / kMostPoints + 1;
-  Json out;
-  for (const char* key : {"t_s", "measured_deg", "estimated_deg", "straight_line_deg"})
-    out[key] = Json::array();
-  for (const JointSamples& s : joint.samples) {
-    const auto line = s.estimated_deg.find("line");
-    for (std::size_t k = s.own().holdout_begin; k < s.own().size(); k += stride) {
-      out["t_s"].push_back(s.since_begin_s(k));
-      out["measured_deg"].push_back(s.own().angle_deg[k]);
-      out["estimated_deg"].push_back(s.estimated_deg.at("")[k]);
-      out["straight_line_deg"].push_back(line == s.estimated_deg.end() ? Json() : Json(line->second[k]));
-    }
-  }
-  return out;
-}
-
-}  // namespace
-
-Json to_json(const HandIdentification& r) {
-  Json joints = Json::object();
-  for (std::size_t j = 0; j < r.joints.size(); ++j) {
-    const JointResult& joint = r.joints[j];
-    Json baselines = Json::object();
-    for (const auto& [name, score] : joint.baselines) baselines[name] = score::to_json(score);
-    Json rows = Json::array();
-    for (const CandidateRow& row : joint.rows) {
-      Json one = {
-          {"structure", row.structure},
-          {"chosen", row.chosen},
-          {"cross_validated_rmse_deg",
-           row.cross_validated_deg ? Json(*row.cross_validated_deg) : Json(nullptr)},
-          {"fitted_rmse_deg", std::isnan(row.fitted_rmse_deg) ? Json(nullptr) : Json(row.fitted_rmse_deg)},
-          {"fold_loss", row.fold_loss ? Json(*row.fold_loss) : Json(nullptr)},
-          {"fold_loss_se", row.fold_loss ? Json(row.fold_loss_se) : Json(nullptr)},
-          {"effective_parameters", row.parameters},
-          {"hold_drift_deg", row.hold_drift_deg ? Json(*row.hold_drift_deg) : Json(nullptr)}};
-      if (!row.refusal.empty()) one["refusal"] = row.refusal;
-      rows.push_back(std::move(one));
-    }
-    const model::Ends ends =
-        model::ends(r.model, *std::ranges::find(r.model.joints, joint.name, &model::Joint::name));
-    joints[joint.name] = {{"verdict", score::to_json(joint.verdict)},
-                          {"holdout", score::to_json(joint.holdout)},
-                          {"baselines", std::move(baselines)},
-                          {"pairs", rows_json(joint.pairs)},
-                          {"lead_off_rmse_deg", {joint.sooner_deg, joint.later_deg}},
-                          {"structure", joint.structure},
-                          {"structure_text", joint.text},
-                          {"hold_drift_deg", joint.hold_drift_deg},
-                          {"ends", {{"open_deg", ends.open_deg}, {"fist_deg", ends.fist_deg}}},
-                          {"fitted_rmse_deg", joint.fitted_rmse_deg},
-                          {"cross_validated_rmse_deg", joint.cross_validated_deg},
-                          {"effective_parameters", joint.effective},
-                          {"condition", joint.condition},
-                          {"iterations", joint.iterations > 0 ? Json(joint.iterations) : Json(nullptr)},
-                          {"start", joint.start > 0 ? Json(joint.start) : Json(nullptr)},
-                          {"parameters", parameters_json(joint.parameters)},
-                          {"structures", std::move(rows)},
-                          {"held_out_curve", curve_json(joint)}};
-    if (!joint.left_out.empty())
-      joints[joint.name]["left_out"] = {
-          {"verdict", joint.left_out_verdict ? score::to_json(*joint.left_out_verdict) : Json(nullptr)},
-          {"rows", rows_json(joint.left_out)}};
-  }
-  return {{"joints", std::move(joints)},
-          {"pairs", clocks_json(r)},
-          {"fit_seconds", r.fit_seconds},
-          {"version", FLEXOR_VERSION},
-          {"warnings", r.warnings}};
 }
 
 }  // namespace flexor::identify

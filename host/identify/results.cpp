@@ -1,4 +1,4 @@
-#include "host/identify/hand_results.hpp"
+#include "host/identify/results.hpp"
 
 #include <fmt/format.h>
 
@@ -16,6 +16,64 @@ namespace flexor::identify {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+Json parameters_json(const std::vector<Parameter>& parameters) {
+  Json out = Json::array();
+  for (const Parameter& p : parameters) {
+    const double reach = score::kNormal95 * p.standard_error;
+    out.push_back({{"name", p.name},
+                   {"value", p.value},
+                   {"initial", p.initial ? Json(*p.initial) : Json(nullptr)},
+                   {"standard_error", p.refused ? Json(nullptr) : Json(p.standard_error)},
+                   {"interval95", p.refused ? Json(nullptr) : Json({p.value - reach, p.value + reach})}});
+  }
+  return out;
+}
+
+Json rows_json(const std::vector<ScoreRow>& rows) {
+  Json out = Json::array();
+  for (const ScoreRow& row : rows)
+    out.push_back({{"name", row.name},
+                   {"samples", row.samples},
+                   {"rmse_deg", row.rmse_deg},
+                   {"baselines", row.baseline_deg}});
+  return out;
+}
+
+Json clocks_json(const Result& r) {
+  Json out = Json::array();
+  for (std::size_t p = 0; p < r.clocks.size(); ++p) {
+    out.push_back({{"sensor", io::to_utf8(r.files[p].sensor.string())},
+                   {"reference", io::to_utf8(r.files[p].reference.string())},
+                   {"clock_offset_s", r.clocks[p].offset_s},
+                   {"clock_offset_se_s", r.clocks[p].standard_error_s},
+                   {"drift_ppm", r.clocks[p].drift_ppm},
+                   {"drift_se_ppm", r.clocks[p].drift_se_ppm},
+                   {"confidence", r.clocks[p].confidence}});
+  }
+  return out;
+}
+
+// Of the held-out part, thinned: what a page draws.
+Json curve_json(const JointResult& joint) {
+  constexpr std::size_t kMostPoints = 1200;
+  std::size_t held_out = 0;
+  for (const JointSamples& s : joint.samples) held_out += s.own().size() - s.own().holdout_begin;
+  const std::size_t stride = held_out / kMostPoints + 1;
+  Json out;
+  for (const char* key : {"t_s", "measured_deg", "estimated_deg", "straight_line_deg"})
+    out[key] = Json::array();
+  for (const JointSamples& s : joint.samples) {
+    const auto line = s.estimated_deg.find("line");
+    for (std::size_t k = s.own().holdout_begin; k < s.own().size(); k += stride) {
+      out["t_s"].push_back(s.since_begin_s(k));
+      out["measured_deg"].push_back(s.own().angle_deg[k]);
+      out["estimated_deg"].push_back(s.estimated_deg.at("")[k]);
+      out["straight_line_deg"].push_back(line == s.estimated_deg.end() ? Json() : Json(line->second[k]));
+    }
+  }
+  return out;
+}
 
 // Outside pauses, rising; never empty: with pauses all over those in them.
 std::vector<double> readings(const JointResult& joint, std::size_t sensor) {
@@ -35,10 +93,10 @@ std::vector<double> readings(const JointResult& joint, std::size_t sensor) {
 }
 
 // Where the angle settles, reading by reading of the own sensor, while the joint's other ones stay at their medians.
-Json static_map(const HandIdentification& r, std::size_t j) {
+Json static_map(const Result& r, std::size_t j) {
   constexpr int kPoints = 300;
   std::vector<double> row(r.proven.inputs.size(), std::numeric_limits<double>::quiet_NaN());
-  const std::vector<std::string>& sensors = r.request.map[j].sensors;
+  const std::vector<std::string>& sensors = r.options.map[j].sensors;
   for (std::size_t i = 0; i < row.size(); ++i) {
     const auto sensor = std::ranges::find(sensors, r.proven.inputs[i].name);
     if (sensor == sensors.end()) continue;
@@ -59,7 +117,7 @@ Json static_map(const HandIdentification& r, std::size_t j) {
   return {{"reading", std::move(reading)}, {"angle_deg", std::move(angle)}};
 }
 
-Json sensors(const HandIdentification& r, const JointMap& joint) {
+Json sensors(const Result& r, const JointMap& joint) {
   Json out = Json::array();
   for (const std::string& sensor : joint.sensors) {
     const auto input = std::ranges::find(r.model.inputs, sensor, &model::Input::name);
@@ -70,7 +128,7 @@ Json sensors(const HandIdentification& r, const JointMap& joint) {
 }
 
 // Names of files, not where they lie: a report may be sent to others.
-void add_origins(const HandIdentification& r, Json& pairs) {
+void add_origins(const Result& r, Json& pairs) {
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const Json& origin = r.model.training.at("pairs").at(p);
     for (const char* key : {"sensor", "sensor_digest", "reference", "reference_digest"})
@@ -82,21 +140,21 @@ void add_origins(const HandIdentification& r, Json& pairs) {
   }
 }
 
-Json results(const HandIdentification& r) {
+Json results(const Result& r) {
   Json json = to_json(r);
   json["kind"] = "hand";
-  json["rate_hz"] = r.request.rate_hz;
-  json["split"] = r.request.split;
-  json["lead_s"] = r.request.lead_s;
-  json["fit_all"] = r.request.fit_all;
-  json["structure_asked_for"] = r.request.refit ? "refit" : r.request.structure;
-  json["clock_offset_given"] = r.request.clock_offset_s.has_value();
+  json["rate_hz"] = r.options.rate_hz;
+  json["split"] = r.options.split;
+  json["lead_s"] = r.options.lead_s;
+  json["fit_all"] = r.options.fit_all;
+  json["structure_asked_for"] = r.options.refit ? "refit" : r.options.structure;
+  json["clock_offset_given"] = r.options.clock_offset_s.has_value();
   add_origins(r, json["pairs"]);
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     Json& joint = json["joints"][r.joints[j].name];
     joint.erase("held_out_curve");  // samples-N.csv has it whole
-    joint["sensors"] = sensors(r, r.request.map[j]);
-    joint["reference"] = r.request.map[j].reference;
+    joint["sensors"] = sensors(r, r.options.map[j]);
+    joint["reference"] = r.options.map[j].reference;
     joint["baseline_refusals"] = r.joints[j].baseline_refusals;
     joint["static_map"] = static_map(r, j);
   }
@@ -131,7 +189,7 @@ recording::Recording samples(const JointResult& joint) {
 }
 
 // Every RMSE in a row of its own.
-std::string scores_csv(const HandIdentification& r) {
+std::string scores_csv(const Result& r) {
   std::string out = "joint,part,name,model,samples,rmse_deg,low95_deg,high95_deg\n";
   const auto add = [&](const std::string& name_of_joint, const char* part, const ScoreRow& row,
                        const score::Verdict* verdict) {
@@ -170,7 +228,60 @@ std::string covariance_csv(const JointResult& joint) {
 
 }  // namespace
 
-void save_hand_results(const HandIdentification& r, const std::filesystem::path& folder) {
+Json to_json(const Result& r) {
+  Json joints = Json::object();
+  for (std::size_t j = 0; j < r.joints.size(); ++j) {
+    const JointResult& joint = r.joints[j];
+    Json baselines = Json::object();
+    for (const auto& [name, score] : joint.baselines) baselines[name] = score::to_json(score);
+    Json rows = Json::array();
+    for (const CandidateRow& row : joint.rows) {
+      Json one = {
+          {"structure", row.structure},
+          {"chosen", row.chosen},
+          {"cross_validated_rmse_deg",
+           row.cross_validated_deg ? Json(*row.cross_validated_deg) : Json(nullptr)},
+          {"fitted_rmse_deg", std::isnan(row.fitted_rmse_deg) ? Json(nullptr) : Json(row.fitted_rmse_deg)},
+          {"fold_loss", row.fold_loss ? Json(*row.fold_loss) : Json(nullptr)},
+          {"fold_loss_se", row.fold_loss ? Json(row.fold_loss_se) : Json(nullptr)},
+          {"effective_parameters", row.parameters},
+          {"hold_drift_deg", row.hold_drift_deg ? Json(*row.hold_drift_deg) : Json(nullptr)}};
+      if (!row.refusal.empty()) one["refusal"] = row.refusal;
+      rows.push_back(std::move(one));
+    }
+    const model::Ends ends =
+        model::ends(r.model, *std::ranges::find(r.model.joints, joint.name, &model::Joint::name));
+    joints[joint.name] = {{"verdict", score::to_json(joint.verdict)},
+                          {"holdout", score::to_json(joint.holdout)},
+                          {"baselines", std::move(baselines)},
+                          {"pairs", rows_json(joint.pairs)},
+                          {"lead_off_rmse_deg", {joint.sooner_deg, joint.later_deg}},
+                          {"structure", joint.structure},
+                          {"structure_text", joint.text},
+                          {"hold_drift_deg", joint.hold_drift_deg},
+                          {"ends", {{"open_deg", ends.open_deg}, {"fist_deg", ends.fist_deg}}},
+                          {"fitted_rmse_deg", joint.fitted_rmse_deg},
+                          {"cross_validated_rmse_deg", joint.cross_validated_deg},
+                          {"effective_parameters", joint.effective},
+                          {"condition", joint.condition},
+                          {"iterations", joint.iterations > 0 ? Json(joint.iterations) : Json(nullptr)},
+                          {"start", joint.start > 0 ? Json(joint.start) : Json(nullptr)},
+                          {"parameters", parameters_json(joint.parameters)},
+                          {"structures", std::move(rows)},
+                          {"held_out_curve", curve_json(joint)}};
+    if (!joint.left_out.empty())
+      joints[joint.name]["left_out"] = {
+          {"verdict", joint.left_out_verdict ? score::to_json(*joint.left_out_verdict) : Json(nullptr)},
+          {"rows", rows_json(joint.left_out)}};
+  }
+  return {{"joints", std::move(joints)},
+          {"pairs", clocks_json(r)},
+          {"fit_seconds", r.fit_seconds},
+          {"version", FLEXOR_VERSION},
+          {"warnings", r.warnings}};
+}
+
+void save_results(const Result& r, const std::filesystem::path& folder) {
   io::make_folder(folder);
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     io::write_file(folder / fmt::format("samples-{}.csv", j + 1), recording::to_csv(samples(r.joints[j])));

@@ -1,11 +1,11 @@
-#include "host/identify/hand_test.hpp"
+#include "host/identify/identify_test.hpp"
 
 #include <fmt/format.h>
 
 #include "host/identify/estimator.hpp"
-#include "host/identify/hand_results.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/map_check.hpp"
+#include "host/identify/results.hpp"
 #include "host/io/json.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/correction.hpp"
@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 TEST_F(Hand, AllJointsOfOneRecordingAreFittedToOneModelThatCanBeWorn) {
-  const HandIdentification r = found({write("one", {120, 1})}, kBoth);
+  const Result r = found({write("one", {120, 1})}, kBoth);
   ASSERT_EQ(r.joints.size(), 2U);
   ASSERT_EQ(r.model.inputs.size(), 2U);
   for (const JointResult& joint : r.joints) {
@@ -37,11 +37,11 @@ TEST_F(Hand, AllJointsOfOneRecordingAreFittedToOneModelThatCanBeWorn) {
 // 180 degrees are straight; an angle that comes near zero is a flexion.
 TEST_F(Hand, InnerAnglesOpenAtTheGreaterOneAndItIsSaid) {
   const auto ends_of = [&](double turn_deg, double sign, bool is_said) {
-    HandRequest request = Hand::request({write("ends", {60, 3}, [&](std::vector<double>& angle) {
+    Request request = Hand::request({write("ends", {60, 3}, [&](std::vector<double>& angle) {
       for (double& a : angle) a = turn_deg + sign * a;
     })});
     request.structure = "line";
-    const HandIdentification r = identify_hand(request, {});
+    const Result r = identify_files(request, {});
     EXPECT_EQ(warned(r, "--pose-angles index="), is_said) << turn_deg;
     return r.model.joints[0].ends.value();
   };
@@ -65,12 +65,12 @@ TEST_F(Hand, WhatIsLeftOutIsNotFitted) {
   const auto higher = [](std::vector<double>& angle) {
     for (double& a : angle) a += 30;
   };
-  HandRequest r = request({write("p", {60, 3}), write("q", {50, 4}, higher)});
+  Request r = request({write("p", {60, 3}), write("q", {50, 4}, higher)});
   r.structure = "curve";
   r.leave_out = LeaveOut::person;
   EXPECT_TRUE(has(refusal(r), "one folder"));
   r.leave_out = LeaveOut::take;
-  const HandIdentification both = identify_hand(r, {});
+  const Result both = identify_files(r, {});
   const JointResult& takes = both.joints[0];
   ASSERT_EQ(takes.left_out.size(), 2U);
   ASSERT_EQ(takes.pairs.size(), 2U);
@@ -82,13 +82,13 @@ TEST_F(Hand, WhatIsLeftOutIsNotFitted) {
     EXPECT_GT(takes.left_out[p].samples, 2 * takes.pairs[p].samples - 100);
   }
   EXPECT_NEAR(takes.left_out_verdict->rmse_deg, 30, 4);
-  save_hand_results(both, folder_ / "report");
+  save_results(both, folder_ / "report");
   const std::string saved = io::read_file(folder_ / "report" / "samples-1.csv");
   EXPECT_TRUE(has(saved, "\n0,1,") && has(saved, "\n0,2,")) << "each on a clock of its own";
   for (const Clock& clock : both.clocks) EXPECT_NEAR(clock.offset_s, kOffset_s, 0.1);
   r.pairs.pop_back();
   r.leave_out = LeaveOut::block;
-  const JointResult blocks = identify_hand(r, {}).joints[0];
+  const JointResult blocks = identify_files(r, {}).joints[0];
   ASSERT_EQ(blocks.left_out.size(), 8U);
   std::size_t samples = 0;
   for (const ScoreRow& row : blocks.left_out) samples += row.samples;
@@ -98,13 +98,13 @@ TEST_F(Hand, WhatIsLeftOutIsNotFitted) {
 
 // What a part lacks, or a stop, costs the verdict alone.
 TEST_F(Hand, APartThatCannotBeLeftOutCostsItsVerdictAlone) {
-  HandRequest r = request({write("p", {60, 3}), write("q", {60, 4})});
+  Request r = request({write("p", {60, 3}), write("q", {60, 4})});
   r.structure = "line-lead";
   r.leave_out = LeaveOut::take;
   const auto until_q = [](std::size_t, std::size_t, const std::string& what) {
     return !what.starts_with("without q");
   };
-  const HandIdentification stopped = identify_hand(r, until_q);
+  const Result stopped = identify_files(r, until_q);
   EXPECT_TRUE(stopped.leave_out_stopped);
   EXPECT_EQ(stopped.joints[0].untried, 0U) << "the model is whole";
   EXPECT_EQ(stopped.joints[0].left_out.size(), 1U);
@@ -112,7 +112,7 @@ TEST_F(Hand, APartThatCannotBeLeftOutCostsItsVerdictAlone) {
   r.pairs[1] = write("short", {1.9, 5});
   r.split = 0.3;
   r.clock_offset_s = kOffset_s;
-  const HandIdentification lacking = identify_hand(r, {});
+  const Result lacking = identify_files(r, {});
   EXPECT_FALSE(lacking.leave_out_stopped);
   EXPECT_TRUE(warned(lacking, "without p_glove.csv"));
   EXPECT_EQ(lacking.joints[0].left_out.size(), 1U);
@@ -154,10 +154,10 @@ TEST_F(Hand, JointsAreFoundByName) {
 }
 
 TEST_F(Hand, WhatWasProvenIsFittedToEverything) {
-  HandRequest r = request({write("all", {90, 31})});
-  const HandIdentification half = identify_hand(r, {});
+  Request r = request({write("all", {90, 31})});
+  const Result half = identify_files(r, {});
   r.fit_all = true;
-  const HandIdentification whole = identify_hand(r, {});
+  const Result whole = identify_files(r, {});
   EXPECT_EQ(whole.joints[0].holdout.rmse_deg, half.joints[0].holdout.rmse_deg) << "the proof is the half's";
   EXPECT_NE(whole.model.blocks, half.model.blocks);
   ASSERT_EQ(whole.model.blocks.size(), half.model.blocks.size()) << "the proven structure, fitted to more";
@@ -168,8 +168,8 @@ TEST_F(Hand, WhatWasProvenIsFittedToEverything) {
 // The errors that a model states are those that it makes on data that it never saw, and no less than those of the
 // angles that it was measured with; the figures against these stay as they are.
 TEST_F(Hand, StatedAccuracyIsThatOfUnseenDataAndOfTheReference) {
-  HandRequest request = Hand::request({write("acc", {160, 32})});
-  const HandIdentification r = identify_hand(request, {});
+  Request request = Hand::request({write("acc", {160, 32})});
+  const Result r = identify_files(request, {});
   ASSERT_TRUE(r.model.joints[0].accuracy);
   const auto& own = r.model.joints[0].accuracy->standard_error_deg;
   double squares = 0;
@@ -178,7 +178,7 @@ TEST_F(Hand, StatedAccuracyIsThatOfUnseenDataAndOfTheReference) {
   EXPECT_GT(stated, 0.7 * r.joints[0].holdout.rmse_deg);
   EXPECT_LT(stated, 1.5 * r.joints[0].holdout.rmse_deg);
   request.reference_error_deg = {{"index", 6}};
-  const HandIdentification erring = identify_hand(request, {});
+  const Result erring = identify_files(request, {});
   EXPECT_EQ(erring.joints[0].holdout.rmse_deg, r.joints[0].holdout.rmse_deg);
   const auto& more = erring.model.joints[0].accuracy->standard_error_deg;
   for (std::size_t i = 0; i < more.size(); ++i) EXPECT_DOUBLE_EQ(more[i], std::hypot(own[i], 6));
@@ -187,31 +187,31 @@ TEST_F(Hand, StatedAccuracyIsThatOfUnseenDataAndOfTheReference) {
 
 // Whatever the second half says, the model is the same; only its score differs.
 TEST_F(Hand, WhatIsHeldOutChangesNoCoefficient) {
-  HandRequest r = request({write("h", {60, 5})});
+  Request r = request({write("h", {60, 5})});
   r.clock_offset_s = kOffset_s;
-  const HandIdentification a = identify_hand(r, {});
+  const Result a = identify_files(r, {});
   r.pairs = {write("i", {60, 5}, [](std::vector<double>& angle) {
     for (std::size_t k = angle.size() * 6 / 10; k < angle.size(); ++k) angle[k] = 90 - angle[k] / 2;
   })};
-  const HandIdentification b = identify_hand(r, {});
+  const Result b = identify_files(r, {});
   EXPECT_EQ(a.model.blocks, b.model.blocks);
   EXPECT_GT(b.joints[0].holdout.rmse_deg, 5 * a.joints[0].holdout.rmse_deg);
 }
 
 TEST_F(Hand, ASpikeIsLeftOutAndSaid) {
   const PairFiles files = write("spike", {60, 1});
-  HandRequest r = request({files});
+  Request r = request({files});
   r.input_unit = "count";
   r.structure = "curve(12) + motion(0.2)";
-  const HandIdentification before = identify_hand(r, {});
+  const Result before = identify_files(r, {});
   EXPECT_FALSE(warned(before, "outside the valid range"));
   change(files.sensor, [](recording::Recording& log) { log.columns[0].value[500] = 1e6; });
-  const HandIdentification after = identify_hand(r, {});
+  const Result after = identify_files(r, {});
   EXPECT_NEAR(after.joints[0].holdout.rmse_deg, before.joints[0].holdout.rmse_deg, 0.2);
   EXPECT_TRUE(warned(after, "a_adc: 1 reading(s) lie outside the valid range"));
   for (const std::size_t row : {300U, 1500U}) {  // of the angle: fitted, held out
     r.pairs = {write("angle", {60, 1}, [&](std::vector<double>& angle) { angle[row] = 1e6; })};
-    const HandIdentification spoilt = identify_hand(r, {});
+    const Result spoilt = identify_files(r, {});
     EXPECT_NEAR(spoilt.joints[0].holdout.rmse_deg, before.joints[0].holdout.rmse_deg, 0.05) << row;
     EXPECT_TRUE(warned(spoilt, "lie far from all others, the first is 1e+06")) << row;
   }
@@ -220,16 +220,16 @@ TEST_F(Hand, ASpikeIsLeftOutAndSaid) {
 TEST_F(Hand, ReadingsThatNoBoardTakesAreFittedForAPC) {
   const PairFiles files = write("wide", {60, 1});
   change_readings(files.sensor, [](double u) { return 40 * u; });
-  HandRequest r = request({files});
+  Request r = request({files});
   r.input_unit = "count";
-  const HandIdentification wide = identify_hand(r, {});
+  const Result wide = identify_files(r, {});
   EXPECT_LT(wide.joints[0].holdout.rmse_deg, wide.joints[0].baselines.at("line").rmse_deg);
   EXPECT_TRUE(warned(wide, "runs on a PC"));
   EXPECT_THROW(model::check_fixed(wide.model), io::InputError);
 }
 
 TEST_F(Hand, JointsThatDoNotFitABoardTogetherGetSmaller) {
-  HandRequest r = request({write("p", {60, 3})}, kBoth);
+  Request r = request({write("p", {60, 3})}, kBoth);
   const auto knots = [](const model::Model& m) {
     double out = 0;
     for (const model::Block& block : m.blocks)
@@ -237,9 +237,12 @@ TEST_F(Hand, JointsThatDoNotFitABoardTogetherGetSmaller) {
         out += static_cast<double>(curve->x.size());
     return out;
   };
-  const HandIdentification large = identify_hand(r, {});
-  r.room = [&](const model::Model& m) { return knots(m) / (0.8 * knots(large.model)); };
-  const HandIdentification small = identify_hand(r, {});
+  const Result large = identify_files(r, {});
+  r.room = [&](const model::Model& m) {
+    EXPECT_TRUE(m.joints.front().ends) << "which deploy maps to the hand's";
+    return knots(m) / (0.8 * knots(large.model));
+  };
+  const Result small = identify_files(r, {});
   EXPECT_LE(knots(small.model), 0.8 * knots(large.model));
   for (std::size_t j = 0; j < 2; ++j)
     EXPECT_LT(small.joints[j].holdout.rmse_deg, 1.3 * large.joints[j].holdout.rmse_deg) << j;
@@ -248,10 +251,10 @@ TEST_F(Hand, JointsThatDoNotFitABoardTogetherGetSmaller) {
 // The board has the gain in its table of counts, so its integers are no coarser.
 TEST_F(Hand, VoltsAreFittedAndHeldAsFinelyAsCounts) {
   const PairFiles files = write("volts", {60, 1});
-  HandRequest r = request({files}, kBoth);
+  Request r = request({files}, kBoth);
   r.input_unit = "count";
   r.rate_hz = 10;
-  const HandIdentification counts = identify_hand(r, {});
+  const Result counts = identify_files(r, {});
   const recording::Recording log = change(files.sensor, [](recording::Recording& all) {
     for (recording::Column& column : all.columns) {
       column.name = column.name.substr(0, 1) + "_V";
@@ -260,7 +263,7 @@ TEST_F(Hand, VoltsAreFittedAndHeldAsFinelyAsCounts) {
   });
   r = request({files}, "index=a_V:index_deg,thumb=b_V+a_V:thumb_deg");
   r.rate_hz = 10;
-  const HandIdentification volts = identify_hand(r, {});
+  const Result volts = identify_files(r, {});
   for (std::size_t j = 0; j < 2; ++j) {
     const double ratio = volts.joints[j].holdout.rmse_deg / counts.joints[j].holdout.rmse_deg;
     EXPECT_NEAR(ratio, 1, 0.02) << volts.joints[j].name;
@@ -351,9 +354,9 @@ TEST_F(Hand, AStuckSensorIsNamedFirstAndNoStructureIsAdvised) {
     std::vector<double>& u = log.columns[0].value;
     std::fill(u.begin() + std::ssize(u) / 2, u.end(), u[static_cast<std::size_t>(std::ssize(u) / 2)]);
   });
-  HandRequest r = request({files});
+  Request r = request({files});
   r.clock_offset_s = kOffset_s;
-  const HandIdentification stuck = identify_hand(r, {});
+  const Result stuck = identify_files(r, {});
   EXPECT_TRUE(has(stuck.warnings.front(), "a_adc does not change from")) << stuck.warnings.front();
   EXPECT_FALSE(warned(stuck, "is the map right"));
   EXPECT_FALSE(has(score::in_words(stuck.joints[0].verdict), "--structure"));
@@ -372,12 +375,12 @@ TEST_F(Hand, WhatTheCameraLostIsNotFitted) {
       lose(seen.t_s);
       for (recording::Column& column : seen.columns) lose(column.value);
     });
-    HandRequest r = request({files});
+    Request r = request({files});
     r.structure = "curve";
-    return identify_hand(r, {});
+    return identify_files(r, {});
   };
-  const HandIdentification missing = fitted(false);
-  const HandIdentification frozen = fitted(true);
+  const Result missing = fitted(false);
+  const Result frozen = fitted(true);
   EXPECT_EQ(frozen.joints[0].holdout.rmse_deg, missing.joints[0].holdout.rmse_deg);
   EXPECT_TRUE(warned(missing, "of what is fitted nothing was measured"));
   EXPECT_TRUE(warned(frozen, "does not change from 14.6 to 24.3 s"));
@@ -392,8 +395,8 @@ TEST_F(Hand, ASensorsMissingReadingsCostTheOthersNothing) {
     }
   });
   const char* map = "index=a_adc:index_deg,thumb=b_adc:index_deg";
-  const HandIdentification a = found({whole}, map);
-  const HandIdentification b = found({holes}, map);
+  const Result a = found({whole}, map);
+  const Result b = found({holes}, map);
   EXPECT_NEAR(b.joints[0].holdout.rmse_deg, a.joints[0].holdout.rmse_deg, 0.05);
   EXPECT_NEAR(b.clocks[0].offset_s, a.clocks[0].offset_s, 0.02);
   EXPECT_TRUE(warned(b, "have no b_adc"));
@@ -416,18 +419,18 @@ TEST_F(Hand, SignalsThatTellNothingAreNamed) {
   });
   EXPECT_TRUE(warned(found({files}), "a_adc stands at 400 for"));
   change(files.sensor, [](recording::Recording& log) { log.columns[0].value = log.columns[2].value; });
-  const HandIdentification clean = found({files}, "index=a_adc+c_adc:index_deg");
+  const Result clean = found({files}, "index=a_adc+c_adc:index_deg");
   EXPECT_TRUE(warned(clean, "a_adc and c_adc say the same"));
   EXPECT_FALSE(warned(clean, "clipped"));
 }
 
 TEST_F(Hand, AChainIsFittedAsOneOfItsBlocksAndCanBeWorn) {
-  HandRequest r = request({write("one", {60, 1}), write("two", {60, 2})});
+  Request r = request({write("one", {60, 1}), write("two", {60, 2})});
   for (const char* text : {"hw", "wh", "wiener", "hysteresis(1) > curve(8) > lti(1) > saturation",
                            "lag(0.1) > curve(12) > lti(1)"}) {
     r.structure = text;
     if (r.structure.starts_with("lag")) r.clock_offset_s = kOffset_s - 0.1;  // chains cannot lead
-    const HandIdentification all = identify_hand(r, {});
+    const Result all = identify_files(r, {});
     const JointResult& one = all.joints.front();
     EXPECT_LT(one.holdout.rmse_deg, 5) << text;
     EXPECT_LT(one.holdout.rmse_deg, one.baselines.at("line").rmse_deg) << text;
@@ -435,7 +438,7 @@ TEST_F(Hand, AChainIsFittedAsOneOfItsBlocksAndCanBeWorn) {
     EXPECT_NO_THROW(model::check_fixed(all.model)) << text;
     EXPECT_TRUE(all.model.joints.front().accuracy) << text;
     r.structure = one.text;
-    EXPECT_EQ(identify_hand(r, {}).model.blocks.size(), all.model.blocks.size()) << r.structure;
+    EXPECT_EQ(identify_files(r, {}).model.blocks.size(), all.model.blocks.size()) << r.structure;
   }
 }
 
@@ -446,9 +449,9 @@ TEST_F(Hand, ASensorThatAddsNothingIsLeftOut) {
     log.columns.push_back({"c_adc", std::vector<double>(log.t_s.size())});
     for (double& u : log.columns[2].value) u = 400 + static_cast<double>(random() % 200);
   });
-  HandRequest r = request({files}, "index=a_adc+c_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
+  Request r = request({files}, "index=a_adc+c_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
   r.fit_all = true;
-  const HandIdentification both = identify_hand(r, {});
+  const Result both = identify_files(r, {});
   EXPECT_EQ(both.joints[0].sensors, std::vector<std::string>{"a_adc"});
   EXPECT_EQ(both.joints[1].sensors, (std::vector<std::string>{"b_adc", "a_adc"}));
   EXPECT_EQ(both.model.inputs.size(), 2u) << "nobody reads c_adc";
@@ -457,9 +460,9 @@ TEST_F(Hand, ASensorThatAddsNothingIsLeftOut) {
 
 // Of several sensors, whose values are told sensor by sensor, and of a chain with a lag.
 TEST_F(Hand, TheCovarianceIsThatOfTheParametersInTheirOrder) {
-  HandRequest r = request({write("one", {60, 1})}, "index=a_adc+b_adc:index_deg");
+  Request r = request({write("one", {60, 1})}, "index=a_adc+b_adc:index_deg");
   const auto check = [&] {
-    const JointResult joint = identify_hand(r, {}).joints.front();
+    const JointResult joint = identify_files(r, {}).joints.front();
     const auto n = static_cast<Eigen::Index>(joint.parameters.size());
     ASSERT_EQ(joint.covariance.rows(), n);
     ASSERT_EQ(joint.covariance.cols(), n);
@@ -478,12 +481,12 @@ TEST_F(Hand, TheCovarianceIsThatOfTheParametersInTheirOrder) {
 }
 
 TEST_F(Hand, IsTheSameOnAnyNumberOfThreads) {
-  HandRequest r = request({write("one", {60, 1})}, kBoth);
+  Request r = request({write("one", {60, 1})}, kBoth);
   std::vector<std::string> results;
   std::size_t done = 0;
   for (const int threads : {1, 2, 5}) {
     r.threads = threads;
-    auto json = to_json(identify_hand(r, [&](std::size_t now, std::size_t of, const std::string&) {
+    auto json = to_json(identify_files(r, [&](std::size_t now, std::size_t of, const std::string&) {
       EXPECT_LE(now, of);
       done = std::max(done, now);
       return true;
@@ -497,19 +500,19 @@ TEST_F(Hand, IsTheSameOnAnyNumberOfThreads) {
 }
 
 TEST_F(Hand, AStoppedSearchTakesTheBestSoFarOfEveryJointAndSaysSo) {
-  HandRequest r = request({write("one", {60, 1})}, kBoth);
+  Request r = request({write("one", {60, 1})}, kBoth);
   const auto at_once = [](std::size_t, std::size_t, const std::string&) { return false; };
-  const HandIdentification stopped = identify_hand(r, at_once);
+  const Result stopped = identify_files(r, at_once);
   ASSERT_EQ(stopped.joints.size(), 2u);
   for (const JointResult& joint : stopped.joints) {
     EXPECT_EQ(joint.rows.size(), joint.name == "thumb" ? 2u : 1u) << "both sensors, and the own one alone";
     EXPECT_LT(joint.holdout.rmse_deg, joint.baselines.at("line").rmse_deg) << joint.name;
     EXPECT_TRUE(warned(stopped, joint.name + ": stopped before"));
   }
-  EXPECT_FALSE(warned(identify_hand(r, {}), "stopped before"));
+  EXPECT_FALSE(warned(identify_files(r, {}), "stopped before"));
   r.structure = "hw";
   r.map = parse_map(kIndex);
-  EXPECT_THROW(identify_hand(r, at_once), io::Cancelled);
+  EXPECT_THROW(identify_files(r, at_once), io::Cancelled);
 }
 
 TEST_F(Hand, MapsThatMeanNothingAreRefusedWhereTheyGoWrong) {
@@ -525,39 +528,39 @@ TEST_F(Hand, MapsThatMeanNothingAreRefusedWhereTheyGoWrong) {
 }
 
 TEST_F(Hand, RequestsThatCannotBeMetAreRefusedInWords) {
-  const HandRequest good = request({write("one", {60, 1})});
-  const auto refuses = [&](const std::string& why, const std::function<void(HandRequest&)>& with) {
-    HandRequest r = good;
+  const Request good = request({write("one", {60, 1})});
+  const auto refuses = [&](const std::string& why, const std::function<void(Request&)>& with) {
+    Request r = good;
     with(r);
     EXPECT_TRUE(has(refusal(r), why)) << why << ": " << refusal(r);
   };
-  refuses("accepted", [](HandRequest&) {});
-  refuses("unknown block nonsense", [](HandRequest& r) { r.structure = "nonsense"; });
-  refuses("the split must lie between 0 and 1", [](HandRequest& r) { r.split = 1; });
-  refuses("the rate must be positive", [](HandRequest& r) { r.rate_hz = 0; });
-  refuses("would be held out", [](HandRequest& r) { r.split = 0.999; });
-  refuses("has one sensor, the map names 2", [](HandRequest& r) {
+  refuses("accepted", [](Request&) {});
+  refuses("unknown block nonsense", [](Request& r) { r.structure = "nonsense"; });
+  refuses("the split must lie between 0 and 1", [](Request& r) { r.split = 1; });
+  refuses("the rate must be positive", [](Request& r) { r.rate_hz = 0; });
+  refuses("would be held out", [](Request& r) { r.split = 0.999; });
+  refuses("has one sensor, the map names 2", [](Request& r) {
     r.map = parse_map("index=a_adc+b_adc:index_deg");
     r.structure = "hw";
   });
-  refuses("c_adc", [](HandRequest& r) { r.map = parse_map("index=c_adc:index_deg"); });
-  refuses("a_adc", [](HandRequest& r) { r.map = parse_map("index=c_adc:index_deg"); });  // what there is
-  refuses("never changes", [&](HandRequest& r) {
+  refuses("c_adc", [](Request& r) { r.map = parse_map("index=c_adc:index_deg"); });
+  refuses("a_adc", [](Request& r) { r.map = parse_map("index=c_adc:index_deg"); });  // what there is
+  refuses("never changes", [&](Request& r) {
     r.pairs = {write("s", {30, 7}, [](std::vector<double>& angle) { angle.assign(angle.size(), 40); })};
   });
-  refuses("no joint of the map", [](HandRequest& r) { r.reference_error_deg = {{"ring", 6}}; });
-  refuses("between 0 and 90", [](HandRequest& r) { r.reference_error_deg = {{"index", -1}}; });
+  refuses("no joint of the map", [](Request& r) { r.reference_error_deg = {{"ring", 6}}; });
+  refuses("between 0 and 90", [](Request& r) { r.reference_error_deg = {{"index", -1}}; });
 }
 
 TEST_F(Hand, ALineIsALineAndWhatIsNoBetterSaysSo) {
-  HandRequest r = request({write("line", {60, 8})});
-  const auto verdict = [&](const HandIdentification& it) {
+  Request r = request({write("line", {60, 8})});
+  const auto verdict = [&](const Result& it) {
     EXPECT_EQ(it.model.fit["joints"]["index"]["verdict"], to_json(it)["joints"]["index"]["verdict"]);
     return to_json(it)["joints"]["index"]["verdict"]["word"].get<std::string>();
   };
-  EXPECT_EQ(verdict(identify_hand(r, {})), "better");
+  EXPECT_EQ(verdict(identify_files(r, {})), "better");
   r.structure = "line";
-  const HandIdentification line = identify_hand(r, {});
+  const Result line = identify_files(r, {});
   EXPECT_NE(verdict(line), "better");
   EXPECT_EQ(line.joints[0].structure, "line");
   EXPECT_EQ(line.joints[0].verdict.itself, "line");
@@ -574,10 +577,10 @@ double saved_rmse_deg(const recording::Recording& samples, const std::string& es
 
 // Also where the model that is returned is another one, fitted to everything.
 TEST_F(Hand, WhatIsSavedForAReportIsThePartThatWasProven) {
-  HandRequest all = request({write("saved", {60, 41})}, kBoth);
+  Request all = request({write("saved", {60, 41})}, kBoth);
   all.fit_all = true;
-  const HandIdentification r = identify_hand(all, {});
-  save_hand_results(r, folder_ / "report");
+  const Result r = identify_files(all, {});
+  save_results(r, folder_ / "report");
   for (std::size_t j = 0; j < 2; ++j) {
     const auto samples =
         recording::read_csv(folder_ / "report" / ("samples-" + std::to_string(j + 1) + ".csv"), {});
@@ -610,7 +613,7 @@ TEST_F(Hand, WhatIsSavedForAReportIsThePartThatWasProven) {
 
 // Two halves of one recording: together as good as it is, though each may have had its own line.
 TEST_F(RealRecordings, OfOneDonningAreAsGoodTogether) {
-  HandRequest both = request("glove/index_ind2", "index=SensorA1:∠ABC");
+  Request both = request("glove/index_ind2", "index=SensorA1:∠ABC");
   const io::TemporaryFolder parts;
   const recording::Recording log = recording::read_csv(both.pairs[0].sensor, {"SensorA1"}, "");
   const PairFiles whole = std::exchange(both.pairs, {})[0];
@@ -622,7 +625,7 @@ TEST_F(RealRecordings, OfOneDonningAreAsGoodTogether) {
     both.pairs.push_back({parts.path() / (first ? "first.csv" : "second.csv"), whole.reference});
     io::write_file(both.pairs.back().sensor, recording::to_csv(part));
   }
-  const HandIdentification r = identify_hand(both, {});
+  const Result r = identify_files(both, {});
   EXPECT_LT(r.joints[0].holdout.rmse_deg, 1.2);
   EXPECT_GT(r.joints[0].holdout.rmse_deg, 0.9);
 }
@@ -649,7 +652,7 @@ class RealHands : public RealRecordings, public testing::WithParamInterface<Real
 TEST_P(RealHands, BothJointsOfOneCommandAreAsGoodAsWasMeasured) {
   const RealHand& c = GetParam();
   const std::string map = fmt::format("a={0}:∠ABC{1},b={0}:∠BCD{1}", c.sensors, c.kind);
-  const HandIdentification r = identify_hand(request("glove/" + c.folder, map), {});
+  const Result r = identify_files(request("glove/" + c.folder, map), {});
   for (std::size_t j = 0; j < 2; ++j) {
     const JointResult& joint = r.joints[j];
     EXPECT_LT(joint.holdout.rmse_deg, c.held_out[j].high) << joint.name;

@@ -11,7 +11,7 @@
 #include <string>
 #include <tuple>
 
-#include "host/identify/hand.hpp"
+#include "host/identify/identify.hpp"
 #include "host/io/refusal_test.hpp"
 #include "host/recording/csv.hpp"
 
@@ -21,7 +21,7 @@ inline bool has(const std::string& text, const std::string& what) {
   return text.find(what) != std::string::npos;
 }
 
-inline bool warned(const HandIdentification& r, const std::string& what) {
+inline bool warned(const Result& r, const std::string& what) {
   return std::ranges::any_of(r.warnings, [&](const std::string& w) { return has(w, what); });
 }
 
@@ -39,7 +39,7 @@ Session sampled(Eigen::Index samples, At at) {
 inline constexpr char kIndex[] = "index=a_adc:index_deg";
 inline constexpr char kBoth[] = "index=a_adc:index_deg,thumb=b_adc+a_adc:thumb_deg";
 
-struct Take {
+struct Drawn {
   double seconds;
   unsigned seed;
   double rate_hz = 40;
@@ -74,7 +74,7 @@ class Hand : public testing::Test {
     return out;
   }
 
-  PairFiles write(const std::string& name, const Take& take,
+  PairFiles write(const std::string& name, const Drawn& take,
                   const std::function<void(std::vector<double>&)>& change_angle = {}) const {
     constexpr std::size_t kFine_hz = 1200, kCamera_hz = 30;
     const auto rows = static_cast<std::size_t>(take.seconds * kFine_hz);
@@ -115,15 +115,15 @@ class Hand : public testing::Test {
     return out;
   }
 
-  static HandRequest request(std::vector<PairFiles> pairs, const std::string& map = kIndex) {
-    HandRequest r;
+  static Request request(std::vector<PairFiles> pairs, const std::string& map = kIndex) {
+    Request r;
     r.pairs = std::move(pairs);
     r.map = parse_map(map);
     return r;
   }
 
-  static HandIdentification found(std::vector<PairFiles> pairs, const std::string& map = kIndex) {
-    return identify_hand(request(std::move(pairs), map), {});
+  static Result found(std::vector<PairFiles> pairs, const std::string& map = kIndex) {
+    return identify_files(request(std::move(pairs), map), {});
   }
 
   static double rmse_deg(std::vector<PairFiles> pairs, const std::string& map = kIndex) {
@@ -146,8 +146,8 @@ class Hand : public testing::Test {
     });
   }
 
-  static std::string refusal(const HandRequest& r) {
-    return io::refusal_of([&] { identify_hand(r, {}); });
+  static std::string refusal(const Request& r) {
+    return io::refusal_of([&] { identify_files(r, {}); });
   }
 
   const io::TemporaryFolder temporary_;
@@ -165,8 +165,8 @@ class RealRecordings : public testing::Test {
   }
 
   // A folder of two logs, or one file that is both.
-  static HandRequest request(const std::string& name, const std::string& map) {
-    HandRequest out;
+  static Request request(const std::string& name, const std::string& map) {
+    Request out;
     out.pairs = {{kData / name / "sensor_log.csv", kData / name / "camera_angles.csv"}};
     if (name.ends_with(".csv")) out.pairs = {{kData / name, kData / name}};
     out.map = parse_map(map);

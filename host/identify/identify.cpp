@@ -507,14 +507,16 @@ void fit_into_room(const Options& options, const std::vector<std::string>& struc
   const auto share = [&](std::size_t j) { return options.room(r.joints[j].model); };
   while (options.room && options.room(r.model) > 1 && !left.empty()) {
     const std::size_t largest = *std::ranges::max_element(left, {}, share);
+    std::optional<JointResult> smaller;
     try {
-      JointResult smaller = fit(largest, share(largest)).get();
-      if (!(options.room(smaller.model) < share(largest))) throw io::JobError("no smaller one is there");
-      r.joints[largest] = std::move(smaller);
-    } catch (const io::JobError&) {
+      smaller = fit(largest, share(largest)).get();
+    } catch (const io::JobError&) {  // there is no smaller one
+    }
+    if (!smaller || !(options.room(smaller->model) < share(largest))) {
       std::erase(left, largest);
       continue;
     }
+    r.joints[largest] = std::move(*smaller);
     r.model = inputs;
     for (const JointResult& joint : r.joints) append(joint.model, r.model);
   }

@@ -548,6 +548,11 @@ TEST_F(Hand, RequestsThatCannotBeMetAreRefusedInWords) {
   refuses("never changes", [&](Request& r) {
     r.pairs = {write("s", {30, 7}, [](std::vector<double>& angle) { angle.assign(angle.size(), 40); })};
   });
+  refuses("takes deg", [](Request& r) {
+    r.initial = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+    r.refit = true;
+    r.input_unit = "count";
+  });
   refuses("no joint of the map", [](Request& r) { r.reference_error_deg = {{"ring", 6}}; });
   refuses("between 0 and 90", [](Request& r) { r.reference_error_deg = {{"index", -1}}; });
 }

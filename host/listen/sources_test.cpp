@@ -51,14 +51,10 @@ Values of_replay(const std::filesystem::path& file, const Shape& shape) {
 }
 
 Values of_port(const Shape& shape) {
-  Values out;
-  for (const Format format : {Format::lines, Format::gloves}) {
-    const auto decoder = make_decoder(format);
-    std::vector<Sample> samples;
-    decoder->push({reinterpret_cast<const std::uint8_t*>(shape.text.data()), shape.text.size()}, 0, samples);
-    std::ranges::copy(column_of(decoder->columns(), samples, shape.column), std::back_inserter(out));
-  }
-  return out;
+  const auto decoder = make_decoder(Format::lines);
+  std::vector<Sample> samples;
+  decoder->push({reinterpret_cast<const std::uint8_t*>(shape.text.data()), shape.text.size()}, 0, samples);
+  return column_of(decoder->columns(), samples, shape.column);
 }
 
 TEST(Sources, ReadEveryShapeAlike) {

@@ -163,6 +163,7 @@ class TableReader : TableState {
   using TableState::has_time;
   const Times& times() const { return times_; }
   bool is_live() const { return options_.from != From::file; }
+  Layout layout() const { return layout_; }
   bool splits_by_clock() const { return splits_by_clock_; }
   bool is_dated() const { return time_format_ && is_date(*time_format_); }
   std::vector<std::string> notes() const;

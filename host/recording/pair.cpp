@@ -12,7 +12,6 @@
 #include "host/io/io.hpp"
 #include "host/io/numbers.hpp"
 #include "host/recording/clock.hpp"
-#include "host/recording/csv.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/stream.hpp"
 #include "host/recording/unit.hpp"

@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <numbers>
@@ -98,39 +96,29 @@ TEST(JointStateFile, GrowsByAChunkEachSecond) {
   EXPECT_THROW(JointStateFile(place.beside("no") / "live.mcap", {"a"}), io::InputError);
 }
 
-// In a process of its own, since the limit is the process's.
-int fill_disk(const std::filesystem::path& path) {
-  ::signal(SIGXFSZ, SIG_IGN);
-  const rlimit limit{20'000, 20'000};
-  ::setrlimit(RLIMIT_FSIZE, &limit);
-  JointStateFile file(path, {"a", "b"});
-  const double angles[] = {1, 2};
-  std::size_t whole = 0;
-  try {
-    for (int i = 0; i < 10'000; ++i) {
-      file.add(0.01 * i, angles);
-      if (i % 100 == 1) whole = std::filesystem::file_size(path);
-    }
-    return 1;
-  } catch (const io::JobError& error) {
-    if (std::string(error.what()).find("what came before is whole") == std::string::npos) return 2;
-  }
-  try {
-    file.add(1000, angles);
-    return 3;
-  } catch (const io::JobError&) {  // nothing goes behind what is missing
-  }
-  return std::filesystem::file_size(path) == whole && whole > 0 ? 0 : 4;
-}
-
+// A limit on the size of files stands for a disk that is full.
 TEST(JointStateFile, AFullDiskLeavesWholeChunks) {
   const TestRecording place("x");
-  const pid_t child = ::fork();
-  if (child == 0) ::_exit(fill_disk(place.beside("live.mcap")));
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  EXPECT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 0);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = ::signal(SIGXFSZ, SIG_IGN);
+  JointStateFile file(place.beside("live.mcap"), {"a", "b"});
+  const double angles[] = {1, 2};
+  std::uintmax_t whole = 0;
+  const rlimit limit{20'000, before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &limit);
+  const std::string refused = io::message_of<io::JobError>([&] {
+    for (int i = 0; i < 10'000; ++i) {
+      file.add(0.01 * i, angles);
+      if (i % 100 == 1) whole = std::filesystem::file_size(place.beside("live.mcap"));
+    }
+  });
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  ::signal(SIGXFSZ, handler);
+  EXPECT_NE(refused.find("what came before is whole"), std::string::npos) << refused;
+  EXPECT_THROW(file.add(1000, angles), io::JobError) << "nothing goes behind what is missing";
+  EXPECT_GT(whole, 0u);
+  EXPECT_EQ(std::filesystem::file_size(place.beside("live.mcap")), whole);
 }
 
 TEST(JointStates, OfARecordingAreWrittenWholeOrNotAtAll) {

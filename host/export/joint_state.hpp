@@ -1,9 +1,5 @@
-// Angles as the ROS 2 message sensor_msgs/msg/JointState, in MCAP: what ROS 2, Foxglove and Rerun open.
-//
-// Radians; velocity and effort are empty. A file is written whole or not at all; the live one grows by a chunk each
-// second, and what was given out can be read whatever happens then.
-//
-// Source: sensor_msgs and std_msgs of ROS 2; OMG CDR (XCDR1, little endian), as Fast-CDR writes it.
+// Angles into MCAP files (mcap.hpp). That of a recording is written whole or not at all; the live one grows by a chunk each second, and
+// what was given out can be read whatever happens then.
 #pragma once
 
 #include <cstdint>
@@ -21,35 +17,6 @@
 #include "host/recording/time.hpp"
 
 namespace flexor::exports {
-
-// One message, CDR.
-class JointStateMessage {
- public:
-  JointStateMessage(const std::vector<std::string>& joints, const std::string& frame_id);
-  // Valid until the next. Throws io::JobError after the year 2038, which a ROS 2 stamp ends with.
-  const std::string& encode(std::uint64_t time_ns, std::span<const double> angle_deg);
-
- private:
-  std::size_t joints_;
-  std::size_t positions_ = 0;  // where they begin
-  std::string bytes_;
-};
-
-// Samples into an MCAP writer, t_s on the wall's clock.
-class JointStates {
- public:
-  // `start_s`: of the first sample, since 1970; none: now.
-  JointStates(McapWriter::Write write, const std::vector<std::string>& joints, std::optional<double> start_s);
-  void add(double t_s, std::span<const double> angle_deg);
-  McapWriter& writer() { return writer_; }
-
- private:
-  JointStateMessage message_;
-  McapWriter writer_;
-  std::optional<double> start_s_;
-  std::uint64_t start_ns_ = 0;
-  double first_s_ = 0;
-};
 
 struct RecordedOptions {
   std::vector<std::string> names;  // OLD=NEW: joints that are to be called otherwise

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "host/recording/log.hpp"
+#include "host/recording/csv.hpp"
 #include "host/recording/pair.hpp"
 #include "host/recording/time.hpp"
 

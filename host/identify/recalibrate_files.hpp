@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "host/identify/recalibrate.hpp"
-#include "host/recording/log.hpp"
+#include "host/recording/csv.hpp"
 
 namespace flexor::identify {
 

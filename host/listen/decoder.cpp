@@ -265,11 +265,8 @@ std::vector<std::string> without_clashes(const std::vector<std::string>& names) 
   return out;
 }
 
-// What comes as lines; `keyed`: text for VR drivers, and nothing else.
 class LineDecoder : public Decoder {
  public:
-  explicit LineDecoder(bool keyed) : keyed_(keyed) {}
-
   void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) override {
     for (const std::uint8_t byte : bytes) {
       ++tally_.bytes;
@@ -277,7 +274,13 @@ class LineDecoder : public Decoder {
       if (!splitter_.push(byte)) continue;
       line_.host_s = host_s;
       std::swap(line_.text, splitter_.line());
-      if (!push_line()) ++tally_.torn;
+      if (is_piece()) {
+        // Of an end of a line nobody knows how much was lost.
+      } else if (line_.bytes > kLongestLine) {
+        ++tally_.torn;
+      } else if (!table_.push(line_)) {
+        tally_.understood += line_.bytes;
+      }
       splitter_.cut();
       line_.bytes = 0;
       take_all(out);
@@ -285,10 +288,10 @@ class LineDecoder : public Decoder {
   }
 
   void cut() override {
-    if (!is_piece_ && line_.bytes > 0) ++tally_.torn;
+    if (!may_be_piece_ && line_.bytes > 0) ++tally_.torn;
     splitter_.cut();
     line_.bytes = 0;
-    is_piece_ = true;
+    may_be_piece_ = true;
     table_.cut();
   }
 
@@ -296,30 +299,19 @@ class LineDecoder : public Decoder {
     if (table_.refusal().empty()) return {};
     return "another glove speaks: its columns are " + table_.refusal();
   }
+  bool is_for_drivers() const override { return table_.layout() == recording::Layout::keyed; }
 
  private:
   // The first line of a port is as a rule the end of one; but a board that starts when its port is opened begins with its header.
-  bool push_line() {
-    std::string& text = line_.text;
-    const bool is_piece = std::exchange(is_piece_, false);
-    if (line_.bytes > kLongestLine) return is_piece;
+  bool is_piece() {
+    if (!std::exchange(may_be_piece_, false)) return false;
+    std::string text = line_.text;
     std::string monitor_time;
     (void)recording::cut_at_arrow(text, monitor_time);
-    recording::Cells cells;
-    const bool is_keyed = recording::read_labelled(text, cells) && cells.layout == recording::Layout::keyed;
-    if (is_piece) {
-      const char separator = recording::separator_of(text);
-      recording::split(text, separator, cells.value);
-      if (keyed_ || cells.value.size() < 2 || !recording::is_header(cells.value, separator)) return true;
-    }
-    const std::string_view inner = recording::trimmed(text);
-    const bool is_blank = inner.empty() || inner.front() == '#';
-    if (is_keyed != keyed_ && !is_blank) {
-      if (tally_.samples > 0) count_misfit(0, table_.width());
-      return false;
-    }
-    if (!table_.push(line_)) tally_.understood += line_.bytes;
-    return true;
+    const char separator = recording::separator_of(text);
+    std::vector<std::string> cells;
+    recording::split(text, separator, cells);
+    return line_.bytes > kLongestLine || cells.size() < 2 || !recording::is_header(cells, separator);
   }
 
   void take_all(std::vector<Sample>& out) {
@@ -349,8 +341,7 @@ class LineDecoder : public Decoder {
     columns_ = without_clashes(names);
   }
 
-  bool keyed_;
-  bool is_piece_ = false;
+  bool may_be_piece_ = false;
   recording::LineSplitter splitter_{kLongestLine};
   recording::Line line_;
   recording::TableReader table_{
@@ -370,7 +361,7 @@ std::optional<Guess> judge(std::span<const std::uint8_t> bytes, Format format, b
   if (tally.samples < (format == Format::hand ? 1 : kFewestSamples) && !waits) return {};
   const double share = static_cast<double>(tally.understood) / static_cast<double>(tally.bytes);
   if (share < 0.5) return {};
-  return Guess{format, readings, share, tally.samples};
+  return Guess{decoder->is_for_drivers() ? Format::gloves : format, readings, share, tally.samples};
 }
 
 }  // namespace
@@ -396,7 +387,7 @@ const char* name_of(Format format) {
 std::unique_ptr<Decoder> make_decoder(Format format, bool readings) {
   if (format == Format::frames) return std::make_unique<GloveFrames>(readings);
   if (format == Format::hand) return std::make_unique<HandFrames>();
-  return std::make_unique<LineDecoder>(format == Format::gloves);
+  return std::make_unique<LineDecoder>();
 }
 
 std::optional<Guess> guess(std::span<const std::uint8_t> bytes, bool readings) {
@@ -405,7 +396,7 @@ std::optional<Guess> guess(std::span<const std::uint8_t> bytes, bool readings) {
     if (frames && frames->samples > 0) return frames;  // nothing else speaks so
   }
   std::optional<Guess> best;
-  for (const Format format : {Format::frames, Format::hand, Format::gloves, Format::lines}) {
+  for (const Format format : {Format::frames, Format::hand, Format::lines}) {
     const std::optional<Guess> now = judge(bytes, format, false);
     if (now && (!best || now->share > best->share)) best = now;
   }

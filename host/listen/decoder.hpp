@@ -4,9 +4,9 @@
 //         listens moves nothing
 // hand    a hand's telemetry: of each finger its angle, the motor's duty in percent of the supply, positive to flex, and
 //         its fault; and the board's faults, as bits (runtime/hand/README.md)
-// gloves  text for VR drivers, alpha and beta encodings (runtime/link/opengloves.hpp)
-// lines   as host/recording/table.hpp has them, but text for VR drivers; units below a header become a part of the names.
-//         A header with other names is another glove's, of which nothing is taken
+// lines   as host/recording/table.hpp has them; units below a header become a part of the names. A header with other names is another
+//         glove's, of which nothing is taken
+// gloves  lines of text for VR drivers, alpha and beta encodings (runtime/link/opengloves.hpp)
 #pragma once
 
 #include <cstdint>
@@ -65,6 +65,7 @@ class Decoder {
   const Tally& tally() const { return tally_; }
   // What is to be known of the samples, as they come now; "": nothing.
   virtual std::string remark() const { return {}; }
+  virtual bool is_for_drivers() const { return false; }  // what comes is text for VR drivers
   // Why nothing is taken any more, in a line; "": it is.
   virtual std::string refusal() const { return {}; }
 

@@ -8,10 +8,7 @@
 #include <thread>
 
 #include "host/io/io.hpp"
-#include "host/io/terminal_test.hpp"
-#include "host/listen/listener.hpp"
 #include "host/listen/replay_source.hpp"
-#include "host/listen/test_board.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/shapes_test.hpp"
 
@@ -51,14 +48,10 @@ Values of_replay(const std::filesystem::path& file, const Shape& shape) {
 }
 
 Values of_port(const Shape& shape) {
-  Values out;
-  for (const Format format : {Format::lines, Format::gloves}) {
-    const auto decoder = make_decoder(format);
-    std::vector<Sample> samples;
-    decoder->push({reinterpret_cast<const std::uint8_t*>(shape.text.data()), shape.text.size()}, 0, samples);
-    std::ranges::copy(column_of(decoder->columns(), samples, shape.column), std::back_inserter(out));
-  }
-  return out;
+  const auto decoder = make_decoder(Format::lines);
+  std::vector<Sample> samples;
+  decoder->push({reinterpret_cast<const std::uint8_t*>(shape.text.data()), shape.text.size()}, 0, samples);
+  return column_of(decoder->columns(), samples, shape.column);
 }
 
 TEST(Sources, ReadEveryShapeAlike) {
@@ -71,19 +64,6 @@ TEST(Sources, ReadEveryShapeAlike) {
     EXPECT_EQ(of_pipe(folder.path() / "pipe", shape), shape.value) << shape.name;
     EXPECT_EQ(of_replay(file, shape), shape.value) << shape.name;
     EXPECT_EQ(of_port(shape), shape.value) << shape.name << " at a port";
-  }
-}
-
-TEST(Sources, APortHasEveryFormat) {
-  FLEXOR_NEEDS_TERMINALS();
-  for (const char* line :
-       {"12,34\n", "thumb:12\tindex:34\n", "A12B34\n", "13:10:29.050 -> A12B34F512G512\n"}) {
-    Board glove([line](const std::string&) { return line; });
-    Listener listener({.port = glove.port()}, [](const std::string&) {});
-    std::vector<Sample> samples;
-    for (int i = 0; i < 100 && samples.empty(); ++i) listener.wait(0.05, samples);
-    ASSERT_FALSE(samples.empty()) << line;
-    EXPECT_EQ(samples.back().value, (Values{12, 34})) << line;
   }
 }
 

@@ -106,13 +106,13 @@ void add_part(Plan& plan, const std::string& name, int joint, const CompleteOpti
   plan.parts.back().push_back(plan.place(name, joint, options));
 }
 
-void add_bend(Plan& plan, const Input& bend, const CompleteOptions& options,
-              const recording::LogReader& table) {
-  plan.inputs.push_back(bend);
+void add_input(Plan& plan, const Input& input, const CompleteOptions& options,
+               const recording::LogReader& table) {
+  plan.inputs.push_back(input);
   plan.parts.emplace_back();
-  if (table.has(column_of(bend.name)) && !find_joint(bend.name))
-    return add_part(plan, bend.name, bend.joints.front(), options);
-  for (const int joint : bend.joints) add_part(plan, std::string(joint_name(joint)), joint, options);
+  if (table.has(column_of(input.name)) && !find_joint(input.name))
+    return add_part(plan, input.name, input.joints.front(), options);
+  for (const int joint : input.joints) add_part(plan, std::string(joint_name(joint)), joint, options);
 }
 
 Plan plan_of(const CompleteOptions& options, const recording::LogReader& table) {
@@ -125,7 +125,7 @@ Plan plan_of(const CompleteOptions& options, const recording::LogReader& table) 
   for (const Input& bend : bends) {
     require_named(bend, options);
     require_one_sign(plan, bend);
-    add_bend(plan, bend, options, table);
+    add_input(plan, bend, options, table);
   }
   for (const std::string& column : options.from) {
     const std::string name = without_unit(column);
@@ -133,10 +133,7 @@ Plan plan_of(const CompleteOptions& options, const recording::LogReader& table) 
     const int joint = joint_of(name, "--from");
     const bool in_bend = std::ranges::any_of(
         bends, [&](const Input& bend) { return std::ranges::count(bend.joints, joint) > 0; });
-    if (in_bend) continue;
-    plan.inputs.push_back({name, {joint}});
-    plan.parts.emplace_back();
-    add_part(plan, name, joint, options);
+    if (!in_bend) add_input(plan, {name, {joint}}, options, table);
   }
   for (int joint = 0; joint < kJoints && options.rest_s > 0; ++joint) {
     const std::string name(joint_name(joint));

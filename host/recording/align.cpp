@@ -16,7 +16,6 @@
 #include "host/recording/resample.hpp"
 #include "host/recording/sensor_lag.hpp"
 #include "host/recording/taps.hpp"
-#include "host/recording/velocity.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -114,27 +113,20 @@ void check_span(const Series& series) {
                   t[widest - 1], t[widest]));
 }
 
-// Bins of equal count over the sensor's values.
-class Binning {
- public:
-  Binning(const Sampled& sensor, int bins) : bin_(sensor.value.size()), count_(bins) {
-    std::vector<std::size_t> order(sensor.value.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return sensor.value[i]; });
-    for (std::size_t rank = 0; rank < order.size(); ++rank) {
-      // Equal values share a bin: a sensor at rest must not be torn apart by the order of its samples.
-      const bool tie = rank > 0 && sensor.value[order[rank]] == sensor.value[order[rank - 1]];
-      bin_[order[rank]] = tie ? bin_[order[rank - 1]]
-                              : static_cast<int>(rank * static_cast<std::size_t>(bins) / order.size());
-    }
+// Of each value of the sensor its bin, of so many of equal count.
+std::vector<int> bins_of(const Sampled& sensor, int bins) {
+  std::vector<std::size_t> order(sensor.value.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return sensor.value[i]; });
+  std::vector<int> out(order.size());
+  for (std::size_t rank = 0; rank < order.size(); ++rank) {
+    // Equal values share a bin: a sensor at rest must not be torn apart by the order of its samples.
+    const bool tie = rank > 0 && sensor.value[order[rank]] == sensor.value[order[rank - 1]];
+    out[order[rank]] =
+        tie ? out[order[rank - 1]] : static_cast<int>(rank * static_cast<std::size_t>(bins) / order.size());
   }
-  int operator[](std::size_t i) const { return bin_[i]; }
-  int count() const { return count_; }
-
- private:
-  std::vector<int> bin_;
-  int count_;
-};
+  return out;
+}
 
 // Sensor sample i lies on reference sample i + lag.
 struct Overlap {
@@ -195,7 +187,7 @@ struct Sums {
   std::vector<double> between;
 };
 
-Sums sums_over_lags(CrossCorrelator& correlator, const Sampled& sensor, const Binning& bins,
+Sums sums_over_lags(CrossCorrelator& correlator, const Sampled& sensor, int bins,
                     const std::vector<double>& y, const std::vector<std::uint8_t>& good) {
   const std::size_t size = correlator.size();
   Sums out{std::vector<double>(size), std::vector<double>(size), {}, std::vector<double>(size)};
@@ -203,9 +195,10 @@ Sums sums_over_lags(CrossCorrelator& correlator, const Sampled& sensor, const Bi
   std::ranges::transform(y, square.begin(), [](double v) { return v * v; });
   const auto y_spectrum = correlator.spectrum(y);
   const auto good_spectrum = correlator.spectrum({good.begin(), good.end()});
-  for (int bin = 0; bin < bins.count(); ++bin) {
+  const std::vector<int> bin_of = bins_of(sensor, bins);
+  for (int bin = 0; bin < bins; ++bin) {
     std::vector<double> member(sensor.value.size());
-    for (std::size_t i = 0; i < member.size(); ++i) member[i] = sensor.good[i] && bins[i] == bin ? 1 : 0;
+    for (std::size_t i = 0; i < member.size(); ++i) member[i] = sensor.good[i] && bin_of[i] == bin ? 1 : 0;
     const auto spectrum = correlator.spectrum(std::move(member));
     const auto count = correlator.correlate(spectrum, good_spectrum);
     const auto sum = correlator.correlate(spectrum, y_spectrum);
@@ -223,7 +216,7 @@ Sums sums_over_lags(CrossCorrelator& correlator, const Sampled& sensor, const Bi
 }
 
 // Of every lag with an overlap of `least` samples.
-Scan scan(const Sampled& sensor, const Binning& bins, const Sampled& reference, double least) {
+Scan scan(const Sampled& sensor, int bins, const Sampled& reference, double least) {
   const auto n = std::ssize(sensor.value);
   const auto m = std::ssize(reference.value);
   const auto needed = static_cast<std::ptrdiff_t>(least);
@@ -472,7 +465,7 @@ std::optional<std::size_t> tapped_lag(const Series& sensor, const Series& refere
 // Stage 1: the lag that explains most, and what else it could be.
 std::pair<double, Rivals> find_lag(const Series& sensor, const Series& reference, const Sampled& sensed,
                                    const Sampled& seen, const Scales& scales, Alignment& result) {
-  const Scan scanned = scan(sensed, Binning(sensed, scales.bins), seen, scales.min_overlap_s * kRate_hz);
+  const Scan scanned = scan(sensed, scales.bins, seen, scales.min_overlap_s * kRate_hz);
   if (scanned.score.empty()) {
     throw io::JobError(
         fmt::format("overlap too short: the recordings last {:.1f} s and {:.1f} s, alignment needs "
@@ -558,8 +551,7 @@ double explained(const Series& sensor, const Series& reference, double clock_off
   const Sampled a = sample(sensor, kExplainedRate_hz);
   const auto lag = static_cast<std::ptrdiff_t>(
       std::lround((clock_offset_s + sensor.t_s.front() - reference.t_s.front()) * kExplainedRate_hz));
-  const Scan all =
-      scan(a, Binning(a, kMaxBins), sample(reference, kExplainedRate_hz), kMinOverlap_s * kExplainedRate_hz);
+  const Scan all = scan(a, kMaxBins, sample(reference, kExplainedRate_hz), kMinOverlap_s * kExplainedRate_hz);
   const auto at = std::ranges::find(all.lag, lag);
   return at == all.lag.end() ? 0 : all.eta_squared[static_cast<std::size_t>(at - all.lag.begin())];
 }

@@ -139,8 +139,8 @@ Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> gi
     if (round == kMostRounds || is_common || !is_clear(clock.drift_ppm, clock.drift_se_ppm)) {
       clock.drift_ppm = taken_out_ppm;
       if (given) return given_clock(*given, opinions, clock, warnings);
-      const Opinion& surest = *surest_at;
-      warnings.insert(warnings.end(), surest.alignment.warnings.begin(), surest.alignment.warnings.end());
+      clock.surest = surest_at->alignment;
+      warnings.insert(warnings.end(), clock.surest->warnings.begin(), clock.surest->warnings.end());
       if (clock.confidence < kUnsure) {
         warnings.push_back(
             fmt::format("the clock offset of {:+.2f} s is unsure (confidence {:.2f}): are these recordings "

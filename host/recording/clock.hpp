@@ -28,6 +28,7 @@ struct Clock {
   double confidence = 0;  // 0 to 1, as Alignment
   double drift_ppm = 0;   // of the reference's clock, taken out of its times; 0: none that is clear
   double drift_se_ppm = 0;
+  std::optional<Alignment> surest = {};  // of the signals, once the drift is out; none: the offset was given
 };
 
 // A drift that is clear (three standard errors) is taken out of the references' times, unless the clock `is_common` to both files.

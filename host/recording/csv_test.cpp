@@ -4,9 +4,10 @@
 #include <rapidcheck.h>
 
 #include <cmath>
+#include <limits>
 #include <sstream>
 
-#include "host/io/io.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/recording/resample.hpp"
 
 namespace flexor::recording {
@@ -15,19 +16,13 @@ namespace {
 Recording parse(const std::string& text) { return parse_csv(text, "log.csv", {}); }
 
 std::string reason(const std::string& text) {
-  try {
-    (void)parse(text);
-  } catch (const io::InputError& error) {
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << "one line";
-    return error.what();
-  }
-  return "no error";
+  return io::refusal_of([&] { (void)parse(text); });
 }
 
 TEST(Csv, ALineWithoutEndIsRefusedAndNotTakenIntoMemory) {
   for (const char byte : {',', 'x', '\0'}) {
     const std::string what = reason("t_s,a\n0,1\n" + std::string(2'000'000, byte));
-    EXPECT_NE(what, "no error");
+    EXPECT_NE(what, "accepted");
     EXPECT_LT(what.size(), 300u);
   }
 }
@@ -71,12 +66,39 @@ TEST(Csv, WideCsvRoundTripsEveryDouble) {
 
 TEST(Recording, AConstantSignalIsNamedWithAMend) {
   const auto r = parse("t_s,a\n0,7\n1,7\n");
-  try {
-    require_change(r, "a", "is the sensor plugged in?");
-    FAIL();
-  } catch (const io::InputError& error) {
-    EXPECT_STREQ(error.what(), "log.csv: column \"a\" never changes (always 7); is the sensor plugged in?");
-  }
+  EXPECT_EQ(io::refusal_of([&] { require_change(r, "a", "is the sensor plugged in?"); }),
+            "log.csv: column \"a\" never changes (always 7); is the sensor plugged in?");
+}
+
+constexpr double kHole = std::numeric_limits<double>::quiet_NaN();
+
+Log log_of(std::vector<double> t_s, std::vector<double> index, std::vector<double> thumb) {
+  Recording out;
+  out.source = "held";
+  out.t_s = std::move(t_s);
+  out.columns = {{"index_V", std::move(index), "V"}, {"thumb_V", std::move(thumb), "V"}};
+  return Log(std::move(out));
+}
+
+Recording read_all(const Log& log, const TableOptions& options) { return read(*open_log(log, options)); }
+
+TEST(LogInMemory, RowsWithoutAReadingOfTheColumnsAreLeftOut) {
+  const Log log = log_of({0, 1, 2, 3}, {5, kHole, 6, 7}, {1, 2, kHole, 3});
+  const Recording one = read_all(log, {{"index_V"}, {}});
+  EXPECT_EQ(one.t_s, (std::vector<double>{0, 2, 3}));
+  EXPECT_EQ(one.column("index_V").unit, "V");
+  EXPECT_EQ(one.warnings.size(), 1U);
+  EXPECT_EQ(read_all(log, {{}, {}}).t_s, (std::vector<double>{0, 3}));
+  EXPECT_EQ(read_all(log, {{}, {}, Holes::all}).t_s.size(), 4U);
+}
+
+TEST(LogInMemory, IsRefusedAsAFileIs) {
+  const auto refusal = [](const Log& log, const std::string& column) {
+    return io::refusal_of([&] { (void)read_all(log, {{column}, {}}); });
+  };
+  EXPECT_NE(refusal(log_of({0, 1}, {1, 2}, {1, 2}), "ring_V").find("no column"), std::string::npos);
+  EXPECT_NE(refusal(log_of({0}, {1}, {1}), "index_V").find("at least two"), std::string::npos);
+  EXPECT_NE(refusal(log_of({0, 1}, {1, HUGE_VAL}, {1, 2}), "index_V").find("row 2"), std::string::npos);
 }
 
 }  // namespace

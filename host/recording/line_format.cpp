@@ -112,13 +112,13 @@ bool cut_at_arrow(std::string& line, std::string& time) {
   if (const std::size_t at = text.find("->"); at != text.npos && take(at, at + 2)) return true;
   if (text.find(':') == text.npos) return false;
   if (const std::size_t at = text.find(" > "); at != text.npos && take(at, at + 3)) return true;
-  // A time of day, a blank, and a list of numbers between commas.
-  const std::size_t blank = text.find_first_of(" \t");
+  // A time of day, perhaps behind a date, a blank, and a list of numbers between commas.
+  const std::size_t blank = text.find_first_of(" \t", text.find(':'));
   const std::size_t list = std::min(text.find_first_not_of(" \t", blank), text.size());
   const bool is_list = std::isdigit(static_cast<unsigned char>(text[std::min(list, text.size() - 1)])) != 0 &&
                        text.find(',') > list && text.find(',') != text.npos &&
                        text.substr(list).find('\t') == text.npos && text.substr(list).find(';') == text.npos;
-  return is_list && text.substr(0, blank).find(':') != text.npos && take(blank, list);
+  return is_list && take(blank, list);
 }
 
 bool read_labelled(std::string_view line, Cells& cells) {
@@ -127,21 +127,30 @@ bool read_labelled(std::string_view line, Cells& cells) {
   if (read_keyed(text, cells)) return true;
   cells = {Layout::labelled, {}, {}};
   bool has_number = false;
+  constexpr std::string_view kGaps = " \t,;|";
+  const char mark = text.find(':') == text.npos && std::ranges::count(text, '=') > 1 ? '=' : ':';
+  // Where each piece between two gaps but blanks has one label, its value may be several words.
+  const auto gaps =
+      std::ranges::count_if(text, [&](char c) { return c != ' ' && kGaps.find(c) != kGaps.npos; });
+  const auto marks = std::ranges::count(text, mark);
+  const std::string_view separators = kGaps.substr(marks > 1 && marks == gaps + 1 ? 1 : 0);
   for (std::size_t at = 0; at < text.size();) {
-    const std::size_t colon = text.find(':', at);
+    const std::size_t colon = text.find(mark, at);
     const std::string_view label = trimmed(text.substr(at, std::min(colon, text.size()) - at));
     if (colon == text.npos || label.empty() || !is_letter(label.front()) ||
-        label.find_first_of(",\"") != label.npos)
+        label.find_first_of(",;|\"") != label.npos)
       return false;
     const std::size_t begin = std::min(text.find_first_not_of(" \t", colon + 1), text.size());
-    const std::size_t end = std::min(text.find_first_of(", \t", begin), text.size());
+    const std::size_t end = std::min(text.find_first_of(separators, begin), text.size());
+    const std::string_view value = trimmed(text.substr(begin, end - begin));
+    const std::size_t word_end = std::min(value.find(' '), value.size());
     cells.label.emplace_back(label);
-    cells.value.emplace_back(text.substr(begin, end - begin));
+    cells.value.emplace_back(known_unit(value.substr(word_end)) ? value.substr(0, word_end) : value);
     has_number = has_number || is_missing(cells.value.back()) || to_number(cells.value.back());
-    at = std::min(text.find_first_not_of(", \t", end), text.size());
-    const std::size_t word = std::min(text.find_first_of(", \t", at), text.size());
-    const std::size_t next = std::min(text.find_first_not_of(", \t", word), text.size());
-    if (known_unit(text.substr(at, word - at)) && !text.substr(next).starts_with(':')) at = next;
+    at = std::min(text.find_first_not_of(kGaps, end), text.size());
+    const std::size_t word = std::min(text.find_first_of(kGaps, at), text.size());
+    const std::size_t next = std::min(text.find_first_not_of(kGaps, word), text.size());
+    if (known_unit(text.substr(at, word - at)) && !text.substr(next).starts_with(mark)) at = next;
   }
   return has_number;
 }
@@ -164,6 +173,12 @@ std::optional<Number> read_number(std::string_view cell, char separator) {
 
 bool is_number_or_time(const std::string& cell, char separator) {
   return read_number(cell, separator) || to_time(cell);
+}
+
+bool has_word(const std::vector<std::string>& cells, char separator) {
+  return std::ranges::any_of(cells, [separator](const std::string& cell) {
+    return !is_missing(cell) && !is_number_or_time(cell, separator);
+  });
 }
 
 bool is_header(const std::vector<std::string>& cells, char separator) {

@@ -1,7 +1,7 @@
 // A line of a log, from a file or a port, as cells: the one place that knows how people's lines are written.
 //
 // table     cells separated by comma, semicolon, tab or blanks, in quotes or not; decimal commas where the separator is none
-// labelled  label:value pairs, as serial plotters take them, separated by commas, tabs or blanks; a unit may follow a value
+// labelled  label:value or label=value pairs, as serial plotters take them, separated by , ; | tabs or blanks; a unit may follow a value
 // keyed     text for VR drivers (A356B323C446...; runtime/link/opengloves.hpp): labels thumb_count, index_count, ...
 // Each also behind the Arduino IDE's clock: 12:03:11.123 -> 356,323,446
 #pragma once
@@ -43,8 +43,8 @@ struct Number {
 std::optional<Number> read_number(std::string_view cell, char separator);
 
 bool is_number_or_time(const std::string& cell, char separator);
-
-// Cells that could all be names.
+// A cell that is neither of these and not missing.
+bool has_word(const std::vector<std::string>& cells, char separator);
 bool is_header(const std::vector<std::string>& cells, char separator);
 
 // Whether a column is called like a time; `unit_s` then has the seconds of the unit that the name states.

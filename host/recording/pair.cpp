@@ -12,7 +12,6 @@
 #include "host/io/io.hpp"
 #include "host/io/numbers.hpp"
 #include "host/recording/clock.hpp"
-#include "host/recording/csv.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/stream.hpp"
 #include "host/recording/unit.hpp"
@@ -143,17 +142,13 @@ void unwrap(Recording& recording, Column& column) {
 
 // Where the offset was given, the signals need not tell it; why they do not is a warning.
 std::optional<Alignment> find_alignment(Pair& pair, bool given, std::vector<std::string>& warnings) {
-  const auto aligned = [&] {
-    return align(pair.sensor.series(pair.input), pair.reference.series(pair.output));
-  };
+  const Series sensor = pair.sensor.series(pair.input);
   try {
-    if (given) return aligned();
-    std::vector<std::string> said;  // align() says it, too
-    const Clock clock =
-        find_clock({{0, pair.sensor.series(pair.input), &pair.reference, pair.output, ""}}, {}, false, said);
-    Alignment out = aligned();
-    if (out.drift_ppm) *out.drift_ppm += clock.drift_ppm;
-    return out;
+    if (given) return align(sensor, pair.reference.series(pair.output));
+    std::vector<std::string> said;  // the alignment has them, too
+    Clock clock = find_clock({{0, sensor, &pair.reference, pair.output, ""}}, {}, false, said);
+    if (clock.surest->drift_ppm) *clock.surest->drift_ppm += clock.drift_ppm;
+    return clock.surest;
   } catch (const JobError& error) {
     if (!given) throw;
     warnings.push_back(

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "host/recording/align.hpp"
-#include "host/recording/log.hpp"
+#include "host/recording/csv.hpp"
 #include "host/recording/recording.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/time.hpp"

@@ -10,7 +10,6 @@
 
 #include "host/io/numbers.hpp"
 #include "host/recording/resample.hpp"
-#include "host/recording/velocity.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -221,38 +220,28 @@ class SensorModel {
 
   // Readings minus the best f of this offset, play and lag; zero where a reading does not count.
   VectorXd residuals(const Point& at) const {
-    const Index curves = knots_ * std::ssize(angles_);
-    const Index columns = curves + std::ssize(angles_);
-    std::vector<Hat> hats(static_cast<std::size_t>(rows()) * angles_.size());
-    for (std::size_t j = 0; j < angles_.size(); ++j) put_hats(at, j, hats);
+    const std::vector<Term> terms = terms_of(at);
+    const std::size_t of_row = 3 * angles_.size();
+    const Index columns = (knots_ + 1) * std::ssize(angles_);
     MatrixXd gram = MatrixXd::Zero(columns, columns);
     gram.diagonal().setConstant(kSlope * static_cast<double>(rows()));
     VectorXd right = VectorXd::Zero(columns);
-    const double mean = reading_.mean();
-    const MatrixXd slow = creep(at);
-    gram.bottomRightCorner(slow.cols(), slow.cols()) += slow.transpose() * counts_.asDiagonal() * slow;
-    right.tail(slow.cols()) = slow.transpose() * counts_.cwiseProduct((reading_.array() - mean).matrix());
+    const VectorXd about_mean = reading_.array() - reading_.mean();
     for (Index i = 0; i < rows(); ++i) {
-      const Hat* row = &hats[static_cast<std::size_t>(i) * angles_.size()];
-      for (std::size_t a = 0; a < angles_.size(); ++a) {
-        add(row[a], counts_(i) * (reading_(i) - mean), right);
-        for (std::size_t b = 0; b < angles_.size(); ++b) add(row[a], row[b], counts_(i), gram);
-        gram.row(row[a].column).tail(slow.cols()) += counts_(i) * (1 - row[a].share) * slow.row(i);
-        gram.row(row[a].column + 1).tail(slow.cols()) += counts_(i) * row[a].share * slow.row(i);
+      const std::span row(&terms[static_cast<std::size_t>(i) * of_row], of_row);
+      for (const Term& a : row) {
+        const double weighted = counts_(i) * a.value;
+        right(a.column) += weighted * about_mean(i);
+        for (const Term& b : row) gram(a.column, b.column) += weighted * b.value;
       }
     }
-    gram.bottomLeftCorner(slow.cols(), curves) = gram.topRightCorner(curves, slow.cols()).transpose();
     const VectorXd c = gram.ldlt().solve(right);
-    const VectorXd crept = slow * c.tail(slow.cols());
-    VectorXd out(rows());
+    VectorXd out = about_mean;
     for (Index i = 0; i < rows(); ++i) {
-      double model = mean + crept(i);
-      const Hat* row = &hats[static_cast<std::size_t>(i) * angles_.size()];
-      for (std::size_t a = 0; a < angles_.size(); ++a) {
-        model += (1 - row[a].share) * c(row[a].column) + row[a].share * c(row[a].column + 1);
-      }
-      out(i) = counts_(i) * (reading_(i) - model);
+      for (const Term& a : std::span(&terms[static_cast<std::size_t>(i) * of_row], of_row))
+        out(i) -= a.value * c(a.column);
     }
+    out = out.cwiseProduct(counts_);
     return out * std::sqrt(1 + taken_out(at) / std::max(1e-9, out.squaredNorm()));
   }
 
@@ -271,29 +260,30 @@ class SensorModel {
   }
 
  private:
-  struct Hat {
+  // An entry of a reading's row: the two knots beside each angle, and where that angle was lately.
+  struct Term {
     Index column;
-    double share;
+    double value;
   };
 
-  void put_hats(const Point& at, std::size_t j, std::vector<Hat>& hats) const {
-    const Angle& angle = angles_[j];
-    const VectorXd x = bend(at, angle.deg);
-    const double low = x.minCoeff();
-    const double step = std::max(x.maxCoeff() - low, 1e-9) / static_cast<double>(knots_ - 1);
-    const VectorXd bend = at_readings(at, x, static_cast<Index>(j));
-    for (std::size_t i = 0; i < t_s_.size(); ++i) {
-      const double knot = (bend(static_cast<Index>(i)) - low) / step;
-      const Index below = std::min<Index>(static_cast<Index>(knot), knots_ - 2);
-      hats[i * angles_.size() + j] = {static_cast<Index>(j) * knots_ + below,
-                                      knot - static_cast<double>(below)};
+  std::vector<Term> terms_of(const Point& at) const {
+    std::vector<Term> out(static_cast<std::size_t>(rows()) * 3 * angles_.size());
+    for (Index j = 0; j < std::ssize(angles_); ++j) {
+      const Angle& angle = angles_[static_cast<std::size_t>(j)];
+      const VectorXd x = bend(at, angle.deg);
+      const double low = x.minCoeff();
+      const double step = std::max(x.maxCoeff() - low, 1e-9) / static_cast<double>(knots_ - 1);
+      const VectorXd knot = (at_readings(at, x, j).array() - low) / step;
+      const VectorXd crept = at_readings(at, angle.crept, j);
+      for (Index i = 0; i < rows(); ++i) {
+        const Index below = std::min<Index>(static_cast<Index>(knot(i)), knots_ - 2);
+        const double share = knot(i) - static_cast<double>(below);
+        Term* term = &out[static_cast<std::size_t>(3 * (i * std::ssize(angles_) + j))];
+        term[0] = {j * knots_ + below, 1 - share};
+        term[1] = {j * knots_ + below + 1, share};
+        term[2] = {knots_ * std::ssize(angles_) + j, crept(i)};
+      }
     }
-  }
-
-  MatrixXd creep(const Point& at) const {
-    MatrixXd out(rows(), std::ssize(angles_));
-    for (Index j = 0; j < out.cols(); ++j)
-      out.col(j) = at_readings(at, angles_[static_cast<std::size_t>(j)].crept, j);
     return out;
   }
 
@@ -336,18 +326,6 @@ class SensorModel {
       out(i) = x(k) + std::clamp(t - static_cast<double>(k), 0.0, 1.0) * (x(k + 1) - x(k));
     }
     return out;
-  }
-
-  static void add(const Hat& a, double value, VectorXd& right) {
-    right(a.column) += (1 - a.share) * value;
-    right(a.column + 1) += a.share * value;
-  }
-
-  static void add(const Hat& a, const Hat& b, double weight, MatrixXd& gram) {
-    gram(a.column, b.column) += weight * (1 - a.share) * (1 - b.share);
-    gram(a.column, b.column + 1) += weight * (1 - a.share) * b.share;
-    gram(a.column + 1, b.column) += weight * a.share * (1 - b.share);
-    gram(a.column + 1, b.column + 1) += weight * a.share * b.share;
   }
 
   std::vector<Angle> angles_;

@@ -18,6 +18,9 @@
 // Sources: G. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413; C. Geyer, Statist. Sci. 7 (1992) 473 (the sum's end).
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -39,6 +42,21 @@ struct SensorLag {
 // 50 readings within what the cameras saw.
 std::optional<SensorLag> sensor_lag(const Series& sensor, const std::vector<Series>& angles, double near_s,
                                     std::optional<double> near_ppm = {});
+
+// The derivative of a Gaussian, which velocities are smoothed by, here and in align.hpp.
+// Standard deviation for a recording of so many seconds: constant from 20 s on.
+inline double smoothing_s(double span_s) { return std::clamp(span_s / 40, 0.15, 0.5); }
+
+// At -reach ... reach samples, reach three deviations of so many samples; as a correlation it is positive where the signal rises.
+inline std::vector<double> derivative_kernel(double deviation) {
+  const auto reach = static_cast<std::ptrdiff_t>(std::ceil(3 * deviation));
+  std::vector<double> out;
+  for (std::ptrdiff_t k = -reach; k <= reach; ++k) {
+    const double z = static_cast<double>(k) / deviation;
+    out.push_back(z * std::exp(-z * z / 2));
+  }
+  return out;
+}
 
 // Whether a drift is one, and not the error of a measurement: three standard errors.
 bool is_clear(double drift_ppm, double standard_error_ppm);

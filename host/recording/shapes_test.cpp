@@ -71,6 +71,7 @@ TEST(Shapes, AFileTakesTheFirstSegmentThatItHas) {
   time.segments = {"clock", "trial"};
   for (const auto& [text, trials] :
        {std::pair("t_s,trial,flex\n0,a,1\n2,a,2\n4,b,3\n6,b,4\n8,c,3\n10,c,4\n", 3U),
+        {"t_s,trial,flex\n0,,9\n2,a,1\n4,,2\n6,,3\n8,a,3\n10,,4\n12,,4\n", 2U},
         {"t_s,flex\n0,1\n2,2\n4,2\n0,3\n2,4\n", 2U}}) {
     std::istringstream stream(text);
     CsvReader reader(stream, "log.csv", {{"flex"}, time});

@@ -21,7 +21,7 @@ namespace flexor::recording {
 
 struct Row {
   double t_s = 0;
-  std::vector<double> value;  // in the order of the source's columns
+  std::vector<double> value;  // in the order of the columns
   std::size_t line = 0;       // as an editor counts; 0: not from a file
   std::size_t segment = 0;    // of several trials in one log
 };
@@ -35,15 +35,22 @@ struct Times {
   std::string other = {};     // another column that could be it
 };
 
-// Where rows come from.
-class Source {
+// Rows of a log's columns, which are chosen before the first row is read.
+class LogReader {
  public:
-  virtual ~Source() = default;
+  virtual ~LogReader() = default;
   virtual const std::string& name() const = 0;  // for messages
   virtual const std::vector<std::string>& columns() const = 0;
+  virtual const std::vector<std::string>& units() const = 0;  // of each column; empty: not stated
+  virtual bool has(const std::string& column) const = 0;
+  // Other columns than before; none: all of numbers. Throws io::InputError, listing those there are.
+  virtual void choose(const std::vector<std::string>& columns) = 0;
   virtual bool next(Row& row) = 0;
+  virtual std::string digest() const = 0;
+  virtual std::string time_column() const = 0;
   virtual Times times() const { return {}; }
   virtual bool is_live() const { return false; }  // its rows come as they are made
+  virtual bool splits_by_clock() const { return false; }
   // What was assumed or left out, a line each.
   virtual std::vector<std::string> notes() const { return {}; }
 };
@@ -55,7 +62,7 @@ inline constexpr double kJump_s = 10;
 class Stream {
  public:
   // The source must outlive the stream.
-  Stream(Source& source, Resets resets) : source_(source), resets_(resets) {}
+  Stream(LogReader& source, Resets resets) : source_(source), resets_(resets) {}
 
   // False at the end. Throws io::InputError, naming source and row: a reset that is to be refused, a clock
   // that goes back again and again (of a file), steps so long that the unit of the time must be another.
@@ -83,7 +90,7 @@ class Stream {
   std::string mend(const std::string& by_hand) const;  // of times that go back
   void check_unit() const;
 
-  Source& source_;
+  LogReader& source_;
   Resets resets_;
   std::deque<Row> ready_;
   std::optional<Row> pending_;

@@ -238,8 +238,7 @@ class Finder : public TableState {
 
   // Whether the cells that are filled are numbers, few as they may be, below a header of as many cells and a row of units.
   bool is_under_header(const std::vector<std::string>& cells, char separator, std::size_t row) const {
-    const auto is_word = [&](const auto& c) { return !is_missing(c) && !is_number_or_time(c, separator); };
-    if (std::ranges::any_of(cells, is_word) || std::ranges::all_of(cells, is_missing)) return false;
+    if (has_word(cells, separator) || std::ranges::all_of(cells, is_missing)) return false;
     for (std::size_t i = row; i-- > row - std::min<std::size_t>(row, 3);) {
       const std::vector<std::string> names = cells_of(at(i)->text, separator, cells.size());
       if (names.size() == cells.size() && is_header(names, separator)) return true;
@@ -330,8 +329,7 @@ class Finder : public TableState {
     }
     cut_blanks(cells_, width);
     header_ = cells_;
-    has_header_ = !std::ranges::all_of(
-        cells_, [&](const std::string& c) { return is_missing(c) || is_number_or_time(c, separator_); });
+    has_header_ = has_word(cells_, separator_);
     if (has_header_) {
       ++first_;
       cut_noise(header_[0]);
@@ -561,6 +559,17 @@ class Finder : public TableState {
   void find_segments(const std::vector<std::string>& asked) {
     splits_by_clock_ = !has(one_of(asked)) && std::ranges::count(asked, kClock) > 0;
     if (!splits_by_clock_) segment_place_ = place_of(one_of(asked));
+    if (!segment_place_) return;
+    const std::vector<std::string> labels = cells_ahead(*segment_place_);
+    bool is_alone = false;
+    bool is_run = false;
+    for (std::size_t k = 0; k + 1 < labels.size(); ++k) {
+      is_alone = is_alone || (!is_missing(labels[k]) && is_missing(labels[k + 1]));
+      is_run = is_run || (!is_missing(labels[k]) && !is_missing(labels[k + 1]));
+    }
+    labels_begin_ = is_alone && !is_run;
+    if (labels_begin_)
+      note(fmt::format("a label in \"{}\" begins a trial, which ends at the next", header_[*segment_place_]));
   }
 
   void choose_time(std::optional<Clock> best, const std::optional<Clock>& other) {
@@ -845,11 +854,9 @@ bool TableReader::is_header_again() {
 
 // Whether the row is of the other header that came last.
 bool TableReader::is_anothers() {
-  const auto is_word = [this](const auto& c) { return !is_missing(c) && !is_number_or_time(c, separator_); };
   const bool has_labels = layout_ != Layout::table;
   if (has_labels && new_label_.empty()) other_.clear();
-  if (other_.empty() || (has_labels ? labelled_.label != other_ : std::ranges::any_of(cells_, is_word)))
-    return false;
+  if (other_.empty() || (has_labels ? labelled_.label != other_ : has_word(cells_, separator_))) return false;
   const std::vector<std::string> other = std::exchange(other_, {});
   if (found_ != other.size()) return false;
   refusal_ = fmt::format("{}, and they were {}", fmt::join(other, ","), fmt::join(header_, ","));
@@ -870,8 +877,10 @@ bool TableReader::is_whole(Problem& why) {
 // Null: none. `last` is the number above it without a fraction, 0: there is none.
 const char* TableReader::fault_of(const std::string& cell, const Number& number, double& last) {
   const bool is_whole = number.decimal == 0;
-  const bool has_three = !is_whole && cell.size() - cell.find_last_of(".,") == 4;
-  if (has_three && last >= 100 && number.value < last / 100 &&
+  const std::size_t separator = cell.find_last_of(".,");
+  const bool may_be_thousands =
+      !is_whole && number.value >= 1 && separator < 4 && cell.size() == separator + 4;
+  if (may_be_thousands && last >= 100 && number.value < last / 100 &&
       std::abs(1000 * number.value - last) < last / 2)
     return "follows whole numbers a thousand times as large: leave out what separates the thousands";
   last = is_whole ? number.value : 0;
@@ -984,8 +993,9 @@ TableReader::Take TableReader::take(Row& row) {
   split_line(line_.text);
   is_over_ = is_over_ || (is_section_ && is_section_title(cells_));
   if (is_over_ || !refusal_.empty() || is_anothers()) return Take::aside;
-  if (segment_place_ && *segment_place_ < cells_.size() && is_missing(cells_[*segment_place_]))
-    return Take::aside;
+  const bool has_label = segment_place_ && *segment_place_ < cells_.size();
+  const bool is_labelled = has_label && !is_missing(cells_[*segment_place_]);
+  if (has_label && !is_labelled && (!labels_begin_ || segments_ == 0)) return Take::aside;
   Problem why{Kind::cell, line_.number, "", ""};
   bool is_good = is_whole(why) && read_time(row.t_s, why) && read_values(row.value, why);
   const auto is_none = [](double value) { return std::isnan(value); };
@@ -993,7 +1003,8 @@ TableReader::Take TableReader::take(Row& row) {
       is_good && (options_.from != From::port || has_time() || !std::ranges::all_of(row.value, is_none));
   if (is_good && rows_.keeps(row.value, line_.number)) {
     is_fresh_ = false;
-    if (segment_place_ && std::exchange(segment_, cells_[*segment_place_]) != cells_[*segment_place_])
+    if (is_labelled &&
+        (std::exchange(segment_, cells_[*segment_place_]) != cells_[*segment_place_] || labels_begin_))
       ++segments_;
     row.segment = segments_;
     row.line = line_.number;

@@ -124,6 +124,7 @@ class TableState {
   std::vector<std::size_t> places_;
   std::optional<std::size_t> time_place_;
   std::optional<std::size_t> segment_place_;
+  bool labels_begin_ = false;     // a trial each, which goes on below them
   bool splits_by_clock_ = false;  // into trials
   Times times_;
   double time_zero_ = 0;     // in their unit, which 0 s is
@@ -163,6 +164,7 @@ class TableReader : TableState {
   using TableState::has_time;
   const Times& times() const { return times_; }
   bool is_live() const { return options_.from != From::file; }
+  Layout layout() const { return layout_; }
   bool splits_by_clock() const { return splits_by_clock_; }
   bool is_dated() const { return time_format_ && is_date(*time_format_); }
   std::vector<std::string> notes() const;

@@ -3,13 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <functional>
 #include <random>
 
 #include "host/recording/align.hpp"
-#include "host/recording/csv.hpp"
-#include "host/recording/pair.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -89,17 +86,6 @@ TEST(Taps, TellWhichRepetitionIsWhich) {
   }
   EXPECT_EQ(right, kPairs);
   EXPECT_EQ(right_without, 0);
-}
-
-TEST(Taps, ARealRecordingThatHasNoneIsAlignedAsBefore) {
-  const std::filesystem::path folder =
-      std::filesystem::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove/index_ind2";
-  if (!std::filesystem::exists(folder)) {
-    GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
-  }
-  const Recording sensor = read_csv(folder / "sensor_log.csv", {}, "");
-  const Recording reference = read_angle(folder / "camera_angles.csv", "∠ABC", "");
-  EXPECT_FALSE(align(sensor.series("SensorA1"), reference.series("∠ABC")).tapped);
 }
 
 }  // namespace

@@ -37,15 +37,16 @@ bool has_digits_alone(std::string_view text) {
   return text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-// Of the day, AM or PM behind it or not; 9:59:30:50 has 50 ms; or of digits alone, 120311 or 120311123.
+// Of the day, AM or PM behind it or not; 9:59:30:50 and 9:59:30::050 have 50 ms; or as file names have it, 12-03-11; or of digits alone, 120311 or
+// 120311123.
 bool take_clock(std::string_view& text, double& value_s) {
   std::array<double, 4> of{};  // hour, minute, second
-  const bool has_colons = take(text, "d:d:s", of.data());
-  if (!has_colons && !take(text, "mms", of.data())) return false;
+  const char separator = take(text, "d:d:s", of.data()) ? ':' : take(text, "m-m-s", of.data()) ? '-' : '\0';
+  if (separator == '\0' && !take(text, "mms", of.data())) return false;
   if (of[0] > 24 || of[1] > 59 || of[2] >= 61) return false;
-  const std::string_view rest = text.substr(has_colons && text.starts_with(':') ? 1 : 0);
+  const std::string_view rest = text.substr(std::min(text.find_first_not_of(separator), text.size()));
   const bool counts_frames = rest.size() == 2 && rest.starts_with('0');  // as films do, 0 to 23 or 29
-  const bool may_be = has_colons ? rest.size() < text.size() && rest.size() < 4 : rest.size() == 3;
+  const bool may_be = separator != '\0' ? rest.size() < text.size() && rest.size() < 4 : rest.size() == 3;
   const auto thousandths =
       may_be && !counts_frames && has_digits_alone(rest) ? to_number(rest) : std::nullopt;
   if (thousandths) text = {};
@@ -73,7 +74,7 @@ std::optional<double> to_iso(std::string_view text) {
   double clock_s = 0;
   const bool is_packed = take(text, "ymm", of.data());
   if (!is_packed && !take(text, "y-d-d", of.data()) && !take(text, "y/d/d", of.data())) return std::nullopt;
-  const bool has_gap = text.starts_with('T') || text.starts_with(' ');
+  const bool has_gap = text.starts_with('T') || text.starts_with(' ') || text.starts_with('_');
   if (!has_gap && !is_packed) return std::nullopt;
   text.remove_prefix(has_gap ? 1 : 0);
   if (!take_clock(text, clock_s)) return std::nullopt;

@@ -27,9 +27,9 @@ struct TimeOptions {
 // Behind every clock AM or PM may stand.
 enum class TimeFormat {
   number,  // in a unit that the column states
-  iso,  // 2026-05-01T12:03:11.123, a blank for the T, Z or +hh:mm behind it; or 20260501120311[.123], 20260501T120311.123
+  iso,  // 2026-05-01T12:03:11.123, a blank or _ for the T, Z or +hh:mm behind it; or 20260501120311[.123], 20260501T120311.123
   dotted,   // 1.5.2026 12:03:11.123: day first, nobody writes it otherwise
-  clock,    // 12:03:11.123: since midnight
+  clock,    // 12:03:11.123 or 12-03-11.123: since midnight
   minutes,  // 03:11.123: since the hour. With a fraction, for 03:11 may be hours and minutes
   slashed   // 13/5/2026 12:03:11 where one of the two numbers is above 12, so that the order is plain
 };

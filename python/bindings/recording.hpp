@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "host/recording/log.hpp"
+#include "host/recording/csv.hpp"
 
 namespace flexor::python {
 

@@ -1,10 +1,9 @@
 // Opens reports in Chromium as a phone and a desktop would, light and dark, and looks for what keeps people from reading
 // them: axe-core's serious findings, a page wider than its screen, letters too small, anything fetched from elsewhere.
 // Usage: node check_reports.mjs [--pictures FOLDER] REPORT.html...
-import { mkdirSync } from 'node:fs';
 import { basename, dirname, join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { findings, finish, launch, seriousFindings, watch } from './live/browser_test.mjs';
+import { findings, finish, launch, option, seriousFindings, watch } from './live/browser_test.mjs';
 
 const screens = [{ width: 390, height: 844 }, { width: 1280, height: 900 }];
 const smallestLetters_px = 9;
@@ -41,8 +40,8 @@ async function look(browser, file, viewport, colorScheme, pictures) {
 }
 
 const files = process.argv.slice(2);
-const pictures = files[0] === '--pictures' ? files.splice(0, 2)[1] : undefined;
-if (pictures) mkdirSync(pictures, { recursive: true });
+const pictures = option('--pictures');
+if (pictures) files.splice(0, 2);
 if (files.length === 0) {
   console.error('usage: node check_reports.mjs [--pictures FOLDER] REPORT.html...');
   process.exit(2);

@@ -17,34 +17,25 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t kSeed = 1;
 
-Json rows_of(const std::vector<camera::FilteredRow>& rows, const std::vector<std::string>& names) {
+Json rows_of(const std::vector<camera::FilteredRow>& rows) {
   Json out = Json::array();
   for (const camera::FilteredRow& row : rows) {
-    Json deg = Json::object();
-    Json se_deg = Json::object();
-    Json quality = Json::object();
-    for (std::size_t k = 0; k < names.size(); ++k) {
-      const camera::FilteredAngle& angle = row.angles[k];
+    Json one = {{"t_s", row.t_s}};
+    for (const camera::FilteredAngle& angle : row.angles) {
       const bool lost = angle.quality == camera::Quality::lost;
-      deg[names[k]] = lost ? Json(nullptr) : Json(angle.deg);
-      se_deg[names[k]] = lost ? Json(nullptr) : Json(angle.se_deg);
-      quality[names[k]] = static_cast<int>(angle.quality);
+      one["deg"].push_back(lost ? 0 : angle.deg);
+      one["se_deg"].push_back(lost ? 0 : angle.se_deg);
+      one["quality"].push_back(static_cast<int>(angle.quality));
     }
-    out.push_back({{"t_s", row.t_s},
-                   {"deg", std::move(deg)},
-                   {"se_deg", std::move(se_deg)},
-                   {"quality", std::move(quality)}});
+    out.push_back(std::move(one));
   }
   return out;
 }
 
 Json seen(const Watch& watch, const std::vector<camera::FilteredRow>& rows) {
-  return {{"rows", rows_of(rows, watch.angles())},
-          {"marks_found", watch.marks_found().size()},
-          {"marks_at", watch.marks_found()},
-          {"marks", watch.marks()},
-          {"width", watch.width()},
-          {"height", watch.height()}};
+  return {{"rows", rows_of(rows)},           {"marks_found", watch.marks_found().size()},
+          {"marks_at", watch.marks_found()}, {"marks", watch.marks()},
+          {"width", watch.width()},          {"height", watch.height()}};
 }
 
 std::string bytes_of(io::JsonReader& arguments, const char* key) {
@@ -101,7 +92,7 @@ Json LiveJobs::camera(const Json& json) {
 Json LiveJobs::close(const Json& json) {
   io::JsonReader(json, "watch_close").done();
   Watch& open = watch();
-  Json out = {{"rows", rows_of(open.flush(), open.angles())}};
+  Json out = {{"rows", rows_of(open.flush())}};
   watch_.reset();
   return out;
 }

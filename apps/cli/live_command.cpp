@@ -4,7 +4,6 @@
 
 #include "apps/cli/commands.hpp"
 #include "apps/live/live.hpp"
-#include "apps/live/worn_gloves.hpp"
 #include "host/export/joint_state.hpp"
 #include "host/export/opengloves.hpp"
 #include "host/io/interrupt.hpp"

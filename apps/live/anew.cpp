@@ -9,20 +9,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-bool holds(const Json& lines, const std::string& line) {
-  return std::ranges::find(lines, Json(line)) != lines.end();
-}
-
 // Lines on a sensor begin with its name.
 std::string verdict_on(const std::string& sensor, const Json& said) {
   const Json& of = said.at("sensors").at(sensor);
   if (of.at("applied").get<bool>()) return "fitted";
-  const std::string line = of.at("kept").get<std::string>();
-  const std::string name = sensor + ": ";
-  const std::string why = line.starts_with(name) ? line.substr(name.size()) : line;
-  if (holds(said.at("misfits"), line)) return "does not fit: " + why;
-  if (holds(said.at("wanted"), line)) return "wanted: " + why;
-  return "kept: " + why;
+  const Json& line = of.at("kept");
+  std::string why = line.get<std::string>();
+  if (why.starts_with(sensor + ": ")) why.erase(0, sensor.size() + 2);
+  const auto is_among = [&](const char* lines) {
+    return std::ranges::find(said.at(lines), line) != said.at(lines).end();
+  };
+  return (is_among("misfits") ? "does not fit: " : is_among("wanted") ? "wanted: " : "kept: ") + why;
 }
 
 std::string verdict_on(const std::vector<std::string>& sensors, const Json& said) {

@@ -61,17 +61,6 @@ std::span<const Instruction> instructions(Reference reference, double t_s) {
   return out;
 }
 
-Json number_or_null(const Json& object, const char* key) {
-  const auto it = object.find(key);
-  return it != object.end() && it->is_number() ? *it : Json(nullptr);
-}
-
-// Beside the best of the baselines. No number: the finger stood still where it was held out.
-Json verdict_on(const Json& fit_percent, const Json& verdict) {
-  if (!fit_percent.is_number() || fit_percent.get<double>() < kFollows_percent) return "astray";
-  return verdict.value("word", Json(nullptr));
-}
-
 // What a job writes over is our own: a link leads elsewhere, and a FIFO waits for a reader.
 void require_own(const std::filesystem::path& path) {
   using namespace std::filesystem;
@@ -338,27 +327,28 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
   fingers_ = Json::array();
   curves_ = Json::object();
   plot_ = nullptr;
-  const Json none = Json::object();
   for (const auto& [name, joint] : result.at("joints").items()) {
     if (joint.contains("held_out_curve")) curves_[name] = joint.at("held_out_curve");
-    const bool is_measured = joint.contains("holdout");  // else of poses alone
-    const Json& measured = is_measured ? joint : none;
-    const Json holdout = measured.value("holdout", none);
-    const Json baselines = measured.value("baselines", none);
-    const Json verdict = measured.value("verdict", none);
-    const std::string best = verdict.value("baseline", "");
-    const auto error_deg = [&](const std::string& which) {
-      return number_or_null(baselines.value(which, none), "rmse_deg");
+    const auto of = [&joint](const std::string& path) {
+      return joint.value(Json::json_pointer(path), Json(nullptr));
     };
-    const Json fit_percent = number_or_null(holdout, "fit_percent");
+    const bool is_measured = joint.contains("holdout");  // else of poses alone
+    const Json best = of("/verdict/baseline");
+    const bool has_best = best.is_string() && best != "";
+    const Json fit_percent =
+        of("/holdout/fit_percent");  // null: the finger stood still where it was held out
+    const bool follows = fit_percent.is_number() && fit_percent >= kFollows_percent;
     fingers_.push_back(
         {{"name", name},
-         {"error_deg", is_measured ? holdout.at("rmse_deg") : joint.at("expected_error_deg")},
-         {"line_deg", error_deg("line")},
-         {"baseline", best.empty() ? Json(nullptr) : Json(best)},
-         {"baseline_deg", error_deg(best)},
+         {"error_deg", of(is_measured ? "/holdout/rmse_deg" : "/expected_error_deg")},
+         {"line_deg", of("/baselines/line/rmse_deg")},
+         {"baseline", has_best ? best : Json(nullptr)},
+         {"baseline_deg",
+          has_best ? of("/baselines/" + best.get<std::string>() + "/rmse_deg") : Json(nullptr)},
          {"fit_percent", fit_percent},
-         {"verdict", is_measured ? verdict_on(fit_percent, verdict) : Json("expected")},
+         {"verdict", !is_measured ? Json("expected")
+                     : follows    ? of("/verdict/word")
+                                  : Json("astray")},
          {"reference_error_deg", is_markerless() ? Json(markerless_error_deg(name)) : Json(nullptr)}});
   }
   go(StepEvent::identified, "nothing_to_identify");

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "apps/live/refusal.hpp"
+#include "host/io/refusal_test.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::live {
@@ -69,29 +69,24 @@ TEST(Steps, EachEventInEachStep) {
 }
 
 TEST_F(Guided, SaysWhatAStepStillNeeds) {
-  const auto lacks = [](Calibration& c, bool glove_is_there = true) -> std::string {
-    try {
-      c.next(glove_is_there);
-    } catch (const Refusal& refusal) {
-      return refusal.what();
-    }
-    return "";
+  const auto lacks = [](Calibration& c, bool glove_is_there = true) {
+    return io::refusal_of([&] { c.next(glove_is_there); });
   };
   Calibration c = start(Reference::marks);
   EXPECT_EQ(lacks(c, false), "no_glove");
-  EXPECT_EQ(lacks(c), "");
+  EXPECT_EQ(lacks(c), "accepted");
   EXPECT_EQ(lacks(c, false), "glove_gone");
   EXPECT_EQ(lacks(c), "hand_unseen");
   c.saw(13, 14);
   EXPECT_EQ(c.state().at("marks_found"), 13);
-  EXPECT_EQ(lacks(c), "");
+  EXPECT_EQ(lacks(c), "accepted");
   move(c, 5, true);
   EXPECT_EQ(lacks(c), "motion_too_short");
   move(c, 40, false, 5);
   EXPECT_EQ(lacks(c), "marks_too_seldom");
   EXPECT_TRUE(c.wants_pictures()) << "and nothing is thrown away";
   move(c, 20, true, 45);
-  EXPECT_EQ(lacks(c), "");
+  EXPECT_EQ(lacks(c), "accepted");
   EXPECT_FALSE(c.wants_pictures());
   EXPECT_EQ(lacks(c), "identifies");
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "host/io/pipe_json.hpp"
 #include "host/io/worker.hpp"
 #include "host/twin/parameters.hpp"
 
@@ -19,10 +20,12 @@ void require_carried(const std::string& joints);  // throws io::InputError, list
 
 struct SeenRow {
   double t_s = 0;
-  std::vector<double> deg;     // in the order of Camera::angles(); NaN: lost
+  std::vector<double> deg;     // in the order of Camera::angles()
   std::vector<double> se_deg;  // likewise
-  std::vector<int> quality;    // 0 good, 1 doubtful, 2 hidden, 3 lost
+  std::vector<int> quality;    // 0 good, 1 doubtful, 2 hidden, kLost, of which the angle says nothing
 };
+inline constexpr int kLost = 3;
+FLEXOR_PIPE(SeenRow, t_s, deg, se_deg, quality)
 
 struct Seen {
   std::vector<SeenRow> rows;  // that have become final
@@ -32,6 +35,7 @@ struct Seen {
   int width = 0;
   int height = 0;
 };
+FLEXOR_PIPE(Seen, rows, marks_found, marks_at, marks, width, height)
 
 struct Grabbed : Seen {
   double t_s = 0;      // of the picture

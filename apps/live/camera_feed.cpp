@@ -16,7 +16,8 @@ PictureSeen with_names(Seen seen, const std::vector<std::string>& names) {
   for (const std::string& name : names) out.names.push_back(name.ends_with("_deg") ? name : name + "_deg");
   for (SeenRow& row : out.rows) {
     for (std::size_t i = 0; i < row.deg.size(); ++i) {  // made up from before and after, over too long a time
-      if (row.se_deg[i] > kUnsure_deg) row.deg[i] = std::numeric_limits<double>::quiet_NaN();
+      if (row.quality[i] == kLost || row.se_deg[i] > kUnsure_deg)
+        row.deg[i] = std::numeric_limits<double>::quiet_NaN();
     }
   }
   return out;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -73,7 +72,7 @@ void CameraSource::give(const std::vector<SeenRow>& rows) {
     sample.board_s = row.t_s;
     sample.remark.resize(2 * n);
     for (std::size_t k = 0; k < n; ++k) {
-      if (!std::isnan(row.deg[k])) last_deg_[k] = row.deg[k];
+      if (row.quality[k] != kLost) last_deg_[k] = row.deg[k];
       sample.remark[k] = kRemarks.at(static_cast<std::size_t>(row.quality[k]));
     }
     sample.value = last_deg_;

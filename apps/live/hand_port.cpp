@@ -36,7 +36,11 @@ std::string HandPort::remark(std::size_t column) const {
   return column < newest_.remark.size() ? newest_.remark[column] : "";
 }
 
-std::string HandPort::fault(std::size_t finger) const { return remark(2 * twin::kFingers + finger); }
+std::array<std::string, twin::kFingers> HandPort::faults() const {
+  std::array<std::string, twin::kFingers> out;
+  for (std::size_t f = 0; f < out.size(); ++f) out[f] = remark(2 * twin::kFingers + f);
+  return out;
+}
 
 std::string HandPort::board_faults() const { return remark(3 * twin::kFingers); }
 

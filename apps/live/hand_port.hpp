@@ -26,7 +26,7 @@ class HandPort {
   // connected; gone: unplugged; waits: for its glove, and says nothing of its fingers.
   const char* status(double now_s) const;
   // Of the newest sample, in words; "": nothing.
-  std::string fault(std::size_t finger) const;
+  std::array<std::string, twin::kFingers> faults() const;
   std::string board_faults() const;
 
  private:

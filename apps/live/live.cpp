@@ -62,11 +62,6 @@ void Live::welcome(Client client) {
     server_->send(client, io::dump_line(marker));
 }
 
-Live::~Live() {
-  camera_.reset();
-  hand_.reset();
-}
-
 void Live::run(const std::atomic<bool>& stop) {
   server_->every(0.05, [this, &stop] {
     if (stop) server_->stop();

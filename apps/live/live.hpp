@@ -61,7 +61,6 @@ class Live {
  public:
   // Throws io::InputError.
   explicit Live(LiveOptions options);
-  ~Live();
 
   std::string url() const { return server_->url(); }
   // Until `stop`.
@@ -136,7 +135,7 @@ class Live {
     twin
   };
   struct Word {
-    void (Live::*act)(io::JsonReader&);
+    std::function<void(Live&, io::JsonReader&)> act;
     std::vector<Need> needs;
   };
   static const std::map<std::string, Word>& words();
@@ -146,7 +145,6 @@ class Live {
   void columns_name(io::JsonReader& parts);
   void model_choose(io::JsonReader& parts);
   void record_start(io::JsonReader& parts);
-  void record_stop(io::JsonReader& parts);
   void marker(io::JsonReader& parts);
   void tracking_set(io::JsonReader& parts);
   void twin_set(io::JsonReader& parts);
@@ -155,8 +153,6 @@ class Live {
   void replay_open(io::JsonReader& parts);
   void play_again(const std::filesystem::path& file, const std::string& name);
   void replay_seek(io::JsonReader& parts);
-  void replay_play(io::JsonReader& parts);
-  void job_cancel(io::JsonReader& parts);
   void send(io::JsonReader& parts);
   void flash(io::JsonReader& parts);
   void angles(io::JsonReader& parts);
@@ -165,10 +161,8 @@ class Live {
   void calibrate_start(io::JsonReader& parts);
   void calibrate_next(io::JsonReader& parts);
   void calibrate_back(io::JsonReader& parts);
-  void calibrate_repeat(io::JsonReader& parts);
   void calibrate_cancel(io::JsonReader& parts);
   void calibrate_accept(io::JsonReader& parts);
-  void calibrate_plot(io::JsonReader& parts);
   void entered_step();
   void keep_calibration();
   void resume_calibration();
@@ -202,10 +196,7 @@ class Live {
   std::string misfit() const;
   Json what_next() const;
   Json what_next_anew() const;
-  Json what_next_without_model() const;
-  bool is_named() const;
   static Json model_state(const Session& session, const std::filesystem::path& path);
-  void add_worn(Json& state) const;
 
   LiveOptions options_;
   Sessions sessions_;
@@ -214,7 +205,6 @@ class Live {
 
   std::vector<std::string> columns_;
   std::optional<Fingers> fingers_;
-  std::optional<HandView> hand_;
   std::optional<model::Model> model_;
   std::filesystem::path model_path_;
   bool model_is_chosen_ = false;  // by a person: it stays when another glove comes
@@ -228,7 +218,6 @@ class Live {
   std::optional<SessionRecording> recording_;
   std::optional<Calibration> calibration_;
   std::shared_ptr<void> calibration_held_;
-  std::unique_ptr<CameraFeed> camera_;
   double camera_opened_s_ = 0;
   int camera_number_ = 0;                  // the newest: what an older one says of its end is forgotten
   double newest_picture_s_ = -1e9;         // of the page
@@ -237,7 +226,7 @@ class Live {
   double drawn_s_ = -1;
   double worn_sent_s_ = -1;
   std::optional<Anew> anew_;
-  std::optional<Json> last_;
+  Json last_ = nullptr;
   WornChange worn_change_;
   Json scores_ = Json::array();
   Json experiment_ = nullptr;
@@ -251,6 +240,8 @@ class Live {
   // Last, so that they end first: they have threads.
   Jobs jobs_{options_.program, [this](std::function<void()> work) { post("job", std::move(work)); }};
   std::optional<GlovePort> glove_;
+  std::optional<HandView> hand_;
+  std::unique_ptr<CameraFeed> camera_;
 };
 
 }  // namespace flexor::live

@@ -68,22 +68,20 @@ void Live::open_camera() {
   const CalibrationSetup& setup = calibration_->setup();
   if (setup.joints.empty()) return;
   camera_opened_s_ = wall_s();
+  const auto on_server = [this](auto act) {
+    return [this, act](auto what) { post("camera", [act, what = std::move(what)] { act(what); }); };
+  };
   camera_ = std::make_unique<CameraFeed>(
-      setup.joints, options_.worn != nullptr,
-      [this](PictureSeen seen) { post("camera", [this, seen = std::move(seen)] { see(seen); }); },
-      [this](std::string why) {
-        post("camera", [this, why = std::move(why)] { say_failed("camera", why); });
-      },
-      [this, number = ++camera_number_](std::string why) {
-        post("camera", [this, number, why = std::move(why)] {
-          if (number != camera_number_) return;
-          say_failed("camera", why);
-          camera_.reset();
-          if (!calibration_ || !calibration_->wants_pictures()) return;
-          calibration_->saw_no_camera();
-          if (wall_s() - camera_opened_s_ > kCameraLives_s) open_camera();
-        });
-      });
+      setup.joints, options_.worn != nullptr, on_server([this](const PictureSeen& seen) { see(seen); }),
+      on_server([this](const std::string& why) { say_failed("camera", why); }),
+      on_server([this, number = ++camera_number_](const std::string& why) {
+        if (number != camera_number_) return;
+        say_failed("camera", why);
+        camera_.reset();
+        if (!calibration_ || !calibration_->wants_pictures()) return;
+        calibration_->saw_no_camera();
+        if (wall_s() - camera_opened_s_ > kCameraLives_s) open_camera();
+      }));
 }
 
 void Live::see(const PictureSeen& seen) {
@@ -142,11 +140,6 @@ void Live::calibrate_back(io::JsonReader&) {
   entered_step();
 }
 
-void Live::calibrate_repeat(io::JsonReader&) {
-  calibration_->repeat();
-  entered_step();
-}
-
 // What was recorded stays in its session; without anything it goes.
 void Live::calibrate_cancel(io::JsonReader&) {
   Session session = calibration_->session();
@@ -180,8 +173,6 @@ void Live::calibrate_accept(io::JsonReader&) {
   calibration_->accepted();
   listed_s_ = -1e9;
 }
-
-void Live::calibrate_plot(io::JsonReader& parts) { calibration_->plot(parts.text("finger")); }
 
 // Ten seconds of opening and closing.
 void Live::anew_start(io::JsonReader&) {

@@ -33,7 +33,7 @@ nlohmann::ordered_json totals_of(const nlohmann::ordered_json& cells) {
 }  // namespace
 
 Jobs::Done Live::ending(const std::string& name, Jobs::Done done) {
-  last_.reset();
+  last_ = nullptr;
   return [this, name, done = std::move(done)](const JobResult& result) {
     ended(name, result.ok, result.ok ? in_words(result.warnings()) : result.text);
     done(result);
@@ -50,8 +50,6 @@ void Live::ended(const std::string& name, bool ok, const std::string& text) {
   last_ = Json{{"job", name}, {"ok", ok}, {"text", text}};
   listed_s_ = -1e9;
 }
-
-void Live::job_cancel(io::JsonReader&) { jobs_.cancel(); }
 
 // Programs that speak with a board need its port for themselves; a recording goes on afterwards, as after a pulled plug.
 void Live::start_without_glove(const std::string& name, const Json& request, Jobs::Done done) {

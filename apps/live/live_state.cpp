@@ -20,7 +20,7 @@ constexpr std::size_t kMostListed = 200;  // sessions, the newest
 }  // namespace
 
 void Live::send_state() {
-  if (server_->counts().clients > 0) server_->send_all(io::dump_line(state()));
+  if (server_->clients() > 0) server_->send_all(io::dump_line(state()));
 }
 
 Live::Json Live::device_state() const {
@@ -47,20 +47,18 @@ std::string Live::misfit() const {
 }
 
 Live::Json Live::link_state() const {
-  const auto& arrival = link_.arrival_s;
-  double jitter_s = 0;
+  const std::deque<double>& arrival = link_.arrival_s;
   const std::size_t n = arrival.size();
+  double jitter_s = 0;
   if (n > 2) {
     const double step_s = (arrival.back() - arrival.front()) / static_cast<double>(n - 1);
     for (std::size_t i = 1; i < n; ++i) jitter_s += std::pow(arrival[i] - arrival[i - 1] - step_s, 2);
     jitter_s = std::sqrt(jitter_s / static_cast<double>(n - 1));
   }
-  Json lost = nullptr;
   const listen::Source* source = glove_->source();
-  if (source && source->tally().lost) lost = *source->tally().lost;
   return {{"rate_hz", link_rate_hz()},
           {"torn", source ? source->tally().torn : 0},
-          {"lost", lost},
+          {"lost", source ? Json(source->tally().lost) : Json(nullptr)},
           {"jitter_ms", 1000 * jitter_s},
           {"latency_ms", 1000 * link_.latency_s}};
 }
@@ -82,16 +80,10 @@ Live::Json Live::sessions_state() const {
   listed_s_ = wall_s();
   Json sessions = Json::array();
   Json models = Json::array();
-  if (!options_.model.empty()) {
-    models.push_back(model_state({}, options_.model));
-  }
+  if (!options_.model.empty()) models.push_back(model_state({}, options_.model));
   for (const Session& s : sessions_.list()) {
     if (sessions.size() == kMostListed) break;
-    sessions.push_back({{"name", s.name},
-                        {"person", s.person},
-                        {"side", s.side},
-                        {"files", s.files},
-                        {"seconds", s.seconds}});
+    sessions.push_back(s);
     if (!s.model.empty()) models.push_back(model_state(s, s.model));
   }
   Json ports = Json::array();
@@ -113,23 +105,6 @@ Live::Json Live::what_next_anew() const {
   return {{"kind", kind}, {"why", result.applied ? "" : result.wanted}, {"misfits", result.misfits}};
 }
 
-Live::Json Live::what_next_without_model() const {
-  const std::vector<FingerView> fingers = fingers_->view(now_s());
-  const auto moves = [](const FingerView& f) {
-    return f.most - f.least > kMoves_counts || f.unit != "count";
-  };
-  if (std::ranges::none_of(fingers, moves)) return {{"kind", "move"}};
-  return {{"kind", "calibrate"}};
-}
-
-// Whether a column is called like a finger.
-bool Live::is_named() const {
-  return std::ranges::any_of(fingers_->view(now_s()), [](const FingerView& f) {
-    return std::ranges::any_of(model::finger_names(),
-                               [&](const std::string& name) { return f.name.starts_with(name); });
-  });
-}
-
 // What to do: a kind, and what there is to say of it.
 Live::Json Live::what_next() const {
   using enum DeviceState;
@@ -143,12 +118,19 @@ Live::Json Live::what_next() const {
   if (device == misunderstood) return {{"kind", "misunderstood"}, {"why", glove_->says()}};
   if (!glove_->source()) return {{"kind", "plug_in"}};
   if (!fingers_) return {{"kind", "wait"}};
-  if (!is_named()) return {{"kind", "name"}};
+  const std::vector<FingerView> fingers = fingers_->view(now_s());
+  const bool is_named = std::ranges::any_of(model::finger_names(), [&](const std::string& name) {
+    return std::ranges::any_of(fingers, [&](const FingerView& f) { return f.name.starts_with(name); });
+  });
+  if (!is_named) return {{"kind", "name"}};
   if (device == replay) return {{"kind", "replay"}};
   if (glove_->source()->is_compensated()) return {{"kind", "compensated"}};
-  if (!model_) return what_next_without_model();
+  if (!model_) {
+    const bool moves = std::ranges::any_of(
+        fingers, [](const FingerView& f) { return f.most - f.least > kMoves_counts || f.unit != "count"; });
+    return {{"kind", moves ? "calibrate" : "move"}};
+  }
   if (!misfit_.empty()) return {{"kind", "model_misfit"}, {"why", misfit_}};
-  const std::vector<FingerView> fingers = fingers_->view(now_s());
   for (const FingerView& f : fingers) {
     if (f.quality == "poor" && !f.remark.empty())
       return {{"kind", "look_at"}, {"finger", f.name}, {"why", f.remark}};
@@ -159,43 +141,50 @@ Live::Json Live::what_next() const {
 }
 
 Live::Json Live::state() const {
+  const Json none = nullptr;
   Json out = {{"event", "state"},
               {"device", device_state()},
               {"next", what_next()},
-              {"fingers", fingers_ ? Json(fingers_->view(now_s())) : Json::array()}};
-  out["model"] = nullptr;
-  if (model_) {
-    out["model"] = model_state(model_session_, model_path_);
-    for (const model::Joint& joint : model_->joints) out["model"]["joints"].push_back(joint.name);
-  }
-  out["recording"] = nullptr;
+              {"fingers", fingers_ ? Json(fingers_->view(now_s())) : Json::array()},
+              {"model", model_ ? model_state(model_session_, model_path_) : none},
+              {"recording", none},
+              {"job", none},
+              {"last", last_},
+              {"link", link_state()},
+              {"calibration", calibration_ ? calibration_->state() : none},
+              {"tracking", tracked_ && model_ && can_be_tracked(*model_)},
+              {"tracking_remark", model_ && !can_be_tracked(*model_) ? kNotTracked : ""},
+              {"anew", none},
+              {"twin", options_.worn ? Json(worn_change_) : none},
+              {"hand", hand_state()},
+              {"posture", hand_ ? Json{{"names", posture::kJointNames}} : none},
+              {"scores", scores_},
+              {"experiment", experiment_},
+              {"joint_files", joint_files()},
+              {"replay", none}};
+  for (std::size_t j = 0; model_ && j < model_->joints.size(); ++j)
+    out["model"]["joints"].push_back(model_->joints[j].name);
   if (recording_) {
     out["recording"] = {{"file", recording_->session.name + "/log.csv"},
                         {"rows", recording_->rows()},
                         {"seconds", recording_->seconds()}};
   }
-  out["job"] = nullptr;
   if (jobs_.is_running()) {
-    const Json p = io::to_json(jobs_.progress());
-    out["job"] = {{"name", jobs_.name()},
-                  {"stage", p.at("stage")},
-                  {"share", p.at("fraction")},
-                  {"left_s", p.at("seconds_left")}};
+    out["job"] = io::to_json(jobs_.progress());
+    out["job"]["name"] = jobs_.name();
   }
-  out["last"] = last_ ? *last_ : Json(nullptr);
-  out["link"] = link_state();
-  out["calibration"] = calibration_ ? calibration_->state() : Json(nullptr);
-  out["tracking"] = tracked_ && model_ && can_be_tracked(*model_);
-  out["tracking_remark"] = model_ && !can_be_tracked(*model_) ? kNotTracked : "";
-  out["anew"] = nullptr;
   if (anew_) {
     out["anew"] = {{"seconds", anew_->worn_s},
                    {"of_seconds", kAnew_s},
                    {"fingers", anew_->result ? anew_->result->fingers : Json::array()}};
   }
-  add_worn(out);
-  const Json listed = sessions_state();
-  for (const char* key : {"sessions", "models", "ports"}) out[key] = listed.at(key);
+  if (const listen::ReplaySource* replay = glove_->replay()) {
+    out["replay"] = {{"file", replayed_},
+                     {"t_s", replay->position_s()},
+                     {"of_s", replay->duration_s()},
+                     {"playing", replay->is_playing()}};
+  }
+  out.update(sessions_state());
   return out;
 }
 
@@ -203,37 +192,12 @@ Live::Json Live::state() const {
 Live::Json Live::hand_state() const {
   const std::optional<HandPort>& hand = glove_->hand;
   if (!hand && !options_.worn) return nullptr;
-  Json faults = Json::array();
-  for (std::size_t f = 0; hand && f < twin::kFingers; ++f) faults.push_back(hand->fault(f));
-  if (!hand) faults = options_.worn->now().fault;
-  return {{"names", {"thumb", "index", "middle", "ring", "pinky"}},
+  return {{"names", model::finger_names()},
           {"open_deg", twin::Parameters().hand_lower_deg},
           {"status", hand ? hand->status(now_s()) : "simulated"},
           {"port", hand ? Json(hand->path()) : Json(nullptr)},
-          {"faults", std::move(faults)},
+          {"faults", hand ? hand->faults() : options_.worn->now().fault},
           {"board", hand ? hand->board_faults() : ""}};
-}
-
-// The twin, what is replayed.
-void Live::add_worn(Json& out) const {
-  out["twin"] = options_.worn ? Json(worn_change_) : Json(nullptr);
-  out["hand"] = hand_state();
-  out["posture"] = nullptr;
-  if (hand_) {
-    Json names = Json::array();
-    for (const std::string_view name : posture::kJointNames) names.push_back(name);
-    out["posture"] = {{"names", std::move(names)}};
-  }
-  out["scores"] = scores_;
-  out["experiment"] = experiment_;
-  out["joint_files"] = joint_files();
-  out["replay"] = nullptr;
-  if (const listen::ReplaySource* replay = glove_->replay()) {
-    out["replay"] = {{"file", replayed_},
-                     {"t_s", replay->position_s()},
-                     {"of_s", replay->duration_s()},
-                     {"playing", replay->is_playing()}};
-  }
 }
 
 }  // namespace flexor::live

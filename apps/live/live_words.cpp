@@ -12,6 +12,12 @@ namespace {
 
 constexpr double kOtherClock_s = 5;  // off by more is another page
 
+bool is_on(io::JsonReader& parts) {
+  const nlohmann::ordered_json& on = parts.member("on");
+  if (!on.is_boolean()) parts.fail("\"on\" must be true or false");
+  return on.get<bool>();
+}
+
 }  // namespace
 
 // What a page may ask for, and what has to hold first.
@@ -23,7 +29,7 @@ const std::map<std::string, Live::Word>& Live::words() {
       {"columns.name", {&Live::columns_name, {no_recording, no_calibration}}},
       {"model.choose", {&Live::model_choose, {}}},
       {"record.start", {&Live::record_start, {no_recording, glove}}},
-      {"record.stop", {&Live::record_stop, {recording}}},
+      {"record.stop", {[](Live& live, io::JsonReader&) { live.stop_recording(); }, {recording}}},
       {"marker", {&Live::marker, {recording}}},
       {"tracking.set", {&Live::tracking_set, {}}},
       {"twin.set", {&Live::twin_set, {twin}}},
@@ -31,18 +37,25 @@ const std::map<std::string, Live::Word>& Live::words() {
       {"experiment.run", {&Live::experiment_run, {no_job}}},
       {"replay.open", {&Live::replay_open, {no_job, no_calibration, no_recording}}},
       {"replay.seek", {&Live::replay_seek, {replay}}},
-      {"replay.play", {&Live::replay_play, {replay}}},
-      {"job.cancel", {&Live::job_cancel, {}}},
+      {"replay.play",
+       {[](Live& live, auto& parts) { live.glove_->replay()->pause(!is_on(parts)); }, {replay}}},
+      {"job.cancel", {[](Live& live, io::JsonReader&) { live.jobs_.cancel(); }, {}}},
       {"send", {&Live::send, {model}}},
       {"flash", {&Live::flash, {}}},
       {"angles", {&Live::angles, {}}},
       {"calibrate.start", {&Live::calibrate_start, {no_calibration, no_job, readings, no_anew}}},
       {"calibrate.next", {&Live::calibrate_next, {calibration}}},
       {"calibrate.back", {&Live::calibrate_back, {calibration}}},
-      {"calibrate.repeat", {&Live::calibrate_repeat, {no_job, calibration}}},
+      {"calibrate.repeat",
+       {[](Live& live, io::JsonReader&) {
+          live.calibration_->repeat();
+          live.entered_step();
+        },
+        {no_job, calibration}}},
       {"calibrate.cancel", {&Live::calibrate_cancel, {calibration}}},
       {"calibrate.accept", {&Live::calibrate_accept, {calibration}}},
-      {"calibrate.plot", {&Live::calibrate_plot, {calibration}}},
+      {"calibrate.plot",
+       {[](Live& live, auto& parts) { live.calibration_->plot(parts.text("finger")); }, {calibration}}},
       {"anew.start", {&Live::anew_start, {no_job, no_calibration, model, glove, no_anew}}},
       {"anew.accept", {&Live::anew_accept, {}}},
       {"anew.keep", {&Live::anew_keep, {}}},
@@ -88,10 +101,6 @@ void Live::require(Need need) {
 void Live::hear(Client client, std::string_view text) {
   bool answers = true;
   Json answer = {{"id", nullptr}, {"ok", true}};
-  const auto refuse = [&answer](const std::string& why) {
-    answer["ok"] = false;
-    answer["error"] = why;
-  };
   try {
     const Json message = io::parse_json(std::string(text), "message");
     io::JsonReader parts(message, "message");
@@ -101,15 +110,13 @@ void Live::hear(Client client, std::string_view text) {
     const auto found = words().find(word);
     if (found == words().end()) throw io::InputError(fmt::format("\"{}\" is no word that is known", word));
     for (const Need need : found->second.needs) require(need);
-    (this->*found->second.act)(parts);
-  } catch (const Refusal& refusal) {
-    refuse(refusal.what());
-    answer.update(refusal.parts);
+    found->second.act(*this, parts);
   } catch (const std::exception& caught) {
-    refuse(io::one_line(caught.what()));
+    answer.update({{"ok", false}, {"error", io::one_line(caught.what())}});
+    if (const auto* refusal = dynamic_cast<const Refusal*>(&caught)) answer.update(refusal->parts);
   }
+  if (answers) send_state();  // first: whoever waits for the answer has the state that it led to
   if (answers || !answer["ok"].get<bool>()) server_->send(client, io::dump_line(answer));
-  if (answers) send_state();
 }
 
 // On the server's clock, from the page's, which begins anew when the page is opened anew.
@@ -144,12 +151,7 @@ void Live::device_leave(io::JsonReader&) {
 
 // Inside the sessions' folder, whatever the text holds.
 std::filesystem::path Live::file_of(const std::string& relative, std::uint64_t most_bytes) const {
-  try {
-    (void)io::FileBeneath(sessions_.root(), relative, most_bytes);
-  } catch (const io::InputError&) {
-    throw io::InputError(fmt::format("there is no file \"{}\" of at most {} bytes in the sessions' folder",
-                                     relative, most_bytes));
-  }
+  (void)io::FileBeneath(sessions_.root(), relative, most_bytes);
   return sessions_.root() / relative;
 }
 
@@ -237,8 +239,6 @@ void Live::stop_recording() {
         recording.in_words(now_s()) + (why.empty() ? "" : ". " + why));
 }
 
-void Live::record_stop(io::JsonReader&) { stop_recording(); }
-
 void Live::marker(io::JsonReader& parts) {
   const std::string text = parts.text("text");
   recording_->mark(now_s(), text);
@@ -246,13 +246,10 @@ void Live::marker(io::JsonReader& parts) {
 }
 
 void Live::tracking_set(io::JsonReader& parts) {
-  const Json& on = parts.member("on");
-  if (!on.is_boolean()) parts.fail("\"on\" must be true or false");
-  if (on.get<bool>()) {
-    require(Need::model);
-    if (!can_be_tracked(*model_)) throw Refusal(kNotTracked);
-  }
-  tracked_ = on.get<bool>();
+  const bool on = is_on(parts);
+  if (on) require(Need::model);
+  if (on && !can_be_tracked(*model_)) throw Refusal(kNotTracked);
+  tracked_ = on;
   if (model_) wear();
 }
 
@@ -269,8 +266,7 @@ void Live::twin_set(io::JsonReader& parts) {
   set("drift_deg_per_min", change.drift_deg_per_min, -30, 30);
   set("noise_counts", change.noise_counts, 0, 50);
   set("loss", change.loss, 0, 1);
-  worn_change_ = change;
-  options_.worn->set(change);
+  options_.worn->set(worn_change_ = change);
 }
 
 void Live::replay_open(io::JsonReader& parts) {
@@ -287,12 +283,6 @@ void Live::play_again(const std::filesystem::path& file, const std::string& name
 void Live::replay_seek(io::JsonReader& parts) {
   glove_->replay()->seek(parts.number_within("t_s", 0, 1e7));
   if (fingers_ && fingers_->is_worn()) fingers_->wear(*model_, tracked_);  // its past is another now
-}
-
-void Live::replay_play(io::JsonReader& parts) {
-  const Json& on = parts.member("on");
-  if (!on.is_boolean()) parts.fail("\"on\" must be true or false");
-  glove_->replay()->pause(!on.get<bool>());
 }
 
 // What a markerless tracker in the page saw; without angles: no hand.

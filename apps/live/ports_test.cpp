@@ -6,7 +6,6 @@
 #include "apps/live/live.hpp"
 #include "apps/live/messages.hpp"
 #include "apps/live/program_test.hpp"
-#include "apps/live/worn_gloves.hpp"
 #include "host/io/terminal_test.hpp"
 #include "host/listen/test_board.hpp"
 #include "host/study/bench.hpp"

@@ -54,8 +54,6 @@ bool is_plain_path(std::string_view path) {
   }
 }
 
-}  // namespace
-
 bool same_in_constant_time(std::string_view one, std::string_view other) {
   if (one.size() != other.size()) return false;
   unsigned difference = 0;
@@ -64,6 +62,8 @@ bool same_in_constant_time(std::string_view one, std::string_view other) {
         static_cast<unsigned>(static_cast<unsigned char>(one[i]) ^ static_cast<unsigned char>(other[i]));
   return difference == 0;
 }
+
+}  // namespace
 
 Target read_target(std::string_view target, std::string_view token) {
   using enum Target::Kind;
@@ -89,31 +89,20 @@ bool is_origin_of(std::string_view origin, std::string_view host) {
 }
 
 std::string_view type_of_asset(std::string_view name) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kTypes{{
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kTypes{{
       {".csv", "text/csv; charset=utf-8"},
       {".json", "application/json"},
       {".html", "text/html; charset=utf-8"},
       {".js", "text/javascript; charset=utf-8"},
-      {".mjs", "text/javascript; charset=utf-8"},
       {".css", "text/css; charset=utf-8"},
       {".svg", "image/svg+xml"},
       {".png", "image/png"},
       {".jpg", "image/jpeg"},
-      {".jpeg", "image/jpeg"},
       {".mp4", "video/mp4"},
-      {".webm", "video/webm"},
-      {".avi", "video/x-msvideo"},
-      {".pdf", "application/pdf"},
-      {".zip", "application/zip"},
-      {".gz", "application/gzip"},
       {".glb", "model/gltf-binary"},
       {".wasm", "application/wasm"},
       {".woff2", "font/woff2"},
       {".txt", "text/plain; charset=utf-8"},
-      {".log", "text/plain; charset=utf-8"},
-      {".md", "text/plain; charset=utf-8"},
-      {".tsv", "text/plain; charset=utf-8"},
-      {".mot", "text/plain; charset=utf-8"},
   }};
   for (const auto& [ending, type] : kTypes)
     if (name.ends_with(ending)) return type;

@@ -24,8 +24,6 @@ struct Target {
 // The part before `?` of a request's target. Compares the token in a time that does not depend on where it differs.
 Target read_target(std::string_view target, std::string_view token);
 
-bool same_in_constant_time(std::string_view one, std::string_view other);
-
 // "127.0.0.1:8080" against "http://127.0.0.1:8080". Origin "null" is nobody's.
 bool is_origin_of(std::string_view origin, std::string_view host);
 

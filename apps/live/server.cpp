@@ -6,7 +6,6 @@
 #include <array>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core.hpp>
@@ -43,7 +42,6 @@ constexpr seconds kIdleTime{30};   // between two requests
 constexpr seconds kStallTime{30};  // for a part of an answer
 constexpr seconds kSilence{30};    // of a socket, which is asked after half of it
 constexpr seconds kFarewell{1};
-static_assert(kLongestText == kLongestBinary, "the limit is set before the kind is known");
 
 // wasm-unsafe-eval: what runs the markerless model is WebAssembly. It allows that alone, no eval of text.
 constexpr const char* kPagePolicy =
@@ -84,6 +82,7 @@ void rethrow(const std::exception_ptr& thrown) {
   if (thrown) std::rethrow_exception(thrown);
 }
 
+// 128 bits, as hexadecimal digits.
 std::string random_token() {
   constexpr const char* kSystem = "/dev/urandom";  // whatever the library's own choice may be
   std::random_device bits(kSystem);
@@ -92,21 +91,7 @@ std::string random_token() {
   return token;
 }
 
-std::string checked_token(const std::string& token) {
-  if (token.empty()) return random_token();
-  constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
-  if (token.find_first_not_of(kLetters) != token.npos)
-    throw io::InputError("the token may hold letters, digits, - and _ only");
-  return token;
-}
-
 }  // namespace
-
-struct Watch {
-  Watch(asio::io_context& context, int descriptor) : stream(context, descriptor) {}
-  asio::posix::stream_descriptor stream;
-  bool ended = false;
-};
 
 // One connection, request after request, until it becomes a WebSocket.
 class Connection : public std::enable_shared_from_this<Connection> {
@@ -130,7 +115,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (!is_open_ || dropped_ || ending_) return;
     if (waiting_bytes_ + message.bytes->size() > kLongestQueue) {
       dropped_ = true;
-      ++server_.dropped_;
       return give_up();
     }
     waiting_bytes_ += message.bytes->size();
@@ -169,8 +153,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   asio::awaitable<void> serve() {
     bool goes_on = has_place;
     if (!goes_on) {
-      co_await say(http::status::service_unavailable, "too many connections: close a tab of this page",
-                   false);
+      co_await say(http::status::service_unavailable, "too many connections: close a tab of this page");
     }
     for (seconds patience = kHeadTime; goes_on; patience = kIdleTime) goes_on = co_await next(patience);
     if (!socket_.is_open() && line().socket().is_open()) co_await end_in_order();
@@ -185,11 +168,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
     const auto [error, bytes] = co_await http::async_read_header(line(), buffer_, parser, kResult);
     head_ = parser.is_header_done() ? parser.get() : http::request<http::empty_body>();
     if (error == http::error::header_limit || error == http::error::buffer_overflow)
-      co_return co_await refuse(http::status::request_header_fields_too_large,
-                                "the head is too long: 8192 bytes at most");
+      co_return co_await say(http::status::request_header_fields_too_large,
+                             "the head is too long: 8192 bytes at most");
     const bool is_http = error.category() == make_error_code(http::error::bad_target).category();
     if (is_http && error != http::error::end_of_stream && error != http::error::partial_message)
-      co_return co_await refuse(http::status::bad_request, "this is no request that HTTP knows");
+      co_return co_await say(http::status::bad_request, "this is no request that HTTP knows");
     if (error) {
       give_up();
       co_return false;
@@ -198,16 +181,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   asio::awaitable<bool> answer(bool is_whole) {
-    if (const char* why = foreign()) co_return co_await refuse(http::status::forbidden, why);
+    if (const char* why = foreign()) co_return co_await say(http::status::forbidden, why);
     const Target target = read_target({head_.target().data(), head_.target().size()}, server_.token_);
     if (target.kind == Target::Kind::foreign)
-      co_return co_await refuse(http::status::forbidden,
-                                "the token is missing or another: open the address that the program printed");
+      co_return co_await say(http::status::forbidden,
+                             "the token is missing or another: open the address that the program printed");
     is_known_ = true;
     if (head_.method() != http::verb::get && head_.method() != http::verb::head)
-      co_return co_await refuse(http::status::method_not_allowed,
-                                "only GET and HEAD: everything else goes through the socket");
-    if (!is_whole) co_return co_await refuse(http::status::payload_too_large, "a request holds no body");
+      co_return co_await say(http::status::method_not_allowed,
+                             "only GET and HEAD: everything else goes through the socket");
+    if (!is_whole) co_return co_await say(http::status::payload_too_large, "a request holds no body");
     switch (target.kind) {
       case Target::Kind::bare:
         co_return co_await redirect();
@@ -218,7 +201,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
       case Target::Kind::socket:
         co_return co_await upgrade();
       default:
-        co_return co_await say(http::status::not_found, "there is no such file", head_.keep_alive());
+        co_return co_await not_found();
     }
   }
 
@@ -245,12 +228,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
     return out;
   }
 
-  asio::awaitable<bool> refuse(http::status status, const char* why) {
-    ++server_.refused_;
-    return say(status, why, false);
+  asio::awaitable<bool> not_found() {
+    return say(http::status::not_found, "there is no such file", head_.keep_alive());
   }
 
-  asio::awaitable<bool> say(http::status status, const char* why, bool keep_alive) {
+  asio::awaitable<bool> say(http::status status, const char* why, bool keep_alive = false) {
     auto out = response<http::string_body>(status, "text/plain; charset=utf-8", keep_alive);
     if (status == http::status::method_not_allowed) out.set(http::field::allow, "GET, HEAD");
     if (status == http::status::upgrade_required) out.set(http::field::upgrade, "websocket");
@@ -267,8 +249,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   asio::awaitable<bool> give_asset(const std::string& name) {
     const auto found = std::ranges::find(assets(), name, &Asset::name);
-    if (found == assets().end())
-      return say(http::status::not_found, "there is no such file", head_.keep_alive());
+    if (found == assets().end()) return not_found();
     auto out =
         response<http::span_body<const char>>(http::status::ok, type_of_asset(name), head_.keep_alive());
     out.body() = {found->bytes.data(), found->bytes.size()};
@@ -277,7 +258,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   asio::awaitable<bool> give_file(const std::string& name) {
     const int descriptor = server_.files_.empty() ? -1 : io::open_beneath(server_.files_, name);
-    if (descriptor < 0) return say(http::status::not_found, "there is no such file", head_.keep_alive());
+    if (descriptor < 0) return not_found();
     beast::file_posix file;
     file.native_handle(descriptor);
     auto out = response<http::basic_file_body<beast::file_posix>>(http::status::ok, type_of_file(name),
@@ -285,7 +266,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     out.set("Content-Security-Policy", file_policy());
     error_code error;
     out.body().reset(std::move(file), error);
-    if (error) return say(http::status::not_found, "the file cannot be read", head_.keep_alive());
+    if (error) return not_found();
     return give(std::move(out));
   }
 
@@ -317,24 +298,26 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   asio::awaitable<bool> upgrade() {
     if (!websocket::is_upgrade(head_))
-      co_return co_await say(http::status::upgrade_required, "this is the WebSocket", false);
+      co_return co_await say(http::status::upgrade_required, "this is the WebSocket");
     if (buffer_.size() > 0)
-      co_return co_await refuse(http::status::bad_request, "nothing is sent before the socket is open");
+      co_return co_await say(http::status::bad_request, "nothing is sent before the socket is open");
     line().expires_never();
     socket_.set_option(websocket::stream_base::timeout{kHeadTime, kSilence, true});
-    socket_.read_message_max(kLongestText);
+    socket_.read_message_max(kLongestMessage);
     socket_.auto_fragment(false);
     auto [error] = co_await socket_.async_accept(head_, kResult);
     if (error) co_return false;
     is_open_ = true;
-    server_.opened(id_);
+    ++server_.clients_;
+    server_.handlers_.opened(id_);
     for (beast::flat_buffer message;; message.clear()) {
       std::tie(error, std::ignore) = co_await socket_.async_read(message, kResult);
       if (error) break;
       take(message);
     }
     is_open_ = false;
-    server_.closed(id_);
+    --server_.clients_;
+    if (server_.stopping_ && server_.clients_ == 0) server_.context_.stop();
     co_return false;
   }
 
@@ -376,9 +359,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
 };
 
 Server::Server(const ServerOptions& options, Handlers handlers)
-    : handlers_(std::move(handlers)), token_(checked_token(options.token)), files_(options.files) {
+    : handlers_(std::move(handlers)), token_(random_token()), files_(options.files) {
   open(options.port);
-  accept();
+  asio::co_spawn(context_, accept(), rethrow);
 }
 
 void Server::open(unsigned short port) {
@@ -415,15 +398,20 @@ bool Server::is_ours(std::string_view host) const {
   return host == "127.0.0.1" || host == "localhost" || host == "[::1]";
 }
 
-void Server::accept() {
-  acceptor_.async_accept([this](error_code error, Tcp::socket socket) {
-    if (stopping_) return;
-    if (!error) accepted(std::move(socket));
-    pause_.expires_after(std::chrono::milliseconds(error ? 100 : 0));  // no descriptors are left, say
-    pause_.async_wait([this](error_code) {
-      if (!stopping_) accept();
-    });
-  });
+asio::awaitable<void> Server::accept() {
+  for (;;) {
+    auto [error, socket] = co_await acceptor_.async_accept(kResult);
+    if (stopping_) co_return;
+    if (error) {  // no descriptors are left, say
+      pause_.expires_after(std::chrono::milliseconds(100));
+      co_await pause_.async_wait(kResult);
+      continue;
+    }
+    socket.set_option(Tcp::no_delay(true), error);
+    const bool has_place = make_room();
+    if (connections_.size() < kMostClients + kMostTurnedAway)
+      std::make_shared<Connection>(*this, ++last_id_, std::move(socket), has_place)->start();
+  }
 }
 
 // Where all places are taken, the oldest connection that has not shown the token goes.
@@ -439,26 +427,6 @@ bool Server::make_room() {
   return true;
 }
 
-void Server::accepted(Tcp::socket socket) {
-  error_code ignored;
-  socket.set_option(Tcp::no_delay(true), ignored);
-  const bool has_place = make_room();
-  if (!has_place) ++refused_;
-  if (connections_.size() < kMostClients + kMostTurnedAway)
-    std::make_shared<Connection>(*this, ++last_id_, std::move(socket), has_place)->start();
-}
-
-void Server::opened(Client client) {
-  ++clients_;
-  handlers_.opened(client);
-}
-
-void Server::closed(Client client) {
-  --clients_;
-  handlers_.closed(client);
-  if (stopping_ && clients_ == 0) context_.stop();
-}
-
 void Server::send(Client to, std::string text) {
   const auto found = connections_.find(to);
   if (found != connections_.end())
@@ -472,22 +440,22 @@ void Server::send_all(std::string bytes, bool text) {
 
 void Server::watch(int descriptor, std::function<void()> readable) {
   unwatch(descriptor);
-  const auto watch = watches_[descriptor] = std::make_shared<Watch>(context_, descriptor);
-  const auto wait = [](std::shared_ptr<Watch> on, std::function<void()> act) -> asio::awaitable<void> {
-    while (!on->ended) {
-      const auto [error] = co_await on->stream.async_wait(asio::posix::stream_descriptor::wait_read, kResult);
-      if (error || on->ended) co_return;
+  const auto stream = std::make_shared<asio::posix::stream_descriptor>(context_, descriptor);
+  watches_[descriptor] = stream;
+  const auto wait = [](auto on, std::function<void()> act) -> asio::awaitable<void> {
+    while (on->is_open()) {
+      const auto [error] = co_await on->async_wait(asio::posix::stream_descriptor::wait_read, kResult);
+      if (error || !on->is_open()) co_return;
       act();
     }
   };
-  asio::co_spawn(context_, wait(watch, std::move(readable)), rethrow);
+  asio::co_spawn(context_, wait(stream, std::move(readable)), rethrow);
 }
 
 void Server::unwatch(int descriptor) {
   const auto found = watches_.find(descriptor);
   if (found == watches_.end()) return;
-  found->second->ended = true;
-  found->second->stream.release();  // the descriptor stays the caller's
+  found->second->release();  // the descriptor stays the caller's
   watches_.erase(found);
 }
 

@@ -8,8 +8,10 @@
 #pragma once
 
 #include <atomic>
+#include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <filesystem>
@@ -25,15 +27,12 @@ namespace flexor::live {
 
 using Client = std::uint64_t;  // a socket; never used twice
 
-inline constexpr std::size_t kLongestText = 1 << 20;    // bytes of a message to the server
-inline constexpr std::size_t kLongestBinary = 1 << 20;  // likewise
-inline constexpr std::size_t kLongestQueue = 4
-                                             << 20;  // bytes that wait for a client, which is dropped beyond
-inline constexpr int kMostClients = 64;              // connections; one more is answered 503
+inline constexpr std::size_t kLongestMessage = 1 << 20;  // bytes, to the server
+inline constexpr std::size_t kLongestQueue = 4U << 20U;  // bytes that wait for a client, dropped beyond
+inline constexpr int kMostClients = 64;                  // connections; one more is answered 503
 
 struct ServerOptions {
   unsigned short port = 0;      // of 127.0.0.1; 0: any
-  std::string token;            // empty: 128 random bits, as hexadecimal digits
   std::filesystem::path files;  // the sessions' folder; empty: none are served
 };
 
@@ -42,11 +41,9 @@ struct Handlers {
   std::function<void(Client)> opened = [](Client) {};
   std::function<void(Client, std::string_view)> text = [](Client, std::string_view) {};
   std::function<void(Client, std::span<const std::uint8_t>)> binary = [](Client, auto) {};
-  std::function<void(Client)> closed = [](Client) {};
 };
 
 class Connection;  // of server.cpp
-struct Watch;
 
 class Server {
  public:
@@ -76,23 +73,15 @@ class Server {
   void run() { context_.run(); }  // until stop(). What a handler throws comes out of it
   void stop();                    // from any thread, also from a signal's thread
 
-  struct Counts {
-    std::uint64_t refused = 0;  // requests and sockets
-    std::uint64_t dropped = 0;  // clients that did not read
-    int clients = 0;            // open sockets
-  };
-  Counts counts() const { return {refused_, dropped_, clients_}; }
+  int clients() const { return clients_; }  // open sockets
 
  private:
   friend class Connection;
 
   bool is_ours(std::string_view host) const;
   void open(unsigned short port);
-  void accept();
-  void accepted(boost::asio::ip::tcp::socket socket);
+  boost::asio::awaitable<void> accept();
   bool make_room();
-  void opened(Client client);
-  void closed(Client client);
   void send_all(std::string bytes, bool text);
   void end();
 
@@ -102,13 +91,11 @@ class Server {
   std::string token_;
   std::filesystem::path files_;
   boost::asio::ip::tcp::endpoint here_;
-  std::atomic<std::uint64_t> refused_{0};
-  std::atomic<std::uint64_t> dropped_{0};
   std::atomic<int> clients_{0};
   boost::asio::io_context context_{1};
   boost::asio::ip::tcp::acceptor acceptor_{context_};
-  boost::asio::steady_timer pause_{context_};
-  std::map<int, std::shared_ptr<Watch>> watches_;
+  boost::asio::steady_timer pause_{context_};  // after what could not be accepted, and before the end
+  std::map<int, std::shared_ptr<boost::asio::posix::stream_descriptor>> watches_;
   Client last_id_ = 0;
   bool stopping_ = false;
 };

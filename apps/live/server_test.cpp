@@ -26,10 +26,6 @@ std::string body_of(const std::string& answer) {
   return end == answer.npos ? "" : answer.substr(end + 4);
 }
 
-std::string refusal(const ServerOptions& options) {
-  return io::refusal_of([&] { Server(options, {}); });
-}
-
 // A sessions' folder beside a file that nobody may have.
 struct Sessions {
   Sessions() : folder(outside.path() / "sessions") {
@@ -62,7 +58,6 @@ struct Heard {
     out.binary = [this](Client, std::span<const std::uint8_t> bytes) {
       note(fmt::format("binary {}", bytes.size()));
     };
-    out.closed = [this](Client client) { note(fmt::format("closed {}", client)); };
     return out;
   }
   void note(std::string what, Client client = 0) {
@@ -98,7 +93,6 @@ TEST(Server, GivesThePageAndItsAssetsWithTheHeadersOfASafePage) {
   const std::string bare = get(running.place, "/" + running.place.token + "?x");
   EXPECT_EQ(status_of(bare), 308);
   EXPECT_NE(bare.find("Location: " + running.path("") + "\r\n"), bare.npos);
-  EXPECT_EQ(running.server.counts().refused, 0U);
 }
 
 TEST(Server, HeadIsTheSameWithoutTheBody) {
@@ -145,7 +139,6 @@ TEST(Server, AnotherHostIsRefused) {
   }
   EXPECT_EQ(status_of(ask("")), 403);
   EXPECT_EQ(status_of(ask(fmt::format("Host: {0}\r\nHost: {0}\r\n", running.place.host))), 403);
-  EXPECT_EQ(running.server.counts().refused, 12U);
   EXPECT_TRUE(running.answers());
 }
 
@@ -186,18 +179,13 @@ TEST(Server, WithoutTheTokenNothingIsThere) {
   EXPECT_TRUE(running.answers());
 }
 
-TEST(Server, TokensAreRandomAndCanBeGiven) {
+TEST(Server, TokensAreRandom) {
   std::set<std::string> tokens;
   for (int i = 0; i < 20; ++i) {
     tokens.insert(Place(Server({}, {}).url()).token);
     EXPECT_EQ(tokens.begin()->size(), 32U);
   }
   EXPECT_EQ(tokens.size(), 20U);
-  ServerOptions options;
-  options.token = "given-1";
-  EXPECT_EQ(Place(Server(options, {}).url()).token, "given-1");
-  options.token = "a/b";
-  EXPECT_NE(refusal(options).find("letters"), std::string::npos);
 }
 
 TEST(Server, GivesFilesOfTheSessions) {
@@ -300,7 +288,7 @@ TEST(Server, AHeadHasAnEnd) {
 std::string answer_to(const Running& running, const std::string& bytes) {
   Wire wire(running.place.port);
   wire.put(bytes);
-  shutdown(wire.descriptor(), SHUT_WR);
+  wire.socket().shutdown(Wire::Tcp::socket::shutdown_send);
   std::string answer = wire.rest();
   EXPECT_TRUE(wire.ended());
   return answer;
@@ -330,7 +318,7 @@ TEST(Server, MessagesGoBothWaysInOrder) {
   ASSERT_TRUE(soon([&] { return heard.all().size() == 1; }));
   const Client first = heard.last;
   Tab two(running.place);
-  ASSERT_TRUE(soon([&] { return running.server.counts().clients == 2; }));
+  ASSERT_TRUE(soon([&] { return running.server.clients() == 2; }));
   running.server.post([&] {
     running.server.send(first, "for one");
     const std::vector<std::uint8_t> samples(70000, 7);
@@ -344,20 +332,18 @@ TEST(Server, MessagesGoBothWaysInOrder) {
     EXPECT_EQ(tab->hear(), std::pair(kText, std::string("for all")));
   }
   one.say("hello");
-  one.put(frame(kBinary, std::string(kLongestBinary, 'x')));
-  one.say(std::string(kLongestText, 'y'));
+  one.put(frame(kBinary, std::string(kLongestMessage, 'x')));
+  one.say(std::string(kLongestMessage, 'y'));
   one.put(frame(kPing, "?"));
   EXPECT_EQ(one.hear(), std::pair(10, std::string("?")));
   const auto said = heard.all();
   ASSERT_EQ(said.size(), 5U);
   EXPECT_EQ(said[2], "text hello");
-  EXPECT_EQ(said[3], fmt::format("binary {}", kLongestBinary));
-  EXPECT_EQ(said[4].size(), kLongestText + 5);
+  EXPECT_EQ(said[3], fmt::format("binary {}", kLongestMessage));
+  EXPECT_EQ(said[4].size(), kLongestMessage + 5);
   one.put(frame(kClose, "\x03\xe8"));
   EXPECT_EQ(one.hear(), std::pair(kClose, std::string("\x03\xe8")));
-  EXPECT_TRUE(soon([&] { return heard.all().back() == fmt::format("closed {}", first); }));
-  EXPECT_EQ(running.server.counts().clients, 1);
-  EXPECT_EQ(running.server.counts().dropped, 0U);
+  EXPECT_TRUE(soon([&] { return running.server.clients() == 1; }));
 }
 
 TEST(Server, AMessageBeyondTheLimitEndsItsSocketOnly) {
@@ -372,8 +358,7 @@ TEST(Server, AMessageBeyondTheLimitEndsItsSocketOnly) {
   EXPECT_EQ(why.substr(0, 2), "\x03\xf1");  // 1009
   large.rest();
   sending.join();
-  ASSERT_TRUE(soon([&] { return heard.all().size() == 3; }));
-  EXPECT_TRUE(heard.all().back().starts_with("closed"));
+  ASSERT_TRUE(soon([&] { return running.server.clients() == 1; }));
   other.say("still here");
   EXPECT_TRUE(soon([&] { return heard.all().back() == "text still here"; }));
 
@@ -404,7 +389,7 @@ TEST(Server, GarbageInASocketEndsItOnly) {
     tab.rest();
     EXPECT_TRUE(tab.ended());
   }
-  EXPECT_TRUE(soon([&] { return running.server.counts().clients == 1; }));
+  EXPECT_TRUE(soon([&] { return running.server.clients() == 1; }));
   for (const std::string& said : heard.all()) EXPECT_FALSE(said.starts_with("text")) << said;
   other.say("still here");
   EXPECT_TRUE(soon([&] { return heard.all().back() == "text still here"; }));
@@ -425,7 +410,7 @@ TEST(Server, AThousandConnectionsThatSayNothingKeepNobodyOut) {
   EXPECT_TRUE(running.answers());
   tab.say("still here");
   EXPECT_TRUE(soon([&] { return heard.all().back() == "text still here"; }));
-  EXPECT_EQ(running.server.counts().clients, 1);
+  EXPECT_EQ(running.server.clients(), 1);
 }
 
 TEST(Server, OneSocketMoreThanThereMayBeIsTold) {
@@ -440,7 +425,7 @@ TEST(Server, OneSocketMoreThanThereMayBeIsTold) {
   for (int i = 0; i < 300; ++i) Wire(running.place.port).put("GET");
   tabs.pop_back();
   EXPECT_TRUE(soon([&] { return running.answers(); }));
-  EXPECT_EQ(running.server.counts().clients, kMostClients - 1);
+  EXPECT_EQ(running.server.clients(), kMostClients - 1);
 }
 
 TEST(Server, WhoDoesNotReadIsDroppedAndTheOthersGetEverything) {
@@ -452,7 +437,7 @@ TEST(Server, WhoDoesNotReadIsDroppedAndTheOthersGetEverything) {
   Tab slow(running.place, "", 4096);
   ASSERT_EQ(slow.status, 101);
   Tab fast(running.place);
-  ASSERT_TRUE(soon([&] { return running.server.counts().clients == 2; }));
+  ASSERT_TRUE(soon([&] { return running.server.clients() == 2; }));
   running.server.post([&] {
     running.server.every(0.001, [&] {
       if (sent < kMessages && sent - got < 20)
@@ -465,9 +450,7 @@ TEST(Server, WhoDoesNotReadIsDroppedAndTheOthersGetEverything) {
     ASSERT_EQ(text.substr(0, 6), fmt::format("{:06}", got.load()));
     ASSERT_EQ(text.size(), 65536U + 7);
   }
-  EXPECT_EQ(running.server.counts().dropped, 1U);
-  EXPECT_EQ(running.server.counts().clients, 1);
-  EXPECT_TRUE(heard.all().back().starts_with("closed"));
+  EXPECT_EQ(running.server.clients(), 1);
   slow.rest();
   EXPECT_TRUE(slow.ended());
   EXPECT_TRUE(running.answers());
@@ -514,7 +497,7 @@ TEST(Server, LivesWithoutDescriptors) {
   setrlimit(RLIMIT_NOFILE, &before);
   EXPECT_FALSE(taken.empty());
   EXPECT_TRUE(running.answers());
-  EXPECT_EQ(running.server.counts().clients, 1);
+  EXPECT_EQ(running.server.clients(), 1);
   close(late);
 }
 
@@ -536,27 +519,23 @@ TEST(Server, WatchesTicksAndWorksOnItsThread) {
       ++ticks;
     });
   });
-  ASSERT_EQ(write(pipe_ends[1], "abcde", 5), 5);
-  EXPECT_TRUE(soon([&] { return read_bytes == 5; }));
-  ASSERT_EQ(write(pipe_ends[1], "fg", 2), 2);
-  EXPECT_TRUE(soon([&] { return read_bytes == 7; }));
-  std::atomic<bool> unwatched{false};
-  running.server.post([&] {
-    running.server.unwatch(pipe_ends[0]);
-    unwatched = true;
-  });
-  ASSERT_TRUE(soon([&] { return unwatched.load(); }));
-  ASSERT_EQ(write(pipe_ends[1], "h", 1), 1);
-  const int before = ticks;
+  for (const int bytes : {5, 2}) {
+    const int before = read_bytes;
+    ASSERT_EQ(write(pipe_ends[1], "abcde", static_cast<std::size_t>(bytes)), bytes);
+    EXPECT_TRUE(soon([&] { return read_bytes == before + bytes; }));
+  }
+  running.server.post([&] { running.server.unwatch(pipe_ends[0]); });
   const auto start = std::chrono::steady_clock::now();
-  EXPECT_TRUE(soon([&] { return ticks - before >= 20; }));
+  const int before = ticks;
+  EXPECT_TRUE(soon([&] { return ticks - before >= 1; }));
+  ASSERT_EQ(write(pipe_ends[1], "h", 1), 1);
+  EXPECT_TRUE(soon([&] { return ticks - before >= 21; }));
   EXPECT_GE(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(180));
   EXPECT_EQ(read_bytes, 7);
   running.stop();
   EXPECT_EQ(threads.size(), 1U);
   EXPECT_EQ(write(pipe_ends[1], "i", 1), 1);  // the descriptor is still the caller's
-  close(pipe_ends[0]);
-  close(pipe_ends[1]);
+  for (const int end : pipe_ends) close(end);
 }
 
 TEST(Server, AWatchMayEndItselfAndItsDescriptor) {
@@ -581,7 +560,7 @@ TEST(Server, StopsFromAnotherThreadAndSaysGoodbye) {
   Running running({}, heard.handlers());
   Tab tab(running.place);
   Wire idle(running.place.port);
-  ASSERT_TRUE(soon([&] { return running.server.counts().clients == 1; }));
+  ASSERT_TRUE(soon([&] { return running.server.clients() == 1; }));
   running.server.post([&] { running.server.send_all("last words " + std::string(1'000'000, '.')); });
   std::thread reading([&] { EXPECT_EQ(tab.hear().second.substr(0, 10), "last words"); });
   running.stop();
@@ -598,10 +577,8 @@ TEST(Server, SaysWhyItCannotListen) {
   const Running running;
   ServerOptions options;
   options.port = running.place.port;
-  EXPECT_EQ(refusal(options),
-            fmt::format("port {} is in use: close the program that listens there, or give another "
-                        "port, or 0 for any",
-                        running.place.port));
+  const std::string why = io::refusal_of([&] { Server(options, {}); });
+  EXPECT_TRUE(why.starts_with(fmt::format("port {} is in use: ", running.place.port))) << why;
   EXPECT_TRUE(running.answers());
 }
 

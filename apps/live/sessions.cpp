@@ -1,10 +1,7 @@
 #include "apps/live/sessions.hpp"
 
-#include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -16,6 +13,7 @@
 #include <map>
 
 #include "host/io/beneath.hpp"
+#include "host/io/folder_lock.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
@@ -28,13 +26,6 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kLongestName = 60;
 constexpr std::uint64_t kMostBytes = 1U << 13U;  // of a session.json: twenty times an honest one's
 constexpr std::size_t kMostFiles = 40;           // of a session that are listed
-
-std::tm local_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm out{};
-  localtime_r(&now, &out);
-  return out;
-}
 
 // Letters of every script, digits and what is plain in a path.
 std::string as_file_name(const std::string& text) {
@@ -53,7 +44,7 @@ void require_plain(const std::string& person) {
   }
 }
 
-Json to_json(const Session& s) {
+Json document_of(const Session& s) {
   return {{"schema", "flexor-session"},
           {"schema_version", 1},
           {"person", s.person},
@@ -78,10 +69,6 @@ void write_plain(const fs::path& file, const std::string& text) {
   if (fs::exists(fs::symlink_status(file, error)) && !is_plain_file(file))
     throw io::InputError(file.string() + ": is no plain file: remove it");
   io::write_file(file, text);
-}
-
-double unix_s(std::chrono::system_clock::time_point time) {
-  return std::chrono::duration<double>(time.time_since_epoch()).count();
 }
 
 // From the first row of its log to the last whole one.
@@ -120,10 +107,7 @@ std::optional<Session> load(const fs::path& folder) {
     s.seconds = reader.number_within("seconds", 0, 1e9);
     if (!reader.member("model").is_null()) s.model = reader.text("model");
     if (s.model.find('/') != std::string::npos) return {};
-    s.accepted_unix_s = reader.has("accepted_unix_s")
-                            ? reader.number_within("accepted_unix_s", 0, 1e11)
-                            : unix_s(std::chrono::time_point_cast<std::chrono::system_clock::duration>(
-                                  std::chrono::file_clock::to_sys(fs::last_write_time(file))));
+    s.accepted_unix_s = reader.number_or("accepted_unix_s", 0);
     if (reader.has("calibration")) s.calibration = reader.member("calibration");
     if (s.seconds == 0 && is_plain_file(folder / "log.csv")) s.seconds = written_s(folder);
     return s;
@@ -149,7 +133,7 @@ std::vector<std::string> files_in(const fs::path& folder) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     const std::string name = io::to_utf8(entry.path().filename().string());
-    if (is_plain_file(entry.path()) && name != "session.json") out.push_back(name);
+    if (is_plain_file(entry.path()) && name != "session.json" && name != "lock") out.push_back(name);
     if (fs::is_directory(entry.symlink_status(error)) && is_plain_file(entry.path() / "report.html"))
       out.push_back(name + "/report.html");
   }
@@ -163,26 +147,16 @@ std::vector<std::string> files_in(const fs::path& folder) {
   return out;
 }
 
-// Not by their names, which repeat an hour once a year.
-bool is_newer(const Session& a, const Session& b) {
-  return b.model.empty() || a.accepted_unix_s > b.accepted_unix_s;
-}
-
 }  // namespace
 
 Sessions::Sessions(fs::path root) : root_(std::move(root)) { io::make_folder(root_); }
 
 std::shared_ptr<void> Sessions::hold(const Session& session) const {
-  const int held = ::open(folder(session).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (held < 0) return {};
-  if (::flock(held, LOCK_EX | LOCK_NB) != 0) {
-    ::close(held);
+  try {
+    return std::make_shared<io::FolderLock>(folder(session));
+  } catch (const io::InputError&) {
     return {};
   }
-  return std::shared_ptr<int>(new int(held), [](const int* descriptor) {
-    ::close(*descriptor);
-    delete descriptor;
-  });
 }
 
 std::vector<Session> Sessions::list() const {
@@ -211,7 +185,7 @@ Session Sessions::create(const std::string& person, const std::string& side, con
   s.person = person;
   s.side = side;
   s.glove = glove;
-  const std::tm now = local_now();
+  const std::tm now = fmt::localtime(std::time(nullptr));
   s.made = fmt::format("{:%Y-%m-%dT%H:%M:%S}", now);
   const std::string stem =
       fmt::format("{:%Y-%m-%d_%H%M%S}_{}", now, as_file_name(person.empty() ? what : person));
@@ -239,19 +213,21 @@ void Sessions::remove(const Session& session) const {
 
 void Sessions::accept(Session& session, const std::string& model) const {
   session.model = model;
-  session.accepted_unix_s = unix_s(std::chrono::system_clock::now());
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  session.accepted_unix_s = std::chrono::duration<double>(now).count();
   session.calibration = nullptr;
   save(session);
 }
 
 void Sessions::save(const Session& session) const {
-  write_plain(folder(session) / "session.json", io::dump(to_json(session)));
+  write_plain(folder(session) / "session.json", io::dump(document_of(session)));
 }
 
 std::optional<Session> Sessions::newest_with_model(const std::string& glove) const {
-  std::optional<Session> newest;
+  std::optional<Session> newest;  // not by their names, which repeat an hour once a year
   for (Session& s : list()) {
-    if (s.glove == glove && !s.model.empty() && (!newest || is_newer(s, *newest))) newest = std::move(s);
+    const bool is_newer = !newest || s.accepted_unix_s > newest->accepted_unix_s;
+    if (s.glove == glove && !s.model.empty() && is_newer) newest = std::move(s);
   }
   return newest;
 }

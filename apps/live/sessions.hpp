@@ -18,6 +18,8 @@
 #include <string>
 #include <vector>
 
+#include "host/io/pipe_json.hpp"
+
 namespace flexor::live {
 
 // Of a log that is read whole: eleven hours of five sensors at 100 Hz.
@@ -32,11 +34,12 @@ struct Session {
   std::string made;            // local time, ISO 8601
   double seconds = 0;          // of its log; of a recording that was killed: what was written
   std::string model;           // file in it; empty: none was accepted
-  double accepted_unix_s = 0;  // when it was; of a document that does not say: when that was written
+  double accepted_unix_s = 0;  // when it was
   nlohmann::ordered_json calibration =
       {};  // one that is open: what it takes to go on (Calibration::kept); null: none
   std::vector<std::string> files = {};  // in it, its folders' reports as FOLDER/report.html; when listed
 };
+FLEXOR_PIPE(Session, name, person, side, files, seconds)  // as it is listed
 
 class Sessions {
  public:

@@ -16,6 +16,7 @@
 
 #include "apps/live/program_test.hpp"
 #include "host/io/terminal_test.hpp"
+#include "host/recording/csv.hpp"
 
 namespace flexor::live {
 namespace soak_test {
@@ -147,23 +148,16 @@ class Reader {
 struct Logged {
   std::uint64_t rows = 0;
   std::uint64_t gaps = 0;
-  int first = -1;
   int last = -1;
 };
 Logged read_log(const std::filesystem::path& sessions) {
   Logged out;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(sessions)) {
     if (entry.path().filename() != "log.csv") continue;
-    std::ifstream file(entry.path());
-    std::string line;
-    std::getline(file, line);  // names
-    while (std::getline(file, line)) {
-      std::istringstream cells(line);
-      std::string cell;
-      for (int i = 0; i < 3; ++i) std::getline(cells, cell, ',');
-      const int count = static_cast<int>(std::lround(std::stod(cell)));
+    const recording::Recording log = recording::read_csv(entry.path(), {"thumb_deg"});
+    for (const double value : log.columns.front().value) {
+      const int count = static_cast<int>(std::lround(value));
       if (out.last >= 0 && count != (out.last + 1) % kWrap) ++out.gaps;
-      if (out.first < 0) out.first = count;
       out.last = count;
       ++out.rows;
     }

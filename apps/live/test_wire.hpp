@@ -1,18 +1,12 @@
 // A client of the server for its tests: bytes of its own making, so that it can be as wrong as it likes.
 #pragma once
 
-#include <arpa/inet.h>
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
+#include <boost/asio/write.hpp>
 #include <chrono>
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -38,48 +32,34 @@ struct Place {
 
 class Wire {
  public:
-  explicit Wire(unsigned short port, int receive_bytes = 0)
-      : descriptor_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    if (receive_bytes > 0)
-      setsockopt(descriptor_, SOL_SOCKET, SO_RCVBUF, &receive_bytes, sizeof receive_bytes);
-    const int now = 1;
-    setsockopt(descriptor_, IPPROTO_TCP, TCP_NODELAY, &now, sizeof now);
-    sockaddr_in end{};
-    end.sin_family = AF_INET;
-    end.sin_port = htons(port);
-    end.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (connect(descriptor_, reinterpret_cast<const sockaddr*>(&end), sizeof end) != 0)
-      throw std::runtime_error("no connection");
-  }
-  ~Wire() {
-    if (descriptor_ >= 0) close(descriptor_);
-  }
-  Wire(Wire&& other) noexcept
-      : descriptor_(std::exchange(other.descriptor_, -1)), read_(std::move(other.read_)) {}
-  Wire(const Wire&) = delete;
-  Wire& operator=(const Wire&) = delete;
+  using Tcp = boost::asio::ip::tcp;
 
-  int descriptor() const { return descriptor_; }
+  explicit Wire(unsigned short port, int receive_bytes = 0) {
+    const Tcp::endpoint end(boost::asio::ip::address_v4::loopback(), port);
+    socket_.open(end.protocol());
+    if (receive_bytes > 0) socket_.set_option(Tcp::socket::receive_buffer_size(receive_bytes));
+    socket_.set_option(Tcp::no_delay(true));
+    socket_.connect(end);
+  }
+
+  Tcp::socket& socket() { return socket_; }
 
   // False once the other side has closed.
-  bool put(std::string_view bytes) const {
-    while (!bytes.empty()) {
-      const auto count = ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-      if (count <= 0) return false;
-      bytes.remove_prefix(static_cast<std::size_t>(count));
-    }
-    return true;
+  bool put(std::string_view bytes) {
+    boost::system::error_code error;
+    write(socket_, boost::asio::buffer(bytes), error);
+    return !error;
   }
 
   // Waits for more; false at the end, or after `patience_s`.
   bool more(double patience_s) {
-    pollfd wanted{descriptor_, POLLIN, 0};
+    pollfd wanted{socket_.native_handle(), POLLIN, 0};
     if (poll(&wanted, 1, static_cast<int>(patience_s * 1e3)) <= 0) return false;
     char bytes[65536];
-    const auto count = recv(descriptor_, bytes, sizeof bytes, 0);
-    ended_ = count <= 0;
-    if (count > 0) read_.append(bytes, static_cast<std::size_t>(count));
-    return count > 0;
+    boost::system::error_code error;
+    read_.append(bytes, socket_.read_some(boost::asio::buffer(bytes), error));
+    ended_ = error.failed();
+    return !ended_;
   }
 
   // Everything until the other side closes.
@@ -95,10 +75,7 @@ class Wire {
   std::string until(std::string_view mark, double patience_s = 20) {
     while (read_.find(mark) == read_.npos)
       if (!more(patience_s)) return {};
-    const auto size = read_.find(mark) + mark.size();
-    std::string out = read_.substr(0, size);
-    read_.erase(0, size);
-    return out;
+    return take(read_.find(mark) + mark.size());
   }
 
   std::string take(std::size_t size, double patience_s = 20) {
@@ -110,7 +87,11 @@ class Wire {
   }
 
  private:
-  int descriptor_;
+  static boost::asio::io_context& context() {
+    static boost::asio::io_context one;
+    return one;
+  }
+  Tcp::socket socket_{context()};
   std::string read_;
   bool ended_ = false;
 };
@@ -161,7 +142,7 @@ struct Tab : Wire {
   }
   int status = 0;
 
-  bool say(std::string_view text) const { return put(frame(kText, text)); }
+  bool say(std::string_view text) { return put(frame(kText, text)); }
 
   // The next frame: opcode, or 0 at the end, and payload.
   std::pair<int, std::string> hear(double patience_s = 20) {

@@ -9,43 +9,13 @@
 
 #include "apps/live/live.hpp"
 #include "apps/live/test_wire.hpp"
+#include "apps/live/twin_source.hpp"
 #include "host/io/io.hpp"
 
 namespace {
 
 using namespace flexor;
 using Json = nlohmann::json;
-
-// Five fingers that bend and stretch, a sample each time that it is asked.
-class Worn : public live::WornGlove {
- public:
-  Worn() { facts = {.has_boards = true, .port = "/dev/null", .rate_hz = 100, .lead_s = 0.1}; }
-  listen::Event wait(double, std::vector<listen::Sample>& out) override {
-    const double t_s = now_s();
-    listen::Sample sample{t_s, t_s, std::vector<double>(5, 500 + 300 * std::sin(t_s)), {}};
-    out.push_back(std::move(sample));
-    return listen::Event::samples;
-  }
-  const std::vector<std::string>& columns() const override { return columns_; }
-  const listen::Tally& tally() const override { return tally_; }
-  double now_s() const override {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-  }
-  std::string says() const override { return "a glove"; }
-  void set(const live::WornChange&) override {}
-  void play(const std::string&, double) override {}
-  live::WornNow now() const override { return {}; }
-  std::optional<double> begun_s() const override { return 0; }
-  void load(const model::Model&) override {}
-  Score score() override {
-    return [](const live::Jobs::Goes&) { return std::vector<double>(6, 1); };
-  }
-
- private:
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  std::vector<std::string> columns_ = {"thumb", "index", "middle", "ring", "pinky"};
-  listen::Tally tally_;
-};
 
 class Running {
  public:
@@ -60,7 +30,10 @@ class Running {
     live::LiveOptions out;
     out.sessions = folder / "sessions";
     out.program = "/bin/false";
-    out.worn = std::make_shared<Worn>();
+    const auto worn = std::make_shared<live::TwinSource>(live::TwinOptions{.pace = 0});
+    worn->facts.has_boards = true;
+    worn->facts.port = "/dev/null";
+    out.worn = worn;
     return out;
   }
   io::TemporaryFolder folder_;

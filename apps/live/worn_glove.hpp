@@ -62,4 +62,10 @@ class WornGlove : public listen::Source {
   virtual Score score() = 0;
 };
 
+// Both simulated boards (host/study/bench.hpp). Throws io::InputError, io::JobError.
+std::shared_ptr<WornGlove> worn_boards();
+
+// Glove and hand without boards, at once and on any machine.
+std::shared_ptr<WornGlove> worn_twin();
+
 }  // namespace flexor::live

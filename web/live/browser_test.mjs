@@ -1,9 +1,15 @@
 // What the tests in a browser share: the browser, the program, what they find.
 import { spawn } from 'node:child_process';
-import { readFileSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { createInterface } from 'node:readline';
 import { chromium } from 'playwright-core';
+
+export const option = (name) => (process.argv.includes(name) ? process.argv[process.argv.indexOf(name) + 1] : undefined);
+const pictures = option('--pictures');
+if (pictures) mkdirSync(pictures, { recursive: true });
 
 // With a webcam: a film, or Chromium's own.
 export function launch(...more) {
@@ -55,6 +61,10 @@ export class View {
   says(id, words) {
     return this.at(id).filter({ hasText: words }).waitFor();
   }
+  async picture(name) {
+    const path = pictures && join(pictures, `${name}_${this.where.replace(/[^a-z0-9]+/g, '_')}.png`);
+    if (path) await this.page.screenshot({ path, fullPage: true });
+  }
   until(condition, argument) {
     return this.page.waitForFunction(condition, argument);
   }
@@ -80,11 +90,50 @@ export function finish() {
   process.exit(findings.length > 0 ? 1 : 0);
 }
 
-export async function start(program, from, sessions) {
+async function start(program, from, sessions) {
   const live = spawn(program, ['live', ...from, '--sessions', sessions, '--json'], { stdio: ['ignore', 'pipe', 'inherit'] });
   for await (const line of createInterface({ input: live.stdout })) return { live, url: JSON.parse(line).url };
   throw new Error('flexor live ended before it said its address');
 }
 
-export const step = (page, name) =>
-  page.locator(`[data-testid=step-${name}][aria-current=step]`).waitFor();
+// Under watch: what it fetches and opens, what is thrown, what the Content-Security-Policy stops.
+async function open(browser, url, { patience_s = 60, ...screen }) {
+  const context = await browser.newContext({ permissions: ['camera'], ...screen });
+  context.setDefaultTimeout(1000 * patience_s);
+  const page = await context.newPage();
+  const view = new View(page, `${screen.viewport.width} px, ${screen.colorScheme ?? 'light'}`);
+  watch(page, url, view.where);
+  page.on('websocket', (socket) => {
+    if (!socket.url().startsWith(url.replace('http', 'ws'))) findings.push(`${view.where}: opens ${socket.url()}`);
+  });
+  page.on('console', (message) => {
+    if (message.type() === 'error' && !message.text().includes('WebSocket connection'))
+      findings.push(`${view.where}: ${message.text()}`);
+  });
+  await page.addInitScript(() => {
+    document.addEventListener('securitypolicyviolation', (event) => {
+      console.error(`policy stops ${event.violatedDirective} ${event.blockedURI}`);
+    });
+  });
+  return view;
+}
+
+// The program with the samples of `from`, and what is done on its page. A wait that is in vain is a finding.
+// `kept`: the sessions' folder, which stays.
+export async function visit(browser, program, from, screen, act, kept) {
+  const sessions = kept ?? mkdtempSync(join(tmpdir(), 'flexor-page-'));
+  const { live, url } = await start(program, from, sessions);
+  const view = await open(browser, url, screen);
+  try {
+    await act(view, url, sessions);
+  } catch (error) {
+    view.check(String(error).split('\n').slice(0, 3).join(' '), false);
+    await view.picture('failed').catch(() => {}); // of a page that hangs
+  }
+  live.kill('SIGINT');
+  await view.at('lost').waitFor();
+  await view.page.context().close();
+  if (!kept) rmSync(sessions, { recursive: true, force: true });
+}
+
+export const step = (view, name) => view.page.locator(`[data-testid=step-${name}][aria-current=step]`).waitFor();

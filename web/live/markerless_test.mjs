@@ -2,14 +2,11 @@
 // What the program writes as camera.csv is compared with the marks on the same film. Nothing may be asked of another machine.
 // Usage: node markerless_test.mjs PROGRAM FILM.mjpeg ANGLES.csv [--pictures FOLDER]     CHROMIUM names another browser.
 // ANGLES.csv is what `flexor track` makes of the film with models/joints/green_markers.json.
-import { mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { readdirSync, readFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
-import { check, findings, finish, launchWithFilm, start, step, watch } from './browser_test.mjs';
+import { check, finish, launchWithFilm, step, visit } from './browser_test.mjs';
 
 const [program, film, tracked] = process.argv.slice(2).map((path) => resolve(path));
-const pictures = process.argv[5] === '--pictures' ? process.argv[6] : undefined;
-if (pictures) mkdirSync(pictures, { recursive: true });
 
 const webcam_hz = 30; // at which Chromium plays an MJPEG file, over and over
 const filmed_s = 35;
@@ -30,8 +27,7 @@ function readCsv(file) {
 
 // ---- the page
 
-// Every request but the page's own, and what the Content-Security-Policy stops. Gives what was asked for, and of each picture
-// whether a hand was found.
+// What was asked for, and of each picture whether a hand was found.
 function listen(page, url) {
   const asked = [];
   const found = [];
@@ -42,10 +38,6 @@ function listen(page, url) {
     });
   });
   page.on('request', (request) => asked.push(request.url().replace(url, '')));
-  watch(page, url);
-  page.on('console', (message) => {
-    if (/Content Security Policy/.test(message.text())) findings.push(message.text());
-  });
   return { asked, found };
 }
 
@@ -55,8 +47,9 @@ function isDrawnOn(canvas) {
   return data.some((value) => value > 0);
 }
 
-async function calibrate(page, asked) {
-  const at = (id) => page.getByTestId(id);
+async function calibrate(view, asked) {
+  const { page } = view;
+  const at = (id) => view.at(id);
   const model = () => asked.filter((path) => path.startsWith('markerless/'));
   await at('tab-calibrate').click();
   await at('calibrate-person').fill('Test');
@@ -67,16 +60,16 @@ async function calibrate(page, asked) {
     /14 degrees.*13/.test(await page.locator('.choices-reference').innerText()),
   );
   await at('calibrate-start').click();
-  await step(page, 'reference');
+  await step(view, 'reference');
   await at('camera-facts').filter({ hasText: 'hand found' }).waitFor();
   check(`the model is loaded from the page's own folder: ${model().join(' ')}`, model().length === 4);
   await at('calibrate-next').click();
-  await step(page, 'motion');
+  await step(view, 'motion');
   await page.waitForTimeout(filmed_s * 1000);
   check('the skeleton is drawn over the video', await at('camera-skeleton').evaluate(isDrawnOn));
-  if (pictures) await page.screenshot({ path: join(pictures, 'markerless_motion.png'), fullPage: true });
+  await view.picture('markerless_motion');
   await at('calibrate-next').click();
-  await step(page, 'identify');
+  await step(view, 'identify');
 }
 
 // ---- the angles
@@ -135,34 +128,20 @@ function compare(seen, marks) {
   }
 }
 
-async function main() {
-  const work = mkdtempSync(join(tmpdir(), 'flexor-markerless-'));
-  const marks = readCsv(tracked);
-  const { live, url } = await start(program, ['--from', 'twin'], join(work, 'sessions'));
-  const browser = await launchWithFilm(film);
-  try {
-    const context = await browser.newContext({ permissions: ['camera'], viewport: { width: 1280, height: 900 } });
-    context.setDefaultTimeout(patience_s * 1000);
-    const page = await context.newPage();
-    const { asked, found } = listen(page, url);
-    await page.goto(url);
-    await calibrate(page, asked);
-    const share = found.filter(Boolean).length / found.length;
-    check(`a hand is found in ${Math.round(100 * share)} % of ${found.length} pictures`, share >= leastFound);
-    const written = readdirSync(join(work, 'sessions'), { recursive: true }).find((name) =>
-      name.endsWith('camera.csv'),
-    );
-    const seen = readCsv(join(work, 'sessions', written));
-    const rate_hz = seen.t_s.length / (seen.t_s.at(-1) - seen.t_s[0]);
-    console.log(`${seen.t_s.length} angles, ${rate_hz.toFixed(1)} a second`);
-    compare(seen, marks);
-  } catch (error) {
-    check(String(error), false);
-  }
-  await browser.close();
-  live.kill();
-  rmSync(work, { recursive: true });
-  finish();
-}
-
-await main();
+const marks = readCsv(tracked);
+const browser = await launchWithFilm(film);
+const screen = { viewport: { width: 1280, height: 900 }, patience_s };
+await visit(browser, program, ['--from', 'twin'], screen, async (view, url, sessions) => {
+  const { asked, found } = listen(view.page, url);
+  await view.page.goto(url);
+  await calibrate(view, asked);
+  const share = found.filter(Boolean).length / found.length;
+  check(`a hand is found in ${Math.round(100 * share)} % of ${found.length} pictures`, share >= leastFound);
+  const written = readdirSync(sessions, { recursive: true }).find((name) => name.endsWith('camera.csv'));
+  const seen = readCsv(join(sessions, written));
+  const rate_hz = seen.t_s.length / (seen.t_s.at(-1) - seen.t_s[0]);
+  console.log(`${seen.t_s.length} angles, ${rate_hz.toFixed(1)} a second`);
+  compare(seen, marks);
+});
+await browser.close();
+finish();

@@ -4,16 +4,14 @@
 // A wait ends when what is waited for is there.
 // Usage: node page_test.mjs PROGRAM PAGE [--short] [--pictures FOLDER]        CHROMIUM names another browser.
 // PAGE: the folder of the built page. --short: one screen, nothing measured in time.
-import { existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdtempSync, readdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { gzipSync } from 'node:zlib';
-import { check, findings, finish, launch, seriousFindings, start, step, View, watch } from './browser_test.mjs';
+import { check, findings, finish, launch, seriousFindings, step, visit } from './browser_test.mjs';
 
-const [program, built, ...rest] = process.argv.slice(2);
-const isShort = rest.includes('--short');
-const pictures = rest.includes('--pictures') ? rest.at(-1) : undefined;
-if (pictures) mkdirSync(pictures, { recursive: true });
+const [program, built] = process.argv.slice(2);
+const isShort = process.argv.includes('--short');
 const hasMarkerless = existsSync(join(built, 'markerless/hand_landmarker.task'));
 const heaviest_bytes = 1.5e6; // without what is loaded for the markerless reference alone
 
@@ -33,59 +31,40 @@ function weigh() {
   );
 }
 
-// ---- a page under watch
-
-class Screen extends View {
-  async press(id, key = 'Enter') {
-    await this.at(id).focus();
-    await this.page.keyboard.press(key);
-  }
-  async inspect(name) {
-    const [wide, screen] = await this.page.evaluate(() => [
-      document.documentElement.scrollWidth,
-      document.documentElement.clientWidth,
-    ]);
-    this.check(`${name}: ${wide} px wide on ${screen} px`, wide <= screen);
-    const cut = await this.page.$$eval('.scroll', (all) => all.filter((one) => one.scrollWidth > one.clientWidth).length);
-    this.check(`${name}: ${cut} tables wider than the screen`, cut === 0);
-    const serious = await seriousFindings(this.page);
-    findings.push(...serious.map((finding) => `${this.where}: ${name}: ${finding}`));
-    this.check(`${name}: axe finds nothing serious`, serious.length === 0);
-    if (pictures)
-      await this.page.screenshot({ path: join(pictures, `${name}_${this.where.replace(/[^a-z0-9]+/g, '_')}.png`), fullPage: true });
-  }
+async function press(view, id, key = 'Enter') {
+  await view.at(id).focus();
+  await view.page.keyboard.press(key);
 }
 
-async function open(browser, url, { width, height, colorScheme, reducedMotion = 'no-preference' }) {
-  const context = await browser.newContext({ viewport: { width, height }, colorScheme, reducedMotion, permissions: ['camera'] });
-  context.setDefaultTimeout(60000);
-  const page = await context.newPage();
-  const view = new Screen(page, `${width} px, ${colorScheme}`);
-  watch(page, url, view.where);
-  page.on('websocket', (socket) => {
-    if (!socket.url().startsWith(url.replace('http', 'ws'))) findings.push(`${view.where}: opens ${socket.url()}`);
-  });
-  page.on('console', (message) => {
-    if (message.type() === 'error' && !message.text().includes('WebSocket connection'))
-      findings.push(`${view.where}: ${message.text()}`);
-  });
-  await page.routeWebSocket(/socket$/, (socket) => {
+async function inspect(view, name) {
+  const [wide, screen] = await view.page.evaluate(() => [
+    document.documentElement.scrollWidth,
+    document.documentElement.clientWidth,
+  ]);
+  view.check(`${name}: ${wide} px wide on ${screen} px`, wide <= screen);
+  const cut = await view.page.$$eval('.scroll', (all) => all.filter((one) => one.scrollWidth > one.clientWidth).length);
+  view.check(`${name}: ${cut} tables wider than the screen`, cut === 0);
+  const serious = await seriousFindings(view.page);
+  findings.push(...serious.map((finding) => `${view.where}: ${name}: ${finding}`));
+  view.check(`${name}: axe finds nothing serious`, serious.length === 0);
+  await view.picture(name);
+}
+
+// With a socket that can be closed, and tones that are counted.
+async function open(view, url) {
+  await view.page.routeWebSocket(/socket$/, (socket) => {
     socket.connectToServer();
     view.socket = socket;
   });
-  await page.addInitScript(() => {
+  await view.page.addInitScript(() => {
     globalThis.tones = 0;
     const { start: sound } = OscillatorNode.prototype;
     OscillatorNode.prototype.start = function (...when) {
       ++globalThis.tones;
       sound.apply(this, when);
     };
-    document.addEventListener('securitypolicyviolation', (event) => {
-      console.error(`policy stops ${event.violatedDirective} ${event.blockedURI}`);
-    });
   });
-  await page.goto(url, { waitUntil: 'commit' });
-  return view;
+  await view.page.goto(url, { waitUntil: 'commit' });
 }
 
 // ---- what a person does
@@ -130,22 +109,22 @@ async function wear(view) {
   await view.changes('raw-index', await view.at('raw-index').textContent());
   view.check('no quality before there is a model', (await view.at('quality-index').textContent()) === 'not known');
   view.check('says what to do next', ((await view.at('next').textContent()) ?? '').length > 10);
-  await view.press('record');
+  await press(view, 'record');
   await view.says('record', 'Stop');
   await view.click('tab-look');
   await view.at('marker-text').fill('thumb out');
   await view.click('marker');
   await view.until(() => document.querySelector('[data-testid=marker-text]')?.value === '');
   await view.click('tab-wear');
-  await view.press('record', 'Space');
+  await press(view, 'record', 'Space');
   await view.says('record', 'Start recording');
-  await view.inspect('wear');
+  await inspect(view, 'wear');
 }
 
 async function begin(view, reference) {
   await view.click('tab-calibrate');
   view.check('a right hand until somebody says otherwise', await view.at('calibrate-side-right').isChecked());
-  await view.press('calibrate-start');
+  await press(view, 'calibrate-start');
   await view.says('calibrate-start-error', 'Write a name');
   await view.at('calibrate-person').focus();
   await view.page.keyboard.type('anna');
@@ -155,14 +134,14 @@ async function begin(view, reference) {
   );
   await view.at(`calibrate-reference-${reference}`).check();
   if (reference === 'marks') await view.says('marks-chosen', '24 dots');
-  await view.inspect(`calibrate_start_${reference}`);
-  await view.press('calibrate-start');
+  await inspect(view, `calibrate_start_${reference}`);
+  await press(view, 'calibrate-start');
 }
 
 const tones = (view) => view.page.evaluate(() => globalThis.tones);
 
 async function poses(view) {
-  await step(view.page, 'motion');
+  await step(view, 'motion');
   await view.says('calibrate-then', ' s: ');
   await view.says('calibrate-say', /^(Hold|Make|Open)/);
   const [asks, before] = [await view.at('calibrate-say').textContent(), await tones(view)];
@@ -170,44 +149,44 @@ async function poses(view) {
   view.check('a tone at a change', (await tones(view)) > before);
   await view.click('sound');
   await view.page.reload();
-  await step(view.page, 'motion');
+  await step(view, 'motion');
   await view.until(() => document.querySelector('[data-testid=sound][aria-checked=false]'));
   view.check('opened again in the place where it was, and as silent', (await view.at('tab-calibrate').getAttribute('aria-selected')) === 'true');
-  await view.inspect('calibrate_motion');
+  await inspect(view, 'calibrate_motion');
   await view.says('calibrate-say', 'Enough');
   view.check('no tone where it is off', (await tones(view)) === 0);
   await view.click('calibrate-next');
-  await step(view.page, 'result');
+  await step(view, 'result');
   await view.at('result-index').waitFor();
   view.check('nothing measured has no plot', !(await view.at('plot-ring').isVisible()));
-  await view.inspect('calibrate_result');
+  await inspect(view, 'calibrate_result');
   await view.page.setViewportSize({ width: 390, height: 844 });
-  await view.inspect('calibrate_result_phone');
+  await inspect(view, 'calibrate_result_phone');
   await view.page.setViewportSize({ width: 1280, height: 800 });
   await view.click('calibrate-accept');
-  await step(view.page, 'send');
+  await step(view, 'send');
   await view.click('calibrate-send');
   await view.says('calibrate-say', 'Finish');
-  await view.inspect('calibrate_send');
+  await inspect(view, 'calibrate_send');
   await view.click('calibrate-next');
   await view.at('next').waitFor(); // the calibrated hand, no empty form
 }
 
 async function reference(view, kind) {
-  await step(view.page, 'reference');
+  await step(view, 'reference');
   if (kind === 'drawn') {
     await view.says('calibrate-say', 'The camera sees the marks');
     await view.until(() => document.querySelector('[data-testid=server-picture]')?.naturalWidth > 100);
     await view.until(() => document.querySelectorAll('[data-testid=camera-marks] circle').length === 24);
     view.check('each mark that is seen has a ring', true);
     await view.click('calibrate-next');
-    await step(view.page, 'motion');
+    await step(view, 'motion');
     await view.until(() => (document.querySelector('[data-testid=missing-index]')?.textContent ?? '').length > 5);
     await view.page.reload();
-    await step(view.page, 'motion');
-    await view.inspect('calibrate_motion_drawn');
+    await step(view, 'motion');
+    await inspect(view, 'calibrate_motion_drawn');
     await view.click('calibrate-back');
-    await step(view.page, 'reference');
+    await step(view, 'reference');
   } else {
     await view.says('calibrate-say', kind === 'marks' ? 'sees every mark' : 'Show the whole hand');
     if (kind === 'marks') {
@@ -215,7 +194,7 @@ async function reference(view, kind) {
       await view.says('marks-wanted', '24 dots');
     }
     view.check('Next waits for what the camera is to see', !(await view.at('calibrate-next').isEnabled()));
-    await view.inspect(`calibrate_reference_${kind}`);
+    await inspect(view, `calibrate_reference_${kind}`);
   }
   await view.click('calibrate-cancel');
   await view.at('calibrate-start').waitFor();
@@ -237,13 +216,13 @@ async function wearModel(view) {
   await view.page.reload();
   await view.says('closed-index', '% closed');
   view.check('an open hand is called as before', (await view.at('open-hand').inputValue()) === '0');
-  await view.press('anew-start');
+  await press(view, 'anew-start');
   await view.at('anew-progress').waitFor();
   await view.at('anew-index').waitFor();
-  await view.inspect('wear_anew');
-  await view.press('anew-keep');
+  await inspect(view, 'wear_anew');
+  await press(view, 'anew-keep');
   await view.at('anew-start').waitFor();
-  await view.press('send');
+  await press(view, 'send');
   await view.says('job', '✓ Send');
 }
 
@@ -272,8 +251,8 @@ async function look(view) {
   view.check('files lie under files/', link?.startsWith('files/') === true);
   await view.page.locator('[data-testid^=replay-2]').last().click();
   await view.at('replay-line').waitFor();
-  await view.press('replay-line', 'End');
-  await view.inspect('look');
+  await press(view, 'replay-line', 'End');
+  await inspect(view, 'look');
   await view.click('replay-leave');
   await view.says('status', 'Simulated glove'); // it is back
 }
@@ -286,7 +265,7 @@ async function lostAndFound(view) {
   view.check('connected again', true);
   await view.click('device-leave');
   await view.says('status', 'No glove');
-  await view.inspect('wear_no_glove');
+  await inspect(view, 'wear_no_glove');
   await view.click('device-connect');
   await view.says('status', 'Simulated glove');
 }
@@ -300,71 +279,59 @@ async function unnamed(browser) {
     return `12:00:${s}.${ms} -> ${400 + (k % 100)} ${500 + (k % 90)}`;
   });
   writeFileSync(log, `${rows.join('\n')}\n`);
+  const screen = { viewport: { width: 1280, height: 800 } };
   for (const isFirst of [true, false]) {
-    const { live, url } = await start(program, ['--from', log], join(sessions, 'kept'));
-    const view = await open(browser, url, { width: 1280, height: 800, colorScheme: 'light' });
-    if (isFirst) {
-      await view.at('name-column1').selectOption('index');
-      await view.at('name-column2').selectOption('index');
-      await view.click('names-save');
-      await view.says('names-error', 'twice');
-      await view.at('name-column2').selectOption('ring');
-      await view.inspect('names');
-      await view.click('names-save');
-    }
-    await view.at('card-ring').waitFor();
-    await view.at('names').waitFor({ state: 'hidden' });
-    view.check(isFirst ? 'columns get names' : 'and keep them for this glove', true);
-    live.kill('SIGINT');
-    await view.page.context().close();
+    const name = async (view, url) => {
+      await open(view, url);
+      if (isFirst) {
+        await view.at('name-column1').selectOption('index');
+        await view.at('name-column2').selectOption('index');
+        await view.click('names-save');
+        await view.says('names-error', 'twice');
+        await view.at('name-column2').selectOption('ring');
+        await inspect(view, 'names');
+        await view.click('names-save');
+      }
+      await view.at('card-ring').waitFor();
+      await view.at('names').waitFor({ state: 'hidden' });
+      view.check(isFirst ? 'columns get names' : 'and keep them for this glove', true);
+    };
+    await visit(browser, program, ['--from', log], screen, name, join(sessions, 'kept'));
   }
   rmSync(sessions, { recursive: true, force: true });
 }
 
 // ---- the whole walk
 
-async function walk(view, screen, isFirst) {
+async function walk(view, kind, isFirst) {
   await firstPicture(view);
   if (isFirst && !isShort) await latency(view);
   await tabsByKeyboard(view);
   await wear(view);
-  await begin(view, screen.reference);
-  if (screen.reference !== 'poses') return reference(view, screen.reference);
+  await begin(view, kind);
+  if (kind !== 'poses') return reference(view, kind);
   await poses(view);
   await wearModel(view);
   await look(view);
   await lostAndFound(view);
 }
 
-async function main() {
-  weigh();
-  const browser = await launch('--enable-unsafe-swiftshader');
-  await (await browser.newPage()).goto('about:blank'); // a browser in use has long started
-  await unnamed(browser);
-  const screens = [
-    { width: 1280, height: 800, colorScheme: 'light', reference: 'poses' },
-    { width: 390, height: 844, colorScheme: 'dark', reference: 'drawn', reducedMotion: 'reduce' },
-    { width: 1280, height: 800, colorScheme: 'dark', reference: 'marks' },
-    { width: 390, height: 844, colorScheme: 'light', reference: hasMarkerless ? 'markerless' : 'marks' },
-  ];
-  for (const screen of isShort ? [screens[0]] : screens) {
-    const sessions = mkdtempSync(join(tmpdir(), 'flexor-page-'));
-    const { live, url } = await start(program, ['--demo'], sessions);
-    const view = await open(browser, url, screen);
-    try {
-      await walk(view, screen, screen === screens[0]);
-    } catch (error) {
-      view.check(String(error).split('\n').slice(0, 3).join(' '), false);
-      const path = pictures && join(pictures, `failed_${view.where.replace(/[^a-z0-9]+/g, '_')}.png`);
-      if (path) await view.page.screenshot({ path, fullPage: true });
-    }
-    live.kill('SIGINT');
-    await view.at('lost').waitFor();
-    await view.page.context().close();
-    rmSync(sessions, { recursive: true, force: true });
-  }
-  await browser.close();
-  finish();
+weigh();
+const browser = await launch('--enable-unsafe-swiftshader');
+await (await browser.newPage()).goto('about:blank'); // a browser in use has long started
+await unnamed(browser);
+const [desktop, phone] = [{ width: 1280, height: 800 }, { width: 390, height: 844 }];
+const screens = [
+  ['poses', { viewport: desktop, colorScheme: 'light' }],
+  ['drawn', { viewport: phone, colorScheme: 'dark', reducedMotion: 'reduce' }],
+  ['marks', { viewport: desktop, colorScheme: 'dark' }],
+  [hasMarkerless ? 'markerless' : 'marks', { viewport: phone, colorScheme: 'light' }],
+];
+for (const [kind, screen] of isShort ? screens.slice(0, 1) : screens) {
+  await visit(browser, program, ['--demo'], screen, async (view, url) => {
+    await open(view, url);
+    await walk(view, kind, kind === 'poses');
+  });
 }
-
-await main();
+await browser.close();
+finish();

@@ -13,13 +13,11 @@ const require = createRequire(import.meta.url);
 const model = resolve(here, '../../build/markerless/hand_landmarker.task');
 const hasModel = process.env['FLEXOR_MARKERLESS'] !== 'OFF' && existsSync(model);
 
-// Beside what Vite builds: of npm's `@webxr-input-profiles/assets` the two hands, and nothing else of its 93 MB; and what is loaded
+// Beside what Vite builds: of npm's `@webxr-input-profiles/assets` one hand, and nothing else of its 93 MB; and what is loaded
 // only when somebody chooses the markerless reference: the program that runs the model, for processors with SIMD, which every
 // browser of today has.
-const hands = '@webxr-input-profiles/assets/dist/profiles/generic-hand';
 const carried = {
-  'hand/left.glb': require.resolve(`${hands}/left.glb`),
-  'hand/right.glb': require.resolve(`${hands}/right.glb`),
+  'hand.glb': require.resolve('@webxr-input-profiles/assets/dist/profiles/generic-hand/right.glb'),
   ...(hasModel && {
     'markerless/vision.js': require.resolve('@mediapipe/tasks-vision/vision_wasm_module_internal.js'),
     'markerless/vision.wasm': require.resolve('@mediapipe/tasks-vision/vision_wasm_module_internal.wasm'),

@@ -1,7 +1,6 @@
 // What every part of the page uses: what came over the socket, how to ask for something, and which place is shown.
-import { messageArrived, onFrame, wantFrame } from './frames';
 import { useLayoutEffect, useRef } from 'preact/hooks';
-import { Socket, socketAddress } from './socket';
+import { Socket, type Message } from './socket';
 import { Store } from './store';
 
 export const kPlaces = ['wear', 'calibrate', 'look'] as const;
@@ -27,8 +26,46 @@ export function go(name: PlaceName): void {
 export function useFrame(where: PlaceName, act: (now_ms: number) => void): void {
   const newest = useRef(act);
   newest.current = act;
-  useLayoutEffect(() => onFrame((now_ms) => place === where && newest.current(now_ms)), []);
+  useLayoutEffect(() => {
+    const frame = (now_ms: number): void => void (place === where && newest.current(now_ms));
+    frames.add(frame);
+    return () => frames.delete(frame);
+  }, []);
 }
+
+// Drawing happens in animation frames, and only when somebody has something new. The socket's messages are only stored.
+const frames = new Set<(now_ms: number) => void>();
+let isWanted = false;
+let oldest_ms = NaN; // arrival of the first message that no frame has shown yet
+const latencies: number[] = [];
+const kKept = 500;
+
+export function wantFrame(): void {
+  if (isWanted) return;
+  isWanted = true;
+  requestAnimationFrame((now_ms) => {
+    isWanted = false;
+    const arrived_ms = oldest_ms;
+    oldest_ms = NaN;
+    for (const frame of frames) frame(now_ms);
+    if (Number.isNaN(arrived_ms)) return;
+    latencies.push(performance.now() - arrived_ms);
+    if (latencies.length > kKept) latencies.shift();
+  });
+}
+
+// From the message to the end of its drawing: the median and the 99th percentile of the last frames, in ms.
+export function drawLatency(): { median_ms: number; p99_ms: number; frames: number } {
+  const sorted = [...latencies].sort((a, b) => a - b);
+  const at = (share: number): number => sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))] ?? NaN;
+  return { median_ms: at(0.5), p99_ms: at(0.99), frames: sorted.length };
+}
+
+// A page that is not looked at draws nothing: what it missed says nothing about drawing.
+document.addEventListener('visibilitychange', () => {
+  oldest_ms = NaN;
+  latencies.length = 0;
+});
 
 function changed(): void {
   draw();
@@ -40,34 +77,28 @@ function alarm(): void {
   changed();
 }
 
+function hear(message: Message): void {
+  if ('values' in message) {
+    store.takeSamples(message);
+    if (Number.isNaN(oldest_ms)) oldest_ms = performance.now();
+    return wantFrame();
+  }
+  if ('jpeg' in message) store.takePicture(message);
+  else if (message.event === 'state') store.takeState(message);
+  else if (message.event === 'marker') store.takeMarker(message);
+  else if (message.event === 'hello') store.greet(message.schema);
+  changed();
+}
+
 let lostTimer = 0;
-const socket = new Socket(socketAddress(document.baseURI), {
-  hello({ schema }) {
-    store.markers = [];
-    if (schema !== 1) store.announced = `The program speaks schema ${schema} and this page schema 1. Reload the page.`;
-  },
-  state(state) {
-    store.takeState(state);
-    changed();
-  },
-  samples(samples, arrived_ms) {
-    store.takeSamples(samples);
-    messageArrived(arrived_ms);
-  },
-  marker: (marker) => store.takeMarker(marker),
-  picture(picture) {
-    store.picture = picture;
-    changed();
-  },
-  connected(yes) {
-    store.connected = yes;
-    store.isLost = false;
-    window.clearTimeout(lostTimer);
-    // A connection that is back within the blink of an eye needs no alarm.
-    if (!yes) lostTimer = window.setTimeout(alarm, 300);
-    document.body.classList.toggle('stale', !yes);
-    changed();
-  },
+const socket = new Socket('socket', hear, (yes) => {
+  store.connected = yes;
+  store.isLost = false;
+  window.clearTimeout(lostTimer);
+  // A connection that is back within the blink of an eye needs no alarm.
+  if (!yes) lostTimer = window.setTimeout(alarm, 300);
+  document.body.classList.toggle('stale', !yes);
+  changed();
 });
 
 // Null, or the program's line on what is wrong.

@@ -3,7 +3,7 @@ import { useEffect, useState } from 'preact/hooks';
 import { ask, go, store } from './app';
 import { Camera } from './camera';
 import { fingerColour } from './colours';
-import { Button, Meter, Switch, useLine } from './parts';
+import { Button, Controls, Meter, Switch } from './parts';
 import { Result } from './result';
 import { beep, isLoud, setLoud, wakeSound } from './sound';
 import { Start } from './start';
@@ -55,7 +55,6 @@ function Work({ calibration }: { calibration: Calibration }) {
     setLoud(on);
     setLoudness(on);
   };
-  const [now_s, of_s] = [seconds ?? 0, of_seconds ?? 1];
   const left = left_s === null ? '' : `${Math.ceil(left_s)} s`;
   const isFilmed = camera !== 'none' && (step === 'reference' || isMotion);
   return (
@@ -64,23 +63,23 @@ function Work({ calibration }: { calibration: Calibration }) {
         <p class="say" aria-live="polite" data-testid="calibrate-say">
           {askWords(calibration.asks, calibration)}
         </p>
-        <div class="clock" hidden={!isMotion || !of_seconds}>
+        <div class="clock" hidden={!isMotion}>
           <p class="lead" data-testid="calibrate-then">
             {left && (then ? `In ${left}: ${askWords(then, calibration)}` : `${left} more`)}
           </p>
           <progress
-            max={of_s}
-            value={Math.min(of_s, now_s)}
+            max={of_seconds}
+            value={Math.min(of_seconds, seconds)}
             aria-label="Time in this step"
             data-testid="calibrate-progress"
           />
-          <p class="facts">{now_s > of_s ? time(seconds) : `${time(seconds)} of ${time(of_s)}`}</p>
+          <p class="facts">{seconds > of_seconds ? time(seconds) : `${time(seconds)} of ${time(of_seconds)}`}</p>
           <Switch test="sound" on={loud} turn={turn}>
             A tone at each change
           </Switch>
         </div>
         <Result calibration={calibration} />
-        <Covered covered={calibration.covered ?? []} hidden={!isMotion} />
+        <Covered covered={calibration.covered} hidden={!isMotion} />
         <Nav calibration={calibration} />
       </div>
       <Camera calibration={calibration} isFilmed={isFilmed} />
@@ -92,7 +91,7 @@ const kCovered = { range: 'Bends', slow: 'Slow', fast: 'Fast', holds: 'Holds' } 
 
 function Covered({ covered, hidden }: { covered: Coverage[]; hidden: boolean }) {
   const part = (finger: Coverage, of: keyof typeof kCovered) => {
-    const share = finger[of] ?? 0;
+    const share = finger[of];
     return (
       <span class={`part part-${of} ${share >= 0.995 ? 'full' : ''}`}>
         <span class="part-name">{kCovered[of]}</span>
@@ -124,13 +123,11 @@ function Covered({ covered, hidden }: { covered: Coverage[]; hidden: boolean }) 
 }
 
 function Nav({ calibration: { step, failed, asks } }: { calibration: Calibration }) {
-  const line = useLine('calibrate-error');
   const control = (label: string, word: string, kind = '', disabled = false) => (
     <Button
       key={word}
       test={`calibrate-${word}`}
       kind={kind}
-      line={line}
       disabled={disabled}
       act={() => (word === 'send' ? ask('send') : word === 'next' ? next() : ask(`calibrate.${word}`))}
     >
@@ -147,7 +144,7 @@ function Nav({ calibration: { step, failed, asks } }: { calibration: Calibration
   const isBusy = step === 'identify' && store.state.job !== null;
   const isSend = step === 'send';
   return (
-    <div>
+    <Controls id="calibrate">
       <div class="row nav">
         {step === 'result' && control('Accept', 'accept', 'primary')}
         {isSend && control('Send to the glove', 'send', 'primary')}
@@ -156,7 +153,6 @@ function Nav({ calibration: { step, failed, asks } }: { calibration: Calibration
         {step !== 'glove' && control('Back', 'back')}
         {control('Cancel', 'cancel', 'quiet')}
       </div>
-      {line.element}
-    </div>
+    </Controls>
   );
 }

@@ -1,33 +1,36 @@
 // The camera that sees the reference: the page's own, whose pictures go to the program, or the program's, which are shown.
-import type { Ref } from 'preact';
-import { useEffect, useRef, useState } from 'preact/hooks';
+import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import { pass, store } from './app';
 import { kHasMarkerless, Markerless } from './markerless';
 import { Marks } from './marks';
-import { useLine } from './parts';
+import { Wrong } from './parts';
 import type { Calibration } from './state';
 import { percent } from './text';
 import { Webcam } from './webcam';
-import type { Picture } from './wire';
 
 const webcam = new Webcam(pass);
 const markerless = new Markerless((captured_ms, angles) =>
   pass(JSON.stringify({ do: 'angles', t_s: captured_ms / 1000, angles: angles ?? {} })),
 );
-const mount = (at: HTMLElement | null): void => at?.append(webcam.video, markerless.overlay);
 
 export function Camera({ calibration, isFilmed }: { calibration: Calibration; isFilmed: boolean }) {
-  const line = useLine('camera-error');
+  const [wrong, say] = useState<string | null>(null);
   const [cameras, setCameras] = useState<MediaDeviceInfo[]>([]); // of which one may be chosen
   const picture = useRef<HTMLImageElement>(null);
+  const video = useRef<HTMLVideoElement>(null);
+  const overlay = useRef<HTMLCanvasElement>(null);
   const { step, reference, camera, joints, marks_at } = calibration;
   const withoutMarks = isFilmed && reference === 'markerless' && kHasMarkerless;
   const own = isFilmed && camera === 'page' && (withoutMarks || reference !== 'markerless');
-  webcam.changed = (wrong) => {
-    line.say(wrong);
+  webcam.changed = (why) => {
+    say(why);
     void camerasThere().then(setCameras);
   };
-  markerless.failed = line.say;
+  markerless.failed = say;
+  useLayoutEffect(() => {
+    webcam.video = video.current!;
+    markerless.overlay = overlay.current!;
+  }, []);
   useEffect(() => {
     if (own) void webcam.start(); // once in a calibration: who says no is not asked again and again
     return () => webcam.stop();
@@ -39,24 +42,30 @@ export function Camera({ calibration, isFilmed }: { calibration: Calibration; is
   useEffect(() => {
     webcam.sending = own && reference === 'marks';
     webcam.look = withoutMarks ? (captured_ms) => void markerless.take(webcam.video, captured_ms) : null;
-    webcam.video.hidden = !own || !webcam.on;
-    markerless.overlay.hidden = !withoutMarks || !webcam.on;
   });
-  const shown = own ? null : store.picture;
+  const shown = own ? '' : store.picture;
   const [width, height] = own
-    ? [webcam.video.videoWidth, webcam.video.videoHeight]
+    ? [video.current?.videoWidth ?? 0, video.current?.videoHeight ?? 0]
     : [picture.current?.naturalWidth ?? 0, picture.current?.naturalHeight ?? 0];
   return (
     <aside class="camera" aria-label="Camera" hidden={!isFilmed}>
       <div class="camera-frame">
-        <div ref={mount} />
-        {shown && <ServerPicture image={picture} jpeg={shown.jpeg} />}
+        <video
+          muted
+          playsInline
+          aria-label="Picture of your camera"
+          data-testid="camera-video"
+          hidden={!own || !webcam.on}
+          ref={video}
+        />
+        <canvas aria-hidden="true" data-testid="camera-skeleton" hidden={!withoutMarks || !webcam.on} ref={overlay} />
+        {shown && <img alt="What the program’s camera sees" data-testid="server-picture" src={shown} ref={picture} />}
         <svg class="found" aria-hidden="true" data-testid="camera-marks" viewBox={`0 0 ${width} ${height}`}>
           {marks_at.map(([x, y]) => (
             <circle cx={x * width} cy={y * height} r={width / 70} />
           ))}
         </svg>
-        <p class="camera-waiting" hidden={own ? webcam.on : shown !== null}>
+        <p class="camera-waiting" hidden={own ? webcam.on : shown !== ''}>
           {whyEmpty(calibration, own)}
         </p>
       </div>
@@ -86,7 +95,7 @@ export function Camera({ calibration, isFilmed }: { calibration: Calibration; is
       <p class="facts" data-testid="camera-facts">
         {markerless.loading ? 'The model is being loaded …' : factsOf(calibration)}
       </p>
-      {line.element}
+      <Wrong id="camera" text={wrong} />
       <Marks test="marks-wanted" joints={step === 'reference' && reference === 'marks' ? joints : null} />
     </aside>
   );
@@ -101,23 +110,13 @@ function whyEmpty({ reference }: Calibration, own: boolean): string {
 function factsOf({ step, reference, pictures, tracked, marks_found, marks }: Calibration): string {
   const withoutMarks = reference === 'markerless';
   const ask = step === 'motion' || withoutMarks ? '' : 'The whole hand in the picture, every mark in plain sight.';
-  const seen = pictures === null ? '' : `${pictures} pictures`;
+  const seen = `${pictures} pictures`;
   const found = !pictures
     ? ''
     : withoutMarks
       ? `a hand found in ${percent(tracked)}`
       : `${marks_found} of ${marks} marks seen`;
   return [ask, [seen, found].filter(Boolean).join(', ')].filter(Boolean).join(' ');
-}
-
-function ServerPicture({ image, jpeg }: { image: Ref<HTMLImageElement>; jpeg: Picture['jpeg'] }) {
-  const [url, setUrl] = useState<string>();
-  useEffect(() => {
-    const made = URL.createObjectURL(new Blob([jpeg], { type: 'image/jpeg' }));
-    setUrl(made);
-    return () => URL.revokeObjectURL(made);
-  }, [jpeg]);
-  return <img alt="What the program’s camera sees" data-testid="server-picture" src={url} ref={image} />;
 }
 
 async function camerasThere(): Promise<MediaDeviceInfo[]> {

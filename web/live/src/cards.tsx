@@ -1,28 +1,25 @@
 // A card for each finger: angle with its uncertainty, quality, range covered, and the last seconds as a line.
 import { useRef } from 'preact/hooks';
 import { store, useFrame } from './app';
-import { fingerColour, known, qualityWords } from './colours';
+import { fingerColour, qualityWords } from './colours';
 import { keep } from './kept';
 import { Meter, QualityShape } from './parts';
 import type { Finger } from './state';
 import { degrees, number, percent, title } from './text';
 
 function Card({ finger, channel }: { finger: Finger; channel: number }) {
-  const { name, raw, unit, sd_deg, covered, remark, tracked } = finger;
-  const quality = known(finger.quality);
+  const { name, raw, unit, sd_deg, covered, quality, remark, tracked } = finger;
   const [angle, closed, trace] = [
     useRef<HTMLSpanElement>(null),
     useRef<HTMLSpanElement>(null),
     useRef<SVGPathElement>(null),
   ];
   useFrame('wear', () => {
-    const { angle: ring } = store.glove;
-    const isNew = ring.rows > 0 && ring.channels === store.state.fingers.length;
-    const angle_deg = isNew ? ring.last(channel) : finger.angle_deg;
+    const angle_deg = store.latest_deg(channel);
     const share = closedShare(finger, angle_deg);
     angle.current!.textContent = degrees(store.called_deg(finger, angle_deg));
     closed.current!.textContent = share === null ? '' : `${percent(share)} closed`;
-    if (isNew) trace.current!.setAttribute('d', lineOf(channel));
+    trace.current!.setAttribute('d', lineOf(channel));
   });
   return (
     <article
@@ -52,7 +49,7 @@ function Card({ finger, channel }: { finger: Finger; channel: number }) {
         <Meter share={covered} />
         <p class="card-foot">
           <span class="card-covered">{`Range ${percent(covered)}`}</span>
-          <span class="card-raw" data-testid={`raw-${name}`} title={unit ?? undefined}>
+          <span class="card-raw" data-testid={`raw-${name}`} title={unit}>
             {raw === null ? '' : `raw ${number(raw)}`}
           </span>
         </p>
@@ -68,8 +65,8 @@ function Card({ finger, channel }: { finger: Finger; channel: number }) {
 }
 
 // Of the way from the joint's open hand to its fist, whatever its angles are called; null: not known.
-function closedShare({ open_deg, fist_deg }: Finger, angle_deg: number | null): number | null {
-  if (open_deg === null || fist_deg === null || angle_deg === null || Number.isNaN(angle_deg)) return null;
+function closedShare({ open_deg, fist_deg }: Finger, angle_deg: number): number | null {
+  if (open_deg === null || fist_deg === null || Number.isNaN(angle_deg)) return null;
   return Math.min(1, Math.max(0, (angle_deg - open_deg) / (fist_deg - open_deg)));
 }
 
@@ -78,11 +75,12 @@ const kTracePoints = 80;
 
 // The last seconds about the middle of a square as high as what they span; the reading where no angle is known.
 function lineOf(channel: number): string {
-  const { angle, first } = store.glove;
-  const hasAngles = !Number.isNaN(angle.last(channel));
-  const ring = hasAngles ? angle : first;
-  const from_s = ring.newest_s - kTrace_s;
-  const { t_s, value } = ring.slice(channel, from_s, ring.newest_s, kTracePoints);
+  const { glove, state } = store;
+  const n = state.fingers.length;
+  if (glove.channels !== 2 * n) return '';
+  const hasAngles = !Number.isNaN(glove.last(n + channel));
+  const from_s = glove.newest_s - kTrace_s;
+  const { t_s, value } = glove.slice(hasAngles ? n + channel : channel, from_s, glove.newest_s, kTracePoints);
   const seen = value.filter((v) => v !== null);
   const [least, most] = [Math.min(...seen), Math.max(...seen)];
   const room = Math.max(hasAngles ? 20 : 10, most - least) * 1.2;

@@ -18,10 +18,6 @@ export function fingerColour(channel: string): string {
 
 export const qualityWords = (quality: Quality): string => (quality === 'none' ? 'not known' : quality);
 
-export function known(quality: string | null | undefined): Quality {
-  return quality === 'good' || quality === 'fair' || quality === 'poor' ? quality : 'none';
-}
-
 // The mark of a quality in a square of 16: disc, triangle, square on its corner, ring. Cards show it, and joints in space.
 export const kShapes: Record<Quality, string> = {
   good: 'M8 2a6 6 0 0 1 0 12a6 6 0 0 1 0-12z',

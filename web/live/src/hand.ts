@@ -1,50 +1,28 @@
 // The hand in space: the wearer's, skinned, and beside it the bionic one, of rods. Drawn only when something has changed.
-import {
-  AmbientLight,
-  Bone,
-  CanvasTexture,
-  Color,
-  CylinderGeometry,
-  DirectionalLight,
-  Float32BufferAttribute,
-  Group,
-  HemisphereLight,
-  Mesh,
-  MeshStandardMaterial,
-  PerspectiveCamera,
-  Scene,
-  SkinnedMesh,
-  SphereGeometry,
-  Sprite,
-  SpriteMaterial,
-  SRGBColorSpace,
-  Vector3,
-  WebGLRenderer,
-} from 'three';
+import * as three from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { kFingerColours, kShapes } from './colours';
-import { kFingers, restPose, type FingerName, type HandPose } from './mapping';
+import { kFingers, type FingerName, type HandPose } from './mapping';
 import { css } from './plots';
 import { chainOf, jointAt, Skeleton } from './skeleton';
 import type { Quality, Side } from './state';
 
 export type View = 'palm' | 'side' | 'back';
+export type Qualities = Partial<Record<FingerName, Quality>>;
 const kYaw_rad: Record<View, number> = { palm: 0.62, side: 1.45, back: 2.75 };
 
 interface Loaded {
-  mesh: SkinnedMesh;
-  group: Group;
+  mesh: three.SkinnedMesh;
   skeleton: Skeleton;
-  bones: Map<string, Bone>;
-  markers: Map<string, Sprite>;
+  bones: Map<string, three.Bone>;
+  markers: Map<string, three.Sprite>;
   bionic: Bionic;
-  bionicGroup: Group;
 }
 
 type MarkKind = Quality | 'estimated';
 
 // A mark's picture: its shape says as much as its colour.
-function markTexture(kind: MarkKind, dark: boolean): CanvasTexture {
+function markTexture(kind: MarkKind, dark: boolean): three.CanvasTexture {
   const canvas = document.createElement('canvas');
   canvas.width = canvas.height = 96;
   const c = canvas.getContext('2d')!;
@@ -67,25 +45,25 @@ function markTexture(kind: MarkKind, dark: boolean): CanvasTexture {
     c.fill(shape);
     stroke('#ffffff', 1.3);
   }
-  const texture = new CanvasTexture(canvas);
-  texture.colorSpace = SRGBColorSpace;
+  const texture = new three.CanvasTexture(canvas);
+  texture.colorSpace = three.SRGBColorSpace;
   return texture;
 }
 
-const kRod = new CylinderGeometry(1, 1, 1, 20);
-const kBall = new SphereGeometry(1, 24, 16);
-const kAlongRod = new Vector3(0, 1, 0);
+const kRod = new three.CylinderGeometry(1, 1, 1, 20);
+const kBall = new three.SphereGeometry(1, 24, 16);
+const kAlongRod = new three.Vector3(0, 1, 0);
 
 // The other hand's rods and balls, placed by the same skeleton.
 class Bionic {
-  readonly group = new Group();
-  private readonly frame = new MeshStandardMaterial({ roughness: 0.42, metalness: 0.25 });
-  private readonly hinge = new MeshStandardMaterial({ roughness: 0.5, metalness: 0.3 });
-  private readonly rods: { mesh: Mesh; from: string; to: string }[] = [];
-  private readonly balls: { mesh: Mesh; bone: string }[] = [];
+  readonly group = new three.Group();
+  private readonly frame = new three.MeshStandardMaterial({ roughness: 0.42, metalness: 0.25 });
+  private readonly hinge = new three.MeshStandardMaterial({ roughness: 0.5, metalness: 0.3 });
+  private readonly rods: { mesh: three.Mesh; from: string; to: string }[] = [];
+  private readonly balls: { mesh: three.Mesh; bone: string }[] = [];
 
   constructor(private readonly skeleton: Skeleton) {
-    const rubber = new MeshStandardMaterial({ color: 0x5d6a76, roughness: 0.85 });
+    const rubber = new three.MeshStandardMaterial({ color: 0x5d6a76, roughness: 0.85 });
     for (const finger of kFingers) {
       const bones = chainOf(finger);
       const thick = finger === 'pinky' ? 0.0052 : finger === 'thumb' ? 0.0068 : 0.006;
@@ -108,7 +86,7 @@ class Bionic {
 
   apply(pose: HandPose): void {
     this.skeleton.apply(pose);
-    const at = (bone: string): Vector3 => new Vector3().setFromMatrixPosition(this.skeleton.world.get(bone)!);
+    const at = (bone: string): three.Vector3 => new three.Vector3().setFromMatrixPosition(this.skeleton.world.get(bone)!);
     for (const { mesh, from, to } of this.rods) {
       const [a, b] = [at(from), at(to)];
       mesh.scale.y = a.distanceTo(b);
@@ -119,14 +97,14 @@ class Bionic {
   }
 
   private addRod(from: string, to: string, radius: number): void {
-    const mesh = new Mesh(kRod, this.frame);
+    const mesh = new three.Mesh(kRod, this.frame);
     mesh.scale.set(radius, 1, radius);
     this.group.add(mesh);
     this.rods.push({ mesh, from, to });
   }
 
-  private addBall(bone: string, radius: number, material: MeshStandardMaterial): void {
-    const mesh = new Mesh(kBall, material);
+  private addBall(bone: string, radius: number, material: three.MeshStandardMaterial): void {
+    const mesh = new three.Mesh(kBall, material);
     mesh.scale.setScalar(radius);
     this.group.add(mesh);
     this.balls.push({ mesh, bone });
@@ -134,92 +112,65 @@ class Bionic {
 }
 
 export class HandScene {
-  readonly canvas: HTMLCanvasElement;
-  private readonly renderer: WebGLRenderer;
-  private readonly hands = new Scene();
-  private readonly bionics = new Scene();
-  private readonly camera = new PerspectiveCamera(24, 1, 0.05, 5);
-  private readonly loaded = new Map<Side, Loaded>();
-  private readonly textures = new Map<MarkKind, CanvasTexture>();
+  private readonly renderer: three.WebGLRenderer;
+  private readonly scene = new three.Scene();
+  private readonly hands = [new three.Group(), new three.Group()] as const; // the wearer's and the bionic, right; mirrored: left
+  private readonly camera = new three.PerspectiveCamera(24, 1, 0.05, 5);
+  private hand: Loaded | null = null; // until it is loaded
+  private readonly textures = new Map<MarkKind, three.CanvasTexture>();
   private side: Side = 'left';
-  private pose = restPose();
-  private bionicPose: HandPose | null = null;
-  private quality: Partial<Record<FingerName, Quality>> = {};
   private painted = '';
   private yaw_rad = kYaw_rad.palm;
-  private dirty = true;
   private dark = false;
 
   // `wanted` is called when there is something new to draw. Throws where the browser has no WebGL.
   constructor(
-    private readonly container: HTMLElement,
-    private readonly folder: string,
+    private readonly canvas: HTMLCanvasElement,
     private readonly wanted: () => void,
   ) {
-    this.renderer = new WebGLRenderer({ antialias: true, alpha: true, powerPreference: 'low-power' });
+    this.renderer = new three.WebGLRenderer({ canvas, antialias: true, alpha: true, powerPreference: 'low-power' });
     this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
-    this.canvas = this.renderer.domElement;
-    for (const scene of [this.hands, this.bionics]) {
-      const key = new DirectionalLight(0xffffff, 2.1);
-      key.position.set(0.5, 0.9, 1);
-      const rim = new DirectionalLight(0xcfe4ff, 0.9);
-      rim.position.set(-0.9, 0.4, -0.6);
-      scene.add(new HemisphereLight(0xffffff, 0x8a7f78, 1.25), new AmbientLight(0xffffff, 0.25), key, rim);
-    }
+    // These go with the camera, so that every view is lit as well as the first.
+    const key = new three.DirectionalLight(0xffffff, 2.1);
+    key.position.set(-5.6, 7, 8.3);
+    const rim = new three.DirectionalLight(0xcfe4ff, 0.9);
+    rim.position.set(6.8, 2, -7.4);
+    this.camera.add(key, rim);
+    const soft = [new three.HemisphereLight(0xffffff, 0x8a7f78, 1.25), new three.AmbientLight(0xffffff, 0.25)];
+    this.scene.add(...soft, this.camera, ...this.hands);
     const scheme = window.matchMedia('(prefers-color-scheme: dark)');
     this.setDark(scheme.matches);
     scheme.addEventListener('change', () => this.setDark(scheme.matches));
-    new ResizeObserver(() => this.resize()).observe(container);
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
     this.resize();
   }
 
-  async setSide(side: Side): Promise<void> {
+  setSide(side: Side): void {
     this.side = side;
-    if (!this.loaded.has(side)) {
-      const found = await this.load(side);
-      if (!this.loaded.has(side)) this.loaded.set(side, found);
-    }
-    for (const [name, { group, bionicGroup }] of this.loaded) group.visible = bionicGroup.visible = name === this.side;
-    this.painted = '';
-    this.change();
-  }
-
-  setPose(pose: HandPose, quality: Partial<Record<FingerName, Quality>>): void {
-    this.pose = pose;
-    this.quality = quality;
-    this.dirty = true;
-  }
-
-  setBionic(pose: HandPose | null): void {
-    this.bionicPose = pose;
-    this.dirty = true;
+    for (const group of this.hands) group.scale.x = side === 'left' ? -1 : 1;
+    this.wanted();
   }
 
   setView(view: View): void {
     this.yaw_rad = kYaw_rad[view];
-    this.change();
+    this.wanted();
   }
 
   turn(by_rad: number): void {
     this.yaw_rad += by_rad;
-    this.change();
-  }
-
-  // True: drawn.
-  render(): boolean {
-    const hand = this.loaded.get(this.side);
-    if (!this.dirty || !hand) return false;
-    this.dirty = false;
-    hand.skeleton.apply(this.pose);
-    this.place(hand);
-    this.paint(hand);
-    this.draw(hand.bionic);
-    return true;
-  }
-
-  private change(): void {
-    this.dirty = true;
     this.wanted();
+  }
+
+  // `bionic`: null where there is none. True: drawn.
+  render(pose: HandPose, quality: Qualities, bionic: HandPose | null): boolean {
+    const { hand } = this;
+    if (!hand) return false;
+    hand.skeleton.apply(pose);
+    this.place(hand, pose);
+    this.paint(hand, pose, quality);
+    if (bionic) hand.bionic.apply(bionic);
+    this.draw(bionic !== null);
+    return true;
   }
 
   private setDark(dark: boolean): void {
@@ -228,92 +179,88 @@ export class HandScene {
       this.textures.get(kind)?.dispose();
       this.textures.set(kind, markTexture(kind, dark));
     }
-    for (const { bionic } of this.loaded.values()) bionic.setDark(dark);
+    this.hand?.bionic.setDark(dark);
     this.painted = '';
-    this.change();
+    this.wanted();
   }
 
   private resize(): void {
-    const { clientWidth: width, clientHeight: height } = this.container;
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement!;
     if (width === 0 || height === 0) return;
     this.renderer.setSize(width, height);
-    this.change();
+    this.wanted();
   }
 
-  private async load(side: Side): Promise<Loaded> {
-    const gltf = await new GLTFLoader().loadAsync(`${this.folder}${side}.glb`);
-    let mesh: SkinnedMesh | null = null;
-    const bones = new Map<string, Bone>();
+  async load(file: string): Promise<void> {
+    const gltf = await new GLTFLoader().loadAsync(file);
+    let mesh: three.SkinnedMesh | null = null;
+    const bones = new Map<string, three.Bone>();
     gltf.scene.updateMatrixWorld(true);
     gltf.scene.traverse((node) => {
-      if (node instanceof SkinnedMesh) mesh = node;
-      if (node instanceof Bone) bones.set(node.name, node);
+      if (node instanceof three.SkinnedMesh) mesh = node;
+      if (node instanceof three.Bone) bones.set(node.name, node);
     });
-    const skinned = mesh as SkinnedMesh | null;
-    if (!skinned) throw new Error(`${side}.glb has no skinned hand`);
-    const rest = new Map([...bones].map(([name, bone]) => [name, bone.matrixWorld.clone()] as const));
+    const skinned = mesh as three.SkinnedMesh | null;
+    if (!skinned) throw new Error(`${file} has no skinned hand`);
+    const skeleton = new Skeleton(new Map([...bones].map(([name, bone]) => [name, bone.matrixWorld.clone()])));
     skinned.frustumCulled = false;
-    skinned.material = new MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0 });
-    const inner = new Group(); // fingers up, the middle of the hand at the turning axis
-    inner.rotation.x = Math.PI;
-    inner.position.set(side === 'left' ? 0.03 : -0.03, -0.035, 0);
-    inner.add(gltf.scene);
-    const group = new Group().add(inner);
-    const markers = new Map<string, Sprite>();
+    skinned.material = new three.MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0 });
+    const bionic = new Bionic(skeleton);
+    bionic.setDark(this.dark);
+    const inner = new three.Group().add(gltf.scene);
+    [inner, bionic.group].forEach((group, i) => {
+      group.rotation.x = Math.PI; // fingers up, the middle of the hand at the turning axis
+      group.position.set(-0.03, -0.035, 0);
+      this.hands[i]!.add(group);
+    });
+    const markers = new Map<string, three.Sprite>();
     for (const finger of kFingers) {
       for (const bone of chainOf(finger).slice(finger === 'thumb' ? 0 : 1, -1)) {
-        const sprite = new Sprite(new SpriteMaterial({ depthTest: false, transparent: true }));
+        const sprite = new three.Sprite(new three.SpriteMaterial({ depthTest: false, transparent: true }));
         sprite.renderOrder = 2;
         markers.set(bone, sprite);
         inner.add(sprite);
       }
     }
-    this.hands.add(group);
-    const bionic = new Bionic(new Skeleton(rest, side === 'right'));
-    bionic.group.rotation.copy(inner.rotation);
-    bionic.group.position.copy(inner.position);
-    bionic.setDark(this.dark);
-    const bionicGroup = new Group().add(bionic.group);
-    this.bionics.add(bionicGroup);
-    const skeleton = new Skeleton(rest, side === 'right');
-    return { mesh: skinned, group, skeleton, bones, markers, bionic, bionicGroup };
+    this.hand = { mesh: skinned, skeleton, bones, markers, bionic };
+    this.wanted();
   }
 
   // Bones and marks to where the skeleton has them.
-  private place(hand: Loaded): void {
+  private place(hand: Loaded, pose: HandPose): void {
     for (const [name, matrix] of hand.skeleton.world) {
       const bone = hand.bones.get(name);
       if (bone) matrix.decompose(bone.position, bone.quaternion, bone.scale);
       hand.markers.get(name)?.position.setFromMatrixPosition(matrix);
     }
-    const [pitch, yaw] = this.pose.wrist_deg;
+    const [pitch, yaw] = pose.wrist_deg;
     const side = this.side === 'left' ? 1 : -1;
-    hand.group.rotation.set((yaw * Math.PI) / 360, 0, (-side * pitch * Math.PI) / 360);
+    this.hands[0].rotation.set((yaw * Math.PI) / 360, 0, (-side * pitch * Math.PI) / 360);
   }
 
   // Colours by what is sensed, and marks by quality; only when that has changed.
-  private paint(hand: Loaded): void {
-    const key = JSON.stringify([this.quality, kFingers.map((f) => this.pose.fingers[f].sensed), this.dark, this.side]);
+  private paint(hand: Loaded, pose: HandPose, quality: Qualities): void {
+    const key = JSON.stringify([quality, kFingers.map((f) => pose.fingers[f].sensed), this.dark]);
     if (key === this.painted) return;
     this.painted = key;
-    const neutral = new Color(this.dark ? 0xb9bdc4 : 0xe4dcd4);
-    const colours = new Map<string, Color>();
+    const neutral = new three.Color(this.dark ? 0xb9bdc4 : 0xe4dcd4);
+    const colours = new Map<string, three.Color>();
     for (const finger of kFingers) {
-      const own = new Color(kFingerColours[finger]!);
+      const own = new three.Color(kFingerColours[finger]!);
       chainOf(finger).forEach((bone, link) => {
         const joint = Math.min(2, jointAt(finger, link));
         if (joint < 0) return;
-        const sensed = this.pose.fingers[finger].sensed[joint]!;
+        const sensed = pose.fingers[finger].sensed[joint]!;
         const root = finger === 'thumb' && link === 0;
         colours.set(bone, neutral.clone().lerp(own, root ? 0.06 : sensed ? 0.78 : 0.16));
-        this.mark(hand.markers.get(bone), sensed ? (this.quality[finger] ?? 'none') : 'estimated');
+        this.mark(hand.markers.get(bone), sensed ? (quality[finger] ?? 'none') : 'estimated');
       });
     }
     const { geometry, skeleton } = hand.mesh;
     const index = geometry.getAttribute('skinIndex');
     const weight = geometry.getAttribute('skinWeight');
     const paint = new Float32Array(index.count * 3);
-    const mixed = new Color();
+    const [mixed, part] = [new three.Color(), new three.Color()];
     for (let v = 0; v < index.count; ++v) {
       mixed.setRGB(0, 0, 0);
       let sum = 0;
@@ -321,17 +268,15 @@ export class HandScene {
         const w = weight.getComponent(v, k);
         if (w === 0) continue;
         const colour = colours.get(skeleton.bones[index.getComponent(v, k)]!.name) ?? neutral;
-        mixed.r += w * colour.r;
-        mixed.g += w * colour.g;
-        mixed.b += w * colour.b;
+        mixed.add(part.copy(colour).multiplyScalar(w));
         sum += w;
       }
       mixed.multiplyScalar(1 / (sum || 1)).toArray(paint, v * 3);
     }
-    geometry.setAttribute('color', new Float32BufferAttribute(paint, 3));
+    geometry.setAttribute('color', new three.Float32BufferAttribute(paint, 3));
   }
 
-  private mark(sprite: Sprite | undefined, kind: MarkKind): void {
+  private mark(sprite: three.Sprite | undefined, kind: MarkKind): void {
     if (!sprite) return;
     sprite.material.map = this.textures.get(kind)!;
     sprite.material.opacity = kind === 'estimated' ? 0.75 : 1;
@@ -339,10 +284,8 @@ export class HandScene {
     sprite.scale.setScalar(kind === 'estimated' ? 0.009 : 0.0118);
   }
 
-  private draw(bionic: Bionic): void {
-    const width = this.container.clientWidth;
-    const height = this.container.clientHeight;
-    const two = this.bionicPose !== null;
+  private draw(two: boolean): void {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement!;
     this.renderer.setScissorTest(false);
     this.renderer.clear();
     this.renderer.setScissorTest(true);
@@ -350,42 +293,26 @@ export class HandScene {
     const narrow = width < 560;
     const main = two ? Math.round(width * (narrow ? 0.62 : 0.58)) : width;
     const low = narrow ? Math.round(height * 0.24) : 0; // what stands at the bottom stays clear
-    this.view(this.hands, 0, low, main, height - low - (narrow ? 20 : 0));
+    this.view(0, 0, low, main, height - low - (narrow ? 20 : 0));
     if (!two) return;
-    bionic.apply(this.bionicPose!);
     const tall = narrow ? Math.round(height * 0.46) : height;
-    if (narrow) this.view(this.bionics, main, height - tall - 28, width - main, tall);
-    else this.view(this.bionics, main, 28, width - main, height - 28);
+    if (narrow) this.view(1, main, height - tall - 28, width - main, tall);
+    else this.view(1, main, 28, width - main, height - 28);
   }
 
-  // A scene in a part of the canvas, as large as fits.
-  private view(scene: Scene, x: number, y: number, width: number, height: number): void {
-    const aspect = width / height;
-    const side = this.side === 'left' ? 1 : -1;
-    const tall = 0.225;
-    const wide = 0.15;
+  // A hand in a part of the canvas, as large as fits.
+  private view(shown: 0 | 1, x: number, y: number, width: number, height: number): void {
+    const [tall, wide, lift_rad] = [0.225, 0.15, 0.16];
     const half = Math.tan((this.camera.fov * Math.PI) / 360);
-    const distance = Math.max(tall / 2 / half, wide / 2 / (half * aspect));
-    this.camera.aspect = aspect;
-    const lift = 0.16;
-    const turn = this.yaw_rad;
-    this.camera.position.set(
-      side * distance * Math.cos(turn) * Math.cos(lift),
-      distance * Math.sin(lift),
-      -distance * Math.sin(turn) * Math.cos(lift),
-    );
+    this.camera.aspect = width / height;
+    const distance = Math.max(tall / 2 / half, wide / 2 / (half * this.camera.aspect));
+    const turn_rad = (this.side === 'left' ? 1 : -1) * (this.yaw_rad - Math.PI / 2) + Math.PI;
+    this.camera.position.setFromSphericalCoords(distance, Math.PI / 2 - lift_rad, turn_rad);
     this.camera.lookAt(0, -0.004, 0);
     this.camera.updateProjectionMatrix();
     this.renderer.setViewport(x, y, width, height);
     this.renderer.setScissor(x, y, width, height);
-    // Lights go with the camera, so that every view is lit as well as the first.
-    for (const light of scene.children) {
-      if (!(light instanceof DirectionalLight)) continue;
-      const key = light.intensity > 1;
-      light.position.copy(this.camera.position).normalize();
-      light.position.y += key ? 0.7 : 0.2;
-      light.position.applyAxisAngle(new Vector3(0, 1, 0), key ? -0.6 : 2.4);
-    }
-    this.renderer.render(scene, this.camera);
+    this.hands.forEach((hand, i) => (hand.visible = i === shown));
+    this.renderer.render(this.scene, this.camera);
   }
 }

@@ -1,10 +1,9 @@
 // Look: scopes, the link, scores, the twin, sessions and their replay, and writing a board.
-import { useRef, useState } from 'preact/hooks';
-import { ask, store } from './app';
-import { drawLatency } from './frames';
-import { Button, Panel, Table, useLine } from './parts';
+import { useRef } from 'preact/hooks';
+import { ask, drawLatency, store } from './app';
+import { Button, Panel, Table, useAsk, useRange } from './parts';
 import { Scopes } from './scopes';
-import type { Session, State } from './state';
+import type { Session } from './state';
 import { number, time } from './text';
 
 export function Look() {
@@ -32,12 +31,12 @@ function Link() {
   const { link } = store.state;
   const drawn = drawLatency();
   const tiles = [
-    ['Rate', 'rate', number(link?.rate_hz, 0, ' Hz')],
-    ['Read to sent', 'latency', number(link?.latency_ms, 1, ' ms')],
+    ['Rate', 'rate', number(link.rate_hz, 0, ' Hz')],
+    ['Read to sent', 'latency', number(link.latency_ms, 1, ' ms')],
     ['Message to screen', 'screen', number(drawn.median_ms, 0, ' ms')],
-    ['Jitter of arrival', 'jitter', number(link?.jitter_ms, 1, ' ms')],
-    ['Frames lost', 'lost', link && link.lost === null ? 'not known' : number(link?.lost)],
-    ['Malformed', 'torn', number(link?.torn)],
+    ['Jitter of arrival', 'jitter', number(link.jitter_ms, 1, ' ms')],
+    ['Frames lost', 'lost', link.lost === null ? 'not known' : number(link.lost)],
+    ['Malformed', 'torn', number(link.torn)],
   ];
   const spread = `99th percentile ${number(drawn.p99_ms)} ms of ${drawn.frames} frames`;
   return (
@@ -57,129 +56,73 @@ function Link() {
 }
 
 function Replay() {
-  const line = useLine('replay-error');
   const { replay } = store.state;
-  const [held_s, hold] = useState<number | null>(null); // while somebody drags the line
-  if (!replay) return null;
-  const t_s = held_s ?? replay.t_s ?? 0;
-  const clock = `${time(t_s)} of ${time(replay.of_s)}`;
-  const seek = async (to_s: number): Promise<void> => {
-    line.say(await ask('replay.seek', { t_s: to_s }));
-    hold(null);
-  };
   return (
-    <Panel id="replay" name="Replay">
-      <p class="lead" data-testid="replay-file">
-        {replay.file}
-      </p>
-      <input
-        type="range"
-        min={0}
-        max={replay.of_s ?? 1}
-        step={0.01}
-        value={t_s}
-        aria-label="Time in the recording"
-        aria-valuetext={clock}
-        data-testid="replay-line"
-        onInput={({ currentTarget }) => hold(Number(currentTarget.value))}
-        onChange={({ currentTarget }) => void seek(Number(currentTarget.value))}
-      />
-      <p class="facts" data-testid="replay-clock">
-        {clock}
-      </p>
-      <div class="row">
-        <Button test="replay-play" line={line} act={() => ask('replay.play', { on: !store.state.replay?.playing })}>
-          {replay.playing ? 'Pause' : 'Play'}
-        </Button>
-        <Button test="replay-leave" kind="quiet" line={line} act={() => ask('device.leave')}>
-          Leave the replay
-        </Button>
-      </div>
-      {line.element}
-    </Panel>
+    replay && (
+      <Panel id="replay" name="Replay">
+        <p class="lead" data-testid="replay-file">
+          {replay.file}
+        </p>
+        <TimeLine {...replay} />
+        <div class="row">
+          <Button test="replay-play" act={() => ask('replay.play', { on: !store.state.replay?.playing })}>
+            {replay.playing ? 'Pause' : 'Play'}
+          </Button>
+          <Button test="replay-leave" kind="quiet" act={() => ask('device.leave')}>
+            Leave the replay
+          </Button>
+        </div>
+      </Panel>
+    )
   );
 }
 
-type TwinPart = keyof NonNullable<State['twin']>;
-
-interface SliderOptions {
-  part: TwinPart;
-  name: string;
-  unit: string;
-  min: number;
-  max: number;
-  step: number;
-  digits: number;
-  scale: number;
+function TimeLine({ t_s, of_s }: { t_s: number; of_s: number }) {
+  const tell = useAsk();
+  const { shown, range } = useRange(t_s, (to_s) => tell('replay.seek', { t_s: to_s }), false);
+  const clock = `${time(shown)} of ${time(of_s)}`;
+  const name = 'Time in the recording';
+  return (
+    <>
+      <input {...range} max={of_s} step={0.01} aria-label={name} aria-valuetext={clock} data-testid="replay-line" />
+      <p class="facts" data-testid="replay-clock">
+        {clock}
+      </p>
+    </>
+  );
 }
 
-const kSliders: SliderOptions[] = [
+const kSliders = [
   { part: 'slip_deg', name: 'Slip of the glove', unit: '°', min: -20, max: 20, step: 0.5, digits: 1, scale: 1 },
   { part: 'drift_deg_per_min', name: 'Drift', unit: '° a minute', min: 0, max: 10, step: 0.1, digits: 1, scale: 1 },
   { part: 'noise_counts', name: 'Noise', unit: ' counts', min: 0, max: 20, step: 0.5, digits: 1, scale: 1 },
   { part: 'loss', name: 'Radio loss', unit: ' %', min: 0, max: 50, step: 1, digits: 0, scale: 100 },
-];
+] as const;
 
 function Twin() {
-  const line = useLine('twin-error');
   const { twin } = store.state;
   if (!twin) return null;
   return (
     <Panel id="twin" name="Twin">
       <p class="muted">What goes wrong with real gloves, at will.</p>
       {kSliders.map((slider) => (
-        <Slider key={slider.part} slider={slider} value={twin[slider.part]} say={line.say} />
+        <Slider key={slider.part} slider={slider} value={twin[slider.part]} />
       ))}
-      {line.element}
     </Panel>
   );
 }
 
-const kSettles_ms = 600;
-
-interface MovedSlider {
-  slider: SliderOptions;
-  value: number | null;
-  say(error: string | null): void;
-}
-
-function Slider({ slider: { part, name, unit, min, max, step, digits, scale }, value, say }: MovedSlider) {
-  const [moved, move] = useState<number | null>(null); // what a state that was on its way does not move back
-  const wanted = useRef(0);
-  const isUnderWay = useRef(false);
-  const timer = useRef(0);
-  // At once, so that a score that is asked for next is one of the new value; while a hand is moving it, one at a time.
-  const send = async (to: number): Promise<void> => {
-    move(to);
-    wanted.current = to;
-    window.clearTimeout(timer.current);
-    if (isUnderWay.current) return;
-    isUnderWay.current = true;
-    let sent = NaN;
-    while (sent !== wanted.current) {
-      sent = wanted.current;
-      say(await ask('twin.set', { [part]: sent / scale }));
-    }
-    isUnderWay.current = false;
-    timer.current = window.setTimeout(() => move(null), kSettles_ms);
-  };
-  const shown = moved ?? (value ?? 0) * scale;
+function Slider({ slider, value }: { slider: (typeof kSliders)[number]; value: number }) {
+  const { part, name, unit, digits, scale, ...bounds } = slider;
+  const tell = useAsk();
+  const { shown, range } = useRange(value * scale, (to) => tell('twin.set', { [part]: to / scale }), true);
   const words = number(shown, digits, unit);
+  const id = `twin-${part}`;
   return (
     <div class="slider">
-      <label for={`twin-${part}`}>{name}</label>
-      <output for={`twin-${part}`}>{words}</output>
-      <input
-        type="range"
-        id={`twin-${part}`}
-        min={min}
-        max={max}
-        step={step}
-        value={shown}
-        aria-valuetext={words}
-        data-testid={`twin-${part}`}
-        onInput={({ currentTarget }) => void send(Number(currentTarget.value))}
-      />
+      <label for={id}>{name}</label>
+      <output for={id}>{words}</output>
+      <input {...range} {...bounds} id={id} aria-valuetext={words} data-testid={id} />
     </div>
   );
 }
@@ -187,10 +130,9 @@ function Slider({ slider: { part, name, unit, min, max, step, digits, scale }, v
 const kScoreColumns = ['Label', 'Total', '', '1', '2', '3', '4', '5', '6'];
 
 function Scores() {
-  const line = useLine('score-error');
   const label = useRef<HTMLInputElement>(null);
   const { scores, twin } = store.state;
-  const most = Math.max(1, ...scores.map((s) => s.total_deg_s ?? 0));
+  const most = Math.max(1, ...scores.map((s) => s.total_deg_s));
   const run = (): Promise<string | null> =>
     ask('score.run', { label: label.current!.value.trim() || (store.state.model?.name ?? 'raw') });
   return (
@@ -207,11 +149,10 @@ function Scores() {
           data-testid="score-label"
           ref={label}
         />
-        <Button test="score-run" line={line} act={run}>
+        <Button test="score-run" act={run}>
           Run six gestures
         </Button>
       </div>
-      {line.element}
       <div class="scroll" tabindex={0} role="region" aria-label="Scores" hidden={scores.length === 0}>
         <Table
           test="scores"
@@ -224,7 +165,7 @@ function Scores() {
               <th scope="row">{name}</th>
               <td class="total">{number(total_deg_s)}</td>
               <td class="bar-cell">
-                <span class="bar" aria-hidden="true" style={{ width: `${(100 * (total_deg_s ?? 0)) / most}%` }} />
+                <span class="bar" aria-hidden="true" style={{ width: `${(100 * total_deg_s) / most}%` }} />
               </td>
               {gestures_deg_s.map((deg_s) => (
                 <td>{number(deg_s)}</td>
@@ -241,7 +182,6 @@ function Scores() {
 }
 
 function Experiment() {
-  const line = useLine('experiment-error');
   const trials = useRef<HTMLInputElement>(null);
   const { job, experiment } = store.state;
   const run = (): Promise<string | null> => ask('experiment.run', { trials: Number(trials.current!.value) });
@@ -259,7 +199,7 @@ function Experiment() {
           data-testid="experiment-trials"
           ref={trials}
         />
-        <Button test="experiment-run" line={line} act={run} disabled={job?.name === 'experiment'}>
+        <Button test="experiment-run" act={run} disabled={job?.name === 'experiment'}>
           Run
         </Button>
       </div>
@@ -277,13 +217,11 @@ function Experiment() {
           ))}
         </Table>
       )}
-      {line.element}
     </Panel>
   );
 }
 
 function Sessions() {
-  const line = useLine('sessions-error');
   const { sessions } = store.state;
   return (
     <Panel id="sessions" name="Sessions">
@@ -293,13 +231,12 @@ function Sessions() {
             <div class="session-head">
               <strong>{name}</strong>
               <span class="muted">
-                {[person, side && `${side} hand`, seconds !== null && time(seconds)].filter(Boolean).join(', ')}
+                {[person, `${side} hand`, time(seconds)].filter(Boolean).join(', ')}
               </span>
               {logOf(files) && (
                 <Button
                   test={`replay-${name}`}
                   kind="quiet"
-                  line={line}
                   act={() => ask('replay.open', { session: name, file: logOf(files) })}
                 >
                   Replay
@@ -325,7 +262,6 @@ function Sessions() {
       <p class="empty" hidden={sessions.length > 0}>
         No session yet. A recording or a calibration makes one.
       </p>
-      {line.element}
     </Panel>
   );
 }
@@ -337,11 +273,10 @@ function logOf(files: Session['files']): string | undefined {
 }
 
 function Flash() {
-  const line = useLine('flash-error');
   const board = useRef<HTMLSelectElement>(null);
   const port = useRef<HTMLSelectElement>(null);
   const { ports, device, twin } = store.state;
-  if (twin && device?.status !== 'boards') return null; // a twin without boards
+  if (twin && device.status !== 'boards') return null; // a twin without boards
   const write = (): Promise<string | null> =>
     ask('flash', { board: board.current!.value, ...(port.current!.value ? { port: port.current!.value } : {}) });
   return (
@@ -371,14 +306,13 @@ function Flash() {
         </div>
       </div>
       <div class="row">
-        <Button test="flash" line={line} act={write}>
+        <Button test="flash" act={write}>
           Write the board
         </Button>
       </div>
       <p class="muted" hidden={ports.length > 0}>
         No port is there. Plug in a board.
       </p>
-      {line.element}
     </Panel>
   );
 }

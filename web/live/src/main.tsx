@@ -5,17 +5,35 @@ import { useMemo } from 'preact/hooks';
 import { ask, go, kPlaces, place, start, store, type PlaceName } from './app';
 import { Calibrate } from './calibrate';
 import { Look } from './look';
-import { statusWord } from './panels';
-import { Button, useLine } from './parts';
+import { Cards } from './cards';
+import { Anew, Glove, kStatus, Model, Record } from './panels';
+import { Button, Controls } from './parts';
+import { Stage } from './stage';
 import { progressOf, title } from './text';
-import { Wear } from './wear';
 import { nextWords, refusalWords } from './words';
 
 const kElements: Record<PlaceName, () => preact.JSX.Element> = { wear: Wear, calibrate: Calibrate, look: Look };
 
+// The hand, what to do next, a card for each finger, and what one does while wearing.
+function Wear() {
+  return (
+    <div class="wear">
+      <div class="wear-main">
+        <Stage />
+        <Cards />
+      </div>
+      <div class="wear-side">
+        <Record />
+        <Glove />
+        <Model />
+        <Anew />
+      </div>
+    </div>
+  );
+}
+
 function Page() {
-  const { state, connected, isLost } = store;
-  const waiting = connected ? 'Waiting for the program …' : 'Connecting to the program …';
+  const { state, isLost } = store;
   return (
     <>
       <a class="skip" href="#main">
@@ -35,7 +53,7 @@ function Page() {
         </p>
         <Job />
         <p class="next" data-testid="next" aria-live="polite" hidden={place !== 'wear'}>
-          {state.next ? nextWords(state.next, state) : waiting}
+          {nextWords(state.next, state)}
         </p>
         {kPlaces.map((name) => {
           const Element = kElements[name];
@@ -98,18 +116,17 @@ const kDots: Record<string, string> = { none: 'none', gone: 'off', listening: 'w
 
 function Status() {
   const { device } = store.state;
-  const dot = store.connected ? (kDots[device?.status ?? 'none'] ?? 'on') : 'off';
+  const dot = store.connected ? (kDots[device.status] ?? 'on') : 'off';
   return (
     <p class="status" data-testid="status">
       <span class={`dot dot-${dot}`} aria-hidden="true" />
-      <span>{store.connected ? statusWord(device) : 'Not connected'}</span>
+      <span>{store.connected ? kStatus[device.status] : 'Not connected'}</span>
     </p>
   );
 }
 
 // What runs, or for a while how the last job ended.
 function Job() {
-  const line = useLine('strip-error');
   const { job, last } = store.state;
   const ended_ms = useMemo(() => performance.now(), [JSON.stringify(last)]);
   const isFresh = last !== null && performance.now() - ended_ms < (last.ok ? 8000 : 30000);
@@ -118,21 +135,22 @@ function Job() {
     : last && `${last.ok ? '✓' : '✕'} ${title(last.job)}: ${refusalWords(last.text)}`;
   return (
     <div class={`job ${!job && last?.ok === false ? 'failed' : ''}`} hidden={!job && !isFresh}>
-      <span class="job-text" data-testid="job">
-        {text}
-      </span>
-      {job && (
-        <progress key={job.share === null} max={1} value={job.share ?? undefined} aria-label="Share of the job done" />
-      )}
-      {job && (
-        <Button test="strip-cancel" kind="quiet" line={line} act={() => ask('job.cancel')}>
-          Stop
-        </Button>
-      )}
-      {line.element}
+      <Controls id="strip">
+        <span class="job-text" data-testid="job">
+          {text}
+        </span>
+        {job && (
+          <progress key={job.fraction === null} max={1} value={job.fraction ?? undefined} aria-label="Share that is done" />
+        )}
+        {job && (
+          <Button test="strip-cancel" kind="quiet" act={() => ask('job.cancel')}>
+            Stop
+          </Button>
+        )}
+      </Controls>
     </div>
   );
 }
 
 const root = document.querySelector('#app')!;
-start(() => render(<Page />, root));
+start(() => render(store.state ? <Page /> : <p class="next main">Connecting to the program …</p>, root));

@@ -60,17 +60,7 @@ describe('poseFromAngles', () => {
 });
 
 describe('poseFromPosture', () => {
-  const names = [
-    'thumb_rot',
-    'thumb_mcp',
-    'thumb_ip',
-    'thumb_abd',
-    'index_mcp',
-    'index_pip',
-    'index_dip',
-    'index_abd',
-    'wrist_pitch',
-  ];
+  const names = 'thumb_rot thumb_mcp thumb_ip thumb_abd index_mcp index_pip index_dip index_abd wrist_pitch'.split(' ');
   it('draws each joint as it comes, and as sensed only what the glove sees', () => {
     const pose = poseFromPosture(names, [-100, 10, 20, 5, 30, 40, 25, -6, 15], ['index', 'thumb']);
     expect(pose.fingers.index).toEqual({ flex_deg: [30, 40, 25], abduct_deg: -6, sensed: [true, false, false] });

@@ -8,7 +8,7 @@ const kLeastBetween_ms = 66; // at most 15 pictures a second
 const kWidth_px = 640;
 
 export class Markerless {
-  readonly overlay = document.createElement('canvas');
+  overlay!: HTMLCanvasElement; // over the video
   private worker: Worker | null = null;
   private ready = false;
   private busy = false;
@@ -18,10 +18,7 @@ export class Markerless {
   failed: (error: string) => void = () => {};
 
   // `seen` gets null where no hand was found.
-  constructor(private readonly seen: (captured_ms: number, angles: Record<string, number> | null) => void) {
-    this.overlay.setAttribute('aria-hidden', 'true');
-    this.overlay.dataset['testid'] = 'camera-skeleton';
-  }
+  constructor(private readonly seen: (captured_ms: number, angles: Record<string, number> | null) => void) {}
 
   get loading(): boolean {
     return this.worker !== null && !this.ready;

@@ -2,12 +2,12 @@
 import { useRef } from 'preact/hooks';
 import { ask, store } from './app';
 import { kFingers } from './mapping';
-import { Button, Panel, Switch, Table, useLine, type Line } from './parts';
+import { Button, Controls, Panel, Switch, Table, useAsk } from './parts';
 import type { Device } from './state';
 import { degrees, number, time, title } from './text';
 import { refusalWords } from './words';
 
-const kStatus: Record<Device['status'], string> = {
+export const kStatus: Record<Device['status'], string> = {
   none: 'No glove',
   listening: 'Listening',
   glove: 'Glove connected',
@@ -17,96 +17,85 @@ const kStatus: Record<Device['status'], string> = {
   boards: 'Simulated boards',
 };
 
-export function statusWord(device: Device | null): string {
-  return device ? (kStatus[device.status] ?? device.status) : 'No glove';
-}
-
 export function Glove() {
-  const line = useLine('device-error');
   const port = useRef<HTMLSelectElement>(null);
   const { device, ports } = store.state;
-  const isHere = device !== null && !['none', 'gone'].includes(device.status);
-  const facts = isHere ? [device.port, device.format].filter((fact) => fact && !device.says?.includes(fact)) : [];
+  const isHere = !['none', 'gone'].includes(device.status);
+  const facts = isHere ? [device.port, device.format].filter((fact) => fact && !device.says.includes(fact)) : [];
   const leave = isHere && (
-    <Button test="device-leave" kind="quiet" line={line} act={() => ask('device.leave')}>
+    <Button test="device-leave" kind="quiet" act={() => ask('device.leave')}>
       Disconnect
     </Button>
   );
   return (
     <Panel id="glove" name="Glove" beside={leave}>
       <p class="lead" data-testid="device-status">
-        {[statusWord(device), device?.name].filter(Boolean).join(': ')}
+        {`${kStatus[device.status]}: ${device.name}`}
       </p>
-      <p class="muted" data-testid="device-says" hidden={!device?.says}>
-        {device?.says}
+      <p class="muted" data-testid="device-says" hidden={!device.says}>
+        {device.says}
       </p>
       <p class="facts" hidden={facts.length === 0}>
         {facts.join(' · ')}
       </p>
       <Names />
       <div class="row" hidden={isHere}>
-        <label for="port" class="sr">
-          Port
-        </label>
-        <select id="port" data-testid="port" ref={port}>
+        <select aria-label="Port" data-testid="port" ref={port}>
           <option value="auto">What is there</option>
           {ports.map(({ path, name }) => (
             <option key={path} value={path}>
-              {name ? `${path} (${name})` : path}
+              {`${path} (${name})`}
             </option>
           ))}
         </select>
-        <Button test="device-connect" line={line} act={() => ask('device.connect', { port: port.current!.value })}>
+        <Button test="device-connect" act={() => ask('device.connect', { port: port.current!.value })}>
           Connect
         </Button>
       </div>
-      {line.element}
     </Panel>
   );
 }
 
 // Which finger each column of a glove without names is: asked once, the program keeps it for that glove.
 function Names() {
-  const line = useLine('names-error');
   const list = useRef<HTMLDivElement>(null);
   const chosen = (): string[] => [...list.current!.querySelectorAll('select')].map(({ value }) => value);
   const { next, fingers } = store.state;
   return (
-    <div class="field" data-testid="names" hidden={next?.kind !== 'name'}>
-      <p>Its columns have no names. Bend one finger after the other: which reading moves? This is asked once.</p>
-      <div class="names" ref={list}>
-        {fingers.map(({ name }) => (
-          <label key={name} class="row">
-            <span>{title(name)}</span>
-            <select data-testid={`name-${name}`}>
-              <option value="">No finger</option>
-              {kFingers.map((finger) => (
-                <option value={finger}>{title(finger)}</option>
-              ))}
-            </select>
-          </label>
-        ))}
-      </div>
-      <div class="row">
-        <Button test="names-save" kind="primary" line={line} act={() => ask('columns.name', { names: chosen() })}>
-          These are the fingers
-        </Button>
-      </div>
-      {line.element}
+    <div class="field" data-testid="names" hidden={next.kind !== 'name'}>
+      <Controls id="names">
+        <p>Its columns have no names. Bend one finger after the other: which reading moves? This is asked once.</p>
+        <div class="names" ref={list}>
+          {fingers.map(({ name }) => (
+            <label key={name} class="row">
+              <span>{title(name)}</span>
+              <select data-testid={`name-${name}`}>
+                <option value="">No finger</option>
+                {kFingers.map((finger) => (
+                  <option value={finger}>{title(finger)}</option>
+                ))}
+              </select>
+            </label>
+          ))}
+        </div>
+        <div class="row">
+          <Button test="names-save" kind="primary" act={() => ask('columns.name', { names: chosen() })}>
+            These are the fingers
+          </Button>
+        </div>
+      </Controls>
     </div>
   );
 }
 
 export function Record() {
-  const line = useLine('record-error');
   const { recording, device } = store.state;
-  const isHeard = device !== null && !['none', 'gone', 'listening'].includes(device.status);
+  const isHeard = !['none', 'gone', 'listening'].includes(device.status);
   return (
     <Panel id="record" name="Record">
       <Button
         test="record"
         kind={`primary record ${recording ? 'on' : ''}`}
-        line={line}
         act={() => ask(store.state.recording ? 'record.stop' : 'record.start')}
         disabled={!recording && !isHeard}
       >
@@ -116,19 +105,13 @@ export function Record() {
       <p class="muted" data-testid="record-file" hidden={!recording}>
         {recording && `${recording.rows} rows in ${recording.file}`}
       </p>
-      {line.element}
     </Panel>
   );
 }
 
 export function Model() {
-  const line = useLine('model-error');
-  const sendLine = useLine('send-error');
-  const { model, models, device } = store.state;
-  const known = model && !models.some((m) => m.path === model.path) ? [model, ...models] : models;
-  const select = useRef<HTMLSelectElement>(null);
-  const choose = async (path: string): Promise<void> => line.say(await ask('model.choose', { path: path || null }));
-  const takesModels = device !== null && ['glove', 'boards', 'twin'].includes(device.status);
+  const { model, device } = store.state;
+  const takesModels = ['glove', 'boards', 'twin'].includes(device.status);
   const hint = !model
     ? 'Choose a model, or calibrate, before there is something to send.'
     : takesModels
@@ -136,32 +119,37 @@ export function Model() {
       : 'Needs a glove with Flexor’s program.';
   return (
     <Panel id="model" name="Person and model">
-      <label for="model" class="sr">
-        Person and model
-      </label>
-      <select
-        id="model"
-        data-testid="model"
-        ref={select}
-        value={document.activeElement === select.current ? undefined : (model?.path ?? '')}
-        onChange={({ currentTarget }) => void choose(currentTarget.value)}
-      >
-        <option value="">No model: readings as they are</option>
-        {known.map(({ path, name }) => (
-          <option key={path} value={path}>
-            {known.filter((other) => other.name === name).length > 1 ? `${name} (${path})` : (name ?? path)}
-          </option>
-        ))}
-      </select>
-      {line.element}
-      <Button test="send" line={sendLine} act={() => ask('send')} disabled={!model}>
+      <Models />
+      <Button test="send" act={() => ask('send')} disabled={!model}>
         Send to the glove
       </Button>
       <p class="muted" hidden={hint === ''}>
         {hint}
       </p>
-      {sendLine.element}
     </Panel>
+  );
+}
+
+function Models() {
+  const tell = useAsk();
+  const { model, models } = store.state;
+  const known = model && !models.some((m) => m.path === model.path) ? [model, ...models] : models;
+  const select = useRef<HTMLSelectElement>(null);
+  return (
+    <select
+      aria-label="Person and model"
+      data-testid="model"
+      ref={select}
+      value={document.activeElement === select.current ? undefined : (model?.path ?? '')}
+      onChange={({ currentTarget }) => void tell('model.choose', { path: currentTarget.value || null })}
+    >
+      <option value="">No model: readings as they are</option>
+      {known.map(({ path, name }) => (
+        <option key={path} value={path}>
+          {known.filter((other) => other.name === name).length > 1 ? `${name} (${path})` : name}
+        </option>
+      ))}
+    </select>
   );
 }
 
@@ -171,16 +159,13 @@ const kSlipped = `The glove has slipped: it reads otherwise than when it was cal
 const kAnewColumns = ['Finger', 'Off by', 'Verdict'];
 
 export function Anew() {
-  const line = useLine('anew-error');
   const { anew, model, next } = store.state;
-  const fingers = anew?.fingers ?? [];
-  const seconds = anew?.seconds ?? 0;
-  const of = anew?.of_seconds ?? 10;
-  const isDone = fingers.some((finger) => finger.after_deg !== null || finger.verdict);
+  const { seconds, of_seconds: of, fingers } = anew ?? { seconds: 0, of_seconds: 10, fingers: [] };
+  const isDone = fingers.length > 0;
   const isRunning = !isDone && seconds > 0 && seconds < of;
-  const isSlipped = next?.kind === 'slipped';
+  const isSlipped = next.kind === 'slipped';
   const control = (label: string, word: string, kind: string, disabled = false) => (
-    <Button test={`anew-${word}`} kind={kind} line={line} act={() => ask(`anew.${word}`)} disabled={disabled}>
+    <Button test={`anew-${word}`} kind={kind} act={() => ask(`anew.${word}`)} disabled={disabled}>
       {label}
     </Button>
   );
@@ -220,22 +205,21 @@ export function Anew() {
           {control('Keep as it was', 'keep', 'quiet')}
         </div>
       )}
-      <Tracking line={line} />
-      {line.element}
+      <Tracking />
     </Panel>
   );
 }
 
-function Tracking({ line }: { line: Line }) {
+function Tracking() {
+  const tell = useAsk();
   const { tracking, tracking_remark: why } = store.state;
-  const turn = async (on: boolean): Promise<void> => line.say(await ask('tracking.set', { on }));
   return (
     <div>
-      <Switch test="tracking" on={tracking === true} disabled={!!why} turn={(on) => void turn(on)}>
+      <Switch test="tracking" on={tracking} disabled={!!why} turn={(on) => void tell('tracking.set', { on })}>
         Follow slow changes while worn
       </Switch>
       <p class="muted" data-testid="tracking-remark" hidden={!why}>
-        {why && refusalWords(why)}
+        {refusalWords(why)}
       </p>
     </div>
   );

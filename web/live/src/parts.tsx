@@ -1,29 +1,59 @@
 // What the page is built of: panels, tables, controls that ask the program for something, and the line on what went wrong.
-import type { ComponentChildren } from 'preact';
-import { useState } from 'preact/hooks';
+import { createContext, type ComponentChildren } from 'preact';
+import { useContext, useState } from 'preact/hooks';
+import { ask } from './app';
 import { kShapes } from './colours';
 import type { Quality } from './state';
 import { title } from './text';
 
-// One line under a group of controls. Empty while all is well.
-export interface Line {
-  element: ComponentChildren;
-  say(error: string | null): void;
+type Say = (error: string | null) => void;
+const Line = createContext<Say>(() => {});
+
+// Controls with one line under them on what went wrong.
+export function Controls({ id, children }: { id: string; children: ComponentChildren }) {
+  const [wrong, say] = useState<string | null>(null);
+  return (
+    <Line.Provider value={say}>
+      {children}
+      <Wrong id={id} text={wrong} />
+    </Line.Provider>
+  );
 }
 
-export function useLine(test: string): Line {
-  const [text, say] = useState<string | null>(null);
-  const element = (
-    <p class="error" role="alert" data-testid={test} hidden={text === null}>
+export function Wrong({ id, text }: { id: string; text: string | null }) {
+  return (
+    <p class="error" role="alert" data-testid={`${id}-error`} hidden={text === null}>
       {text}
     </p>
   );
-  return { element, say };
+}
+
+// Asks the program for something; what went wrong stands in the line of the controls.
+export function useAsk(): (what: string, parts?: Record<string, unknown>) => Promise<void> {
+  const say = useContext(Line);
+  return async (what, parts) => say(await ask(what, parts));
+}
+
+// What a range is dragged to until the program has it. `take` gets it at each move, or only once it is let go.
+export function useRange(value: number, take: (to: number) => Promise<void>, isLive: boolean) {
+  const [held, hold] = useState<number | null>(null);
+  const range = {
+    type: 'range' as const,
+    value: held ?? value,
+    onInput: ({ currentTarget }: { currentTarget: HTMLInputElement }): void => {
+      hold(Number(currentTarget.value));
+      if (isLive) void take(Number(currentTarget.value));
+    },
+    onChange: ({ currentTarget }: { currentTarget: HTMLInputElement }): void => {
+      const to = Number(currentTarget.value);
+      void take(to).then(() => hold((now) => (now === to ? null : now))); // unless it has been dragged on
+    },
+  };
+  return { shown: held ?? value, range };
 }
 
 interface ButtonOptions {
   test: string;
-  line: Line;
   act: () => Promise<string | null>;
   kind?: string; // primary, quiet
   disabled?: boolean;
@@ -31,13 +61,14 @@ interface ButtonOptions {
 }
 
 // It waits while it waits, and what went wrong stands in its line.
-export function Button({ test, line, act, kind = '', disabled = false, children }: ButtonOptions) {
+export function Button({ test, act, kind = '', disabled = false, children }: ButtonOptions) {
   const [busy, setBusy] = useState(false);
+  const say = useContext(Line);
   const click = async (): Promise<void> => {
     if (busy) return;
     setBusy(true);
-    line.say(null);
-    line.say(await act());
+    say(null);
+    say(await act());
     setBusy(false);
   };
   return (
@@ -118,7 +149,7 @@ interface PanelOptions {
   children: ComponentChildren;
 }
 
-// A part of a place, called by its heading.
+// A part of a place, called by its heading, with a line on what went wrong in it.
 export function Panel({ id, name, kind = '', hidden, beside, children }: PanelOptions) {
   const heading = <h2 id={`${id}-title`}>{name}</h2>;
   return (
@@ -128,15 +159,17 @@ export function Panel({ id, name, kind = '', hidden, beside, children }: PanelOp
       data-testid={`panel-${id}`}
       hidden={hidden}
     >
-      {beside === undefined ? (
-        heading
-      ) : (
-        <div class="panel-head">
-          {heading}
-          {beside}
-        </div>
-      )}
-      {children}
+      <Controls id={id}>
+        {beside === undefined ? (
+          heading
+        ) : (
+          <div class="panel-head">
+            {heading}
+            {beside}
+          </div>
+        )}
+        {children}
+      </Controls>
     </section>
   );
 }

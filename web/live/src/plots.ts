@@ -10,12 +10,6 @@ export type PlotOptions = Omit<uPlot.Options, 'width' | 'height'>;
 const kNarrowest_px = 160;
 const kScheme = window.matchMedia('(prefers-color-scheme: dark)');
 
-let loaded: Promise<typeof uPlot> | null = null;
-function loadPlots(): Promise<typeof uPlot> {
-  loaded ??= Promise.all([import('uplot'), import('uplot/dist/uPlot.min.css')]).then(([module]) => module.default);
-  return loaded;
-}
-
 export function css(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
@@ -50,7 +44,7 @@ export function usePlot(
     let isWanted = true;
     const size = () => ({ width: Math.max(kNarrowest_px, place.current!.clientWidth), height });
     const observer = new ResizeObserver(() => plot.current?.setSize(size()));
-    void loadPlots().then((Plots) => {
+    void Promise.all([import('uplot'), import('uplot/dist/uPlot.min.css')]).then(([{ default: Plots }]) => {
       if (!isWanted) return;
       plot.current = new Plots({ ...size(), legend: { show: false }, ...options() }, data(), place.current!);
       observer.observe(place.current!);

@@ -1,9 +1,8 @@
 // What was identified: the error of each finger's model beside a straight line's and the best baseline's, all on the held-out part.
-import { ask } from './app';
 import { fingerColour } from './colours';
-import { Segmented, Table, useLine } from './parts';
-import { HeldOutPlot } from './result_plot';
-import type { Calibration, FingerResult, Maybe, Verdict } from './state';
+import { Controls, Segmented, Table, useAsk } from './parts';
+import { axis, css, usePlot } from './plots';
+import type { Calibration, FingerResult, Maybe, ResultPlot, Verdict } from './state';
 import { degrees, number, title } from './text';
 
 const kColumns = ['Finger', 'Model', 'Straight line', 'Best baseline', 'Fit', 'Verdict'];
@@ -16,14 +15,11 @@ const kVerdicts: Record<Verdict, string> = {
 };
 
 export function Result({ calibration: { step, result, reference } }: { calibration: Calibration }) {
-  const line = useLine('plot-error');
   if (step !== 'result' || !result) return null;
-  const { fingers, plot, report } = result;
+  const { fingers, plot, report, warnings } = result;
   const isMeasured = reference !== 'poses';
-  const warnings = result.warnings ?? [];
   const most = Math.max(1, ...fingers.flatMap((f) => [f.error_deg ?? 0, f.line_deg ?? 0, f.baseline_deg ?? 0]));
   const reference_deg = Math.max(...fingers.map((finger) => finger.reference_error_deg ?? 0));
-  const choose = async (finger: string): Promise<void> => line.say(await ask('calibrate.plot', { finger }));
   const caption = isMeasured
     ? 'Error on the held-out part, degrees RMS'
     : 'What is to be expected, degrees RMS: nothing was measured';
@@ -53,18 +49,19 @@ export function Result({ calibration: { step, result, reference } }: { calibrati
         </a>
       )}
       {isMeasured && (
-        <Segmented
-          name="Finger in the plot"
-          test="plot"
-          values={fingers.map(({ name }) => name)}
-          pressed={plot?.finger}
-          pick={(finger) => void choose(finger)}
-        />
+        <Controls id="plot">
+          <Plotted names={fingers.map(({ name }) => name)} finger={plot?.finger} />
+        </Controls>
       )}
-      {line.element}
-      {isMeasured && plot && plot.t_s.length > 0 && <HeldOutPlot plot={plot} />}
+      {plot && <HeldOutPlot plot={plot} />}
     </div>
   );
+}
+
+function Plotted({ names, finger }: { names: string[]; finger: string | undefined }) {
+  const tell = useAsk();
+  const pick = (name: string): void => void tell('calibrate.plot', { finger: name });
+  return <Segmented name="Finger in the plot" test="plot" values={names} pressed={finger} pick={pick} />;
 }
 
 function Row({ finger, most }: { finger: FingerResult; most: number }) {
@@ -84,5 +81,44 @@ function Row({ finger, most }: { finger: FingerResult; most: number }) {
       <td>{number(fit_percent, 0, ' %')}</td>
       <td class="wrap">{verdict && kVerdicts[verdict]}</td>
     </tr>
+  );
+}
+
+// What the reference saw of the held-out part, what the model makes of the glove, and a straight line's answer.
+const kKeys = ['reference', 'model', 'straight line'];
+
+function HeldOutPlot({ plot: { finger, t_s, reference_deg, model_deg, line_deg } }: { plot: ResultPlot }) {
+  const colour = fingerColour(finger);
+  const { place } = usePlot(
+    `${finger} ${t_s.length} ${model_deg[model_deg.length >> 1]} ${t_s[0]}`,
+    240,
+    () => ({
+      scales: { x: { time: false } },
+      axes: [
+        axis({ size: 28, values: (_, ticks) => ticks.map((t) => `${t} s`) }),
+        axis({ size: 44, values: (_, ticks) => ticks.map((t) => `${t}°`) }),
+      ],
+      series: [
+        {},
+        { stroke: css('--ink'), width: 1.5 },
+        { stroke: colour, width: 2 },
+        { stroke: css('--muted'), width: 1.25, dash: [5, 4] },
+      ],
+    }),
+    () => [t_s, reference_deg, model_deg, line_deg],
+  );
+  return (
+    <figure class="result-plot" data-testid="result-plot" style={{ '--finger': colour }}>
+      <figcaption data-testid="result-plot-caption">{`${title(finger)}, on the part that the fit never saw`}</figcaption>
+      <ul class="keys">
+        {kKeys.map((name) => (
+          <li>
+            <span class={`swatch swatch-${name.split(' ').at(-1)}`} aria-hidden="true" />
+            {name}
+          </li>
+        ))}
+      </ul>
+      <div class="plot" ref={place} />
+    </figure>
   );
 }

@@ -6,9 +6,6 @@
 const kPause_s = 2; // longer without a row is a gap
 
 export class Ring {
-  readonly capacity: number;
-  readonly channels: number;
-  readonly length_s: number;
   private readonly spacing_s: number;
   private readonly times_: Float64Array;
   private readonly values_: Float32Array[];
@@ -16,10 +13,11 @@ export class Ring {
   private rows_ = 0;
   private kept_s_ = -Infinity; // time of the last row that got a place of its own
 
-  constructor(channels: number, length_s = 60, capacity = 18000) {
-    this.channels = channels;
-    this.length_s = length_s;
-    this.capacity = capacity;
+  constructor(
+    readonly channels: number,
+    readonly length_s = 60,
+    readonly capacity = 18000,
+  ) {
     this.spacing_s = length_s / capacity;
     this.times_ = new Float64Array(capacity);
     this.values_ = Array.from({ length: channels }, () => new Float32Array(capacity));

@@ -2,9 +2,8 @@
 import { useLayoutEffect, useReducer, useRef, useState } from 'preact/hooks';
 import { ask, place as shownPlace, store, useFrame } from './app';
 import { fingerColour } from './colours';
-import { Button, Panel, Segmented, useLine } from './parts';
+import { Button, Controls, Panel, Segmented } from './parts';
 import { axis, css, usePlot, type Plot, type PlotData, type PlotOptions } from './plots';
-import type { Ring } from './ring';
 import type { Finger } from './state';
 import { degrees, number, title } from './text';
 import { TimeWindow } from './time_window';
@@ -15,31 +14,18 @@ const kLeastBetween_ms = 30; // plots need no more than 30 pictures a second
 const kColumns = 640; // of each at most the least and the greatest row
 const kBeyond_s = 0.5; // rows beyond the edges, so that lines reach them
 
-const oldest_s = (): number => store.glove.angle.oldest_s;
+const oldest_s = (): number => store.glove.oldest_s;
 
 export function Scopes() {
   const [window] = useState(() => new TimeWindow());
-  const [drawings] = useState(() => new Set<() => void>()); // of the scopes
   const [hidden, hide] = useState<readonly string[]>([]); // fingers
   const [, count] = useReducer((n: number) => n + 1, 0);
-  const last_ms = useRef(0);
   const wasShown = useRef(false);
   wasShown.current ||= shownPlace === 'look';
-  const draw = (): void => {
-    if (store.glove.angle.rows === 0) return;
-    window.advance(store.glove.angle.newest_s);
-    for (const drawing of drawings) drawing();
-  };
-  useFrame('look', (now_ms) => {
-    if (window.paused || now_ms - last_ms.current < kLeastBetween_ms) return;
-    last_ms.current = now_ms;
-    draw();
-  });
   // The window, by whatever hand.
   const change = (act: () => void): void => {
     act();
     count(undefined);
-    draw();
   };
   const { fingers } = store.state;
   const isHidden = ({ name }: Finger): boolean => hidden.includes(name);
@@ -73,7 +59,7 @@ export function Scopes() {
             isHidden(finger)
               ? []
               : (['raw', 'angle'] as const).map((kind) => (
-                  <Scope key={`${finger.name} ${kind}`} {...{ finger, channel, kind, window, drawings, change }} />
+                  <Scope key={`${finger.name} ${kind}`} {...{ finger, channel, kind, window, change }} />
                 )),
           )}
       </div>
@@ -90,7 +76,6 @@ interface WindowOptions {
 }
 
 function Toolbar({ window, change }: WindowOptions) {
-  const line = useLine('marker-error');
   const note = useRef<HTMLInputElement>(null);
   const { paused, span_s } = window;
   const setMarker = async (): Promise<string | null> => {
@@ -111,7 +96,7 @@ function Toolbar({ window, change }: WindowOptions) {
     </button>
   );
   return (
-    <>
+    <Controls id="marker">
       <div class="row toolbar">
         <button
           type="button"
@@ -148,13 +133,12 @@ function Toolbar({ window, change }: WindowOptions) {
             data-testid="marker-text"
             ref={note}
           />
-          <Button test="marker" line={line} act={setMarker}>
+          <Button test="marker" act={setMarker}>
             Set marker
           </Button>
         </span>
       </div>
-      {line.element}
-    </>
+    </Controls>
   );
 }
 
@@ -162,10 +146,9 @@ interface ScopeOptions extends WindowOptions {
   finger: Finger;
   channel: number;
   kind: 'raw' | 'angle';
-  drawings: Set<() => void>;
 }
 
-function Scope({ finger, channel, kind, window, drawings, change }: ScopeOptions) {
+function Scope({ finger, channel, kind, window, change }: ScopeOptions) {
   const { name, unit } = finger;
   const value = useRef<HTMLSpanElement>(null);
   const colour = fingerColour(name);
@@ -192,25 +175,32 @@ function Scope({ finger, channel, kind, window, drawings, change }: ScopeOptions
     series: [{}, { stroke: colour, width: 1.5, spanGaps: false, points: { show: false } }],
     hooks: { draw: [drawMarkers], setSelect: [select] },
   });
-  const ring = (): Ring => (kind === 'raw' ? store.glove.first : store.glove.angle);
+  const row = (): number => (kind === 'raw' ? channel : store.state.fingers.length + channel); // of the ring
   const written = (v: number): number => (kind === 'raw' ? v : store.called_deg(store.state.fingers[channel], v));
   const data = (): PlotData => {
-    if (channel >= ring().channels) return [[], []];
+    if (row() >= store.glove.channels) return [[], []];
     const [from_s, to_s] = [window.from_s - kBeyond_s, window.to_s + kBeyond_s];
-    const { t_s, value: values } = ring().slice(channel, from_s, to_s, kColumns);
+    const { t_s, value: values } = store.glove.slice(row(), from_s, to_s, kColumns);
     return [t_s, values.map((v) => (v === null ? null : written(v)))];
   };
   const { place, plot } = usePlot(`${channel} ${unit}`, kHeight_px, options, data);
+  const last_ms = useRef(0);
   const draw = (): void => {
+    if (store.glove.rows > 0) window.advance(store.glove.newest_s);
     plot.current?.setData(data());
-    if (window.paused || channel >= ring().channels) return;
-    const latest = written(ring().last(channel));
+    if (window.paused || row() >= store.glove.channels) return;
+    const latest = written(store.glove.last(row()));
     value.current!.textContent = kind === 'raw' ? number(latest) : degrees(latest);
   };
+  useFrame('look', (now_ms) => {
+    if (window.paused || now_ms - last_ms.current < kLeastBetween_ms) return;
+    last_ms.current = now_ms;
+    draw();
+  });
+  // Also where it stands: the window is another one.
   useLayoutEffect(() => {
-    drawings.add(draw);
-    return () => drawings.delete(draw);
-  }, [channel]);
+    if (shownPlace === 'look') draw();
+  });
   return (
     <div class="scope" style={{ '--finger': colour }}>
       <p class="scope-head">

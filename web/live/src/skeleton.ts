@@ -1,5 +1,5 @@
 // How the drawn hand's bones stand for a pose. Bones are WebXR's joints: -Z of a joint points to the next one, Y to the
-// back of the hand, so flexion turns about -X. The mesh's bones are one flat list; chains are made here.
+// back of the hand, so flexion turns about -X. The mesh's bones are one flat list; chains are made here. The hand is a right one.
 import { Matrix4, Vector3 } from 'three';
 import { kFingers, type FingerName, type HandPose } from './mapping';
 
@@ -41,11 +41,8 @@ export class Skeleton {
   private readonly turn = new Matrix4();
   private readonly tilt = new Matrix4();
 
-  // `rest`: where each bone is in the mesh as it was modelled. `mirrored`: a right hand.
-  constructor(
-    rest: ReadonlyMap<string, Matrix4>,
-    private readonly mirrored: boolean,
-  ) {
+  // `rest`: where each bone is in the mesh as it was modelled.
+  constructor(rest: ReadonlyMap<string, Matrix4>) {
     const wrist = rest.get('wrist')!;
     this.world.set('wrist', wrist.clone());
     for (const finger of kFingers) {
@@ -79,7 +76,7 @@ export class Skeleton {
         own.multiplyMatrices(parent, link.fromParent);
         if (link.joint >= 0 && link.joint < 3) {
           const bend = (flex_deg[link.joint]! * Math.PI) / 180 - link.restBend_rad;
-          if (link.joint === 0) own.multiply(this.tilt.makeRotationY(((this.mirrored ? -abduct_deg : abduct_deg) * Math.PI) / 180));
+          if (link.joint === 0) own.multiply(this.tilt.makeRotationY((-abduct_deg * Math.PI) / 180));
           own.multiply(this.turn.makeRotationX(-bend));
         }
         parent = own;

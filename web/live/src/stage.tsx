@@ -1,10 +1,9 @@
 // The hand's place on the page: the drawing, which hand and from where, what the marks mean, and what the hand complains of.
 import { useEffect, useRef, useState } from 'preact/hooks';
-import { place as shownPlace, store, useFrame } from './app';
-import { known, qualityWords } from './colours';
-import { wantFrame } from './frames';
-import type { HandScene, View } from './hand';
-import { fingerOf, type FingerName } from './mapping';
+import { place as shownPlace, store, useFrame, wantFrame } from './app';
+import { qualityWords } from './colours';
+import type { HandScene, Qualities, View } from './hand';
+import { fingerOf } from './mapping';
 import { QualityShape, Segmented } from './parts';
 import type { Quality, Side, State } from './state';
 import { title } from './text';
@@ -13,62 +12,77 @@ const kQualities: Quality[] = ['good', 'fair', 'poor', 'none']; // from the best
 const kTurn_rad = 0.15; // by an arrow key
 const kTurn_radPerPx = 0.008;
 
-// After the first paint, so that three.js keeps nobody waiting for the sentence and the cards.
-function useScene(failed: (why: string) => void) {
-  const place = useRef<HTMLDivElement>(null);
-  const [scene, setScene] = useState<HandScene | null>(null);
-  const isWanted = shownPlace === 'wear';
-  useEffect(() => {
-    if (!isWanted || scene) return;
-    import('./hand')
-      .then(({ HandScene }) => {
-        const made = new HandScene(place.current!, new URL('hand/', document.baseURI).href, wantFrame);
-        for (const [name, value] of [
-          ['role', 'img'],
-          ['tabindex', '0'],
-          ['data-testid', 'hand-canvas'],
-        ] as const)
-          made.canvas.setAttribute(name, value);
-        place.current!.append(made.canvas);
-        makeTurnable(made);
-        setScene(made);
-      })
-      .catch(() => failed('This browser draws no 3-D here. The cards show every angle.'));
-  }, [isWanted]);
-  return { place, scene };
-}
-
 export function Stage() {
   const { state } = store;
   const [message, setMessage] = useState<string | null>('Drawing the hand …');
-  const { place, scene } = useScene(setMessage);
+  const [scene, setScene] = useState<HandScene | null>(null);
   const [chosen, choose] = useState<Side | null>(null); // by the switch, until the model says another
   const [view, setView] = useState<View>('palm');
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const isAsked = useRef(false);
+  const last_px = useRef<number | null>(null); // while it is dragged
   const modelSide = state.model?.side ?? null;
   const side = chosen ?? modelSide ?? 'right';
   const look = (from: View): void => {
     setView(from);
     scene?.setView(from); // also where it is turned by hand
   };
+  // After the first paint, so that three.js keeps nobody waiting for the sentence and the cards.
+  useEffect(() => {
+    if (shownPlace !== 'wear' || isAsked.current) return;
+    isAsked.current = true;
+    import('./hand')
+      .then(({ HandScene }) => {
+        const made = new HandScene(canvas.current!, wantFrame);
+        setScene(made);
+        const failed = () => setMessage('The drawn hand could not be loaded. Reload the page.');
+        made.load(new URL('hand.glb', document.baseURI).href).catch(failed);
+      })
+      .catch(() => setMessage('This browser draws no 3-D here. The cards show every angle.'));
+  });
   useEffect(() => {
     if (modelSide) choose(null);
   }, [modelSide]);
-  useEffect(() => {
-    scene?.setSide(side).catch(() => setMessage('The drawn hand could not be loaded. Reload the page.'));
-  }, [scene, side]);
-  const inWords = wordsOf(state, side);
-  useEffect(() => scene?.canvas.setAttribute('aria-label', inWords), [scene, inWords]);
+  useEffect(() => scene?.setSide(side), [scene, side]);
   useFrame('wear', () => {
-    scene?.setPose(store.handPose(), qualitiesOf(state));
-    scene?.setBionic(store.bionicPose());
-    if (scene?.render()) setMessage(null);
+    if (scene?.render(store.handPose(), qualitiesOf(state), store.bionicPose())) setMessage(null);
   });
+  const drag = ({ clientX }: PointerEvent): void => {
+    if (last_px.current === null) return;
+    scene?.turn((last_px.current - clientX) * kTurn_radPerPx);
+    last_px.current = clientX;
+  };
+  const drop = (): void => {
+    last_px.current = null;
+  };
+  const turnByKey = (event: KeyboardEvent): void => {
+    const turn_rad = { ArrowLeft: kTurn_rad, ArrowRight: -kTurn_rad }[event.key];
+    if (turn_rad === undefined) return;
+    event.preventDefault();
+    scene?.turn(turn_rad);
+  };
   const hasBionic = store.bionicPose() !== null;
   const isStill = state.fingers.length > 0 && state.fingers.every(({ angle_deg }) => angle_deg === null);
   const faults = faultsOf(state);
   return (
     <section class={`stage ${hasBionic ? 'two' : ''}`} aria-label="Hand" data-testid="stage">
-      <div class="stage-canvas" ref={place} />
+      <div class="stage-canvas">
+        <canvas
+          role="img"
+          tabindex={0}
+          data-testid="hand-canvas"
+          aria-label={wordsOf(state, side)}
+          ref={canvas}
+          onPointerDown={({ currentTarget, clientX, pointerId }) => {
+            last_px.current = clientX;
+            currentTarget.setPointerCapture(pointerId);
+          }}
+          onPointerMove={drag}
+          onPointerUp={drop}
+          onPointerCancel={drop}
+          onKeyDown={turnByKey}
+        />
+      </div>
       <div class="stage-labels" aria-hidden="true">
         <span>{isStill ? 'Your hand, not calibrated: it stands still' : 'Your hand'}</span>
         <span hidden={!hasBionic}>{`Bionic hand${kHandWords[state.hand?.status ?? ''] ?? ''}`}</span>
@@ -99,11 +113,12 @@ export function Stage() {
   );
 }
 
-function qualitiesOf({ fingers }: State): Partial<Record<FingerName, Quality>> {
-  const out: Partial<Record<FingerName, Quality>> = {};
+function qualitiesOf({ fingers }: State): Qualities {
+  const out: Qualities = {};
   for (const { name, quality } of fingers) {
     const at = fingerOf(name);
-    if (at) out[at.finger] = worse(out[at.finger], known(quality));
+    const ranks = [quality, at && out[at.finger]].map((of) => kQualities.indexOf(of ?? 'good'));
+    if (at) out[at.finger] = kQualities[Math.max(...ranks)]!;
   }
   return out;
 }
@@ -121,38 +136,8 @@ const kHandWords: Record<string, string> = {
   waits: ', which waits for its glove',
 };
 
-function faultsOf(state: State): string {
-  const faults = state.hand?.faults ?? [];
-  return [...faults.map((text, i) => (text ? `${title(state.hand?.names[i] ?? '')}: ${text}` : '')), state.hand?.board]
-    .filter(Boolean)
-    .join(' ');
-}
-
-function worse(a: Quality | undefined, b: Quality): Quality {
-  return a && kQualities.indexOf(a) > kQualities.indexOf(b) ? a : b;
-}
-
-// By dragging, and by arrow keys.
-function makeTurnable(scene: HandScene): void {
-  let last_px: number | null = null;
-  scene.canvas.addEventListener('pointerdown', (event) => {
-    last_px = event.clientX;
-    scene.canvas.setPointerCapture(event.pointerId);
-  });
-  scene.canvas.addEventListener('pointermove', (event) => {
-    if (last_px === null) return;
-    scene.turn((last_px - event.clientX) * kTurn_radPerPx);
-    last_px = event.clientX;
-  });
-  for (const end of ['pointerup', 'pointercancel']) {
-    scene.canvas.addEventListener(end, () => {
-      last_px = null;
-    });
-  }
-  scene.canvas.addEventListener('keydown', (event) => {
-    const turn = { ArrowLeft: kTurn_rad, ArrowRight: -kTurn_rad }[event.key];
-    if (turn === undefined) return;
-    event.preventDefault();
-    scene.turn(turn);
-  });
+function faultsOf({ hand }: State): string {
+  if (!hand) return '';
+  const faults = hand.faults.map((text, i) => text && `${title(hand.names[i]!)}: ${text}`);
+  return [...faults, hand.board].filter(Boolean).join(' ');
 }

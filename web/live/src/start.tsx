@@ -3,7 +3,7 @@ import { useRef, useState } from 'preact/hooks';
 import { ask, store } from './app';
 import { kHasMarkerless } from './markerless';
 import { Marks } from './marks';
-import { Button, useLine } from './parts';
+import { Button, Controls } from './parts';
 import type { Reference, Side } from './state';
 import { title } from './text';
 
@@ -47,7 +47,6 @@ const kSides: Choice<Side>[] = [
 const kFirstJoints = 'paper_hand'; // all five fingers
 
 export function Start({ hidden }: { hidden: boolean }) {
-  const line = useLine('calibrate-start-error');
   const person = useRef<HTMLInputElement>(null);
   const { joint_files, model, models, twin } = store.state;
   const [chosenSide, chooseSide] = useState<Side | null>(null);
@@ -85,7 +84,6 @@ export function Start({ hidden }: { hidden: boolean }) {
           data-testid="calibrate-person"
           placeholder="anna"
           ref={person}
-          onInput={() => line.say(null)}
         />
         <datalist id="people">
           {[...people].map((name) => (
@@ -117,12 +115,13 @@ export function Start({ hidden }: { hidden: boolean }) {
         </select>
         <Marks test="marks-chosen" joints={joints} />
       </div>
-      <div class="row">
-        <Button test="calibrate-start" kind="primary" line={line} act={start}>
-          Start calibration
-        </Button>
-      </div>
-      {line.element}
+      <Controls id="calibrate-start">
+        <div class="row">
+          <Button test="calibrate-start" kind="primary" act={start}>
+            Start calibration
+          </Button>
+        </div>
+      </Controls>
     </section>
   );
 }

@@ -1,4 +1,4 @@
-// What the server says, as apps/live/SOCKET.md has it. Everything may be missing: a value that is not known is null.
+// What the server says, as apps/live/SOCKET.md has it. A value that is not known is null.
 
 export type Quality = 'good' | 'fair' | 'poor' | 'none';
 export type Side = 'left' | 'right';
@@ -6,15 +6,15 @@ export type Maybe = number | null;
 
 export interface Device {
   status: 'none' | 'listening' | 'glove' | 'gone' | 'replay' | 'twin' | 'boards';
-  name: string | null;
-  port: string | null;
-  format: string | null;
-  says: string | null;
+  name: string;
+  port: string;
+  format: string;
+  says: string;
 }
 
 export interface Finger {
   name: string;
-  unit: string | null;
+  unit: string;
   raw: Maybe;
   angle_deg: Maybe;
   sd_deg: Maybe;
@@ -22,17 +22,13 @@ export interface Finger {
   fist_deg: Maybe;
   covered: Maybe;
   quality: Quality;
-  remark: string | null;
-  tracked?: string | null;
+  remark: string;
+  tracked: string;
 }
 
-export interface Coverage {
+export interface Coverage extends Record<'range' | 'slow' | 'fast' | 'holds', number> {
   name: string;
-  range: Maybe;
-  slow: Maybe;
-  fast: Maybe;
-  holds: Maybe;
-  missing: string | null;
+  missing: string;
 }
 
 export type Verdict = 'better' | 'as good' | 'worse' | 'astray' | 'expected';
@@ -45,79 +41,57 @@ export interface FingerResult {
   baseline_deg: Maybe;
   fit_percent: Maybe;
   verdict: Verdict | null;
-  reference_error_deg?: Maybe; // of the reference itself, where it is known to err
+  reference_error_deg: Maybe; // of the reference itself, where it is known to err
 }
 
-export interface ResultPlot {
-  t_s: Maybe[];
+export interface ResultPlot extends Record<'reference_deg' | 'model_deg' | 'line_deg', Maybe[]> {
+  t_s: number[];
   finger: string;
-  reference_deg: Maybe[];
-  model_deg: Maybe[];
-  line_deg: Maybe[];
 }
 
 export const kSteps = ['glove', 'reference', 'motion', 'identify', 'result', 'send'] as const;
-export type Step = (typeof kSteps)[number];
 export type Reference = 'marks' | 'poses' | 'markerless' | 'drawn';
 
 export interface Calibration {
-  step: Step;
+  step: (typeof kSteps)[number];
   reference: Reference;
   camera: 'page' | 'server' | 'none';
-  joints: string | null;
-  asks: string | null; // a kind (words.ts), and so is `then`
-  seconds: Maybe;
-  of_seconds: Maybe;
+  joints: string;
+  asks: string; // a kind (words.ts), and so is `then`
+  seconds: number;
+  of_seconds: number;
   left_s: Maybe; // until there is something else to do
   then: string | null;
-  covered: Coverage[] | null;
-  pictures: Maybe;
-  marks_found: Maybe; // of the newest picture
-  marks: Maybe;
+  covered: Coverage[];
+  pictures: number;
+  marks_found: number; // of the newest picture
+  marks: number;
   marks_at: [number, number][]; // where they are in the newest picture, as shares of its width and height
-  tracked: Maybe;
-  failed?: string | null;
-  result: {
-    fingers: FingerResult[];
-    plot: ResultPlot | null;
-    warnings?: string[] | null;
-    report?: string | null;
-  } | null;
-}
-
-export interface AnewFinger {
-  name: string;
-  before_deg: Maybe;
-  after_deg: Maybe;
-  verdict: string | null;
+  tracked: number;
+  failed: string | null;
+  result: { fingers: FingerResult[]; plot: ResultPlot | null; warnings: string[]; report: string | null } | null;
 }
 
 export interface Model {
   path: string;
-  name: string | null;
-  person: string | null;
-  side: Side | null;
+  name: string;
+  person: string;
+  side: Side;
 }
 
 export interface Session {
   name: string;
-  person: string | null;
-  side: Side | null;
+  person: string;
+  side: Side;
   files: string[];
-  seconds: Maybe;
-}
-
-export interface Score {
-  label: string;
-  total_deg_s: Maybe;
-  gestures_deg_s: Maybe[];
+  seconds: number;
 }
 
 export interface Job {
   name: string;
-  stage: string | null;
-  share: Maybe;
-  left_s: Maybe;
+  stage: string;
+  fraction: Maybe;
+  seconds_left: Maybe;
 }
 
 export interface Next {
@@ -128,34 +102,30 @@ export interface Next {
 }
 
 export interface State {
-  device: Device | null;
-  next: Next | null;
+  device: Device;
+  next: Next;
   fingers: Finger[];
   model: Model | null;
   recording: { file: string; rows: number; seconds: number } | null;
   job: Job | null;
   last: { job: string; ok: boolean; text: string } | null;
-  link: { rate_hz: Maybe; torn: Maybe; lost: Maybe; jitter_ms: Maybe; latency_ms: Maybe } | null;
+  link: Record<'rate_hz' | 'torn' | 'jitter_ms' | 'latency_ms', number> & { lost: Maybe };
   calibration: Calibration | null;
-  tracking: boolean | null;
-  tracking_remark: string | null;
-  anew: { seconds: Maybe; of_seconds: Maybe; fingers: AnewFinger[] | null } | null;
-  twin: { slip_deg: Maybe; drift_deg_per_min: Maybe; noise_counts: Maybe; loss: Maybe } | null;
+  tracking: boolean;
+  tracking_remark: string;
+  anew: {
+    seconds: number;
+    of_seconds: number;
+    fingers: { name: string; before_deg: Maybe; after_deg: Maybe; verdict: string }[];
+  } | null;
+  twin: Record<'slip_deg' | 'drift_deg_per_min' | 'noise_counts' | 'loss', number> | null;
   posture: { names: string[] } | null;
-  hand: { names: string[]; open_deg: number[]; status: string; port?: string | null; faults: string[] | null; board?: string } | null;
-  scores: Score[];
-  experiment: { compensator: string; total_deg_s: Maybe }[] | null;
+  hand: { names: string[]; open_deg: number[]; status: string; faults: string[]; board: string } | null;
+  scores: { label: string; total_deg_s: number; gestures_deg_s: number[] }[];
+  experiment: { compensator: string; total_deg_s: number }[] | null;
   joint_files: string[];
-  replay: { file: string; t_s: Maybe; of_s: Maybe; playing: boolean } | null;
+  replay: { file: string; t_s: number; of_s: number; playing: boolean } | null;
   sessions: Session[];
   models: Model[];
-  ports: { path: string; name: string | null }[];
+  ports: { path: string; name: string }[];
 }
-
-// Before the program has said anything.
-export const kNothing: State = {
-  ...{ fingers: [], scores: [], joint_files: [], sessions: [], models: [], ports: [] },
-  ...{ device: null, next: null, model: null, hand: null, posture: null, link: null, twin: null, replay: null },
-  ...{ experiment: null, recording: null, job: null, last: null, calibration: null, anew: null },
-  ...{ tracking: null, tracking_remark: null },
-};

@@ -3,69 +3,60 @@ import { Ring } from './ring';
 import { poseFromAngles, poseFromPosture, type HandPose } from './mapping';
 import { kept } from './kept';
 import type { Marker } from './socket';
-import { kNothing, type Finger, type Maybe, type State } from './state';
-import { kHandSamples, kPosture, kSamples, type Picture, type Samples } from './wire';
+import type { Finger, Maybe, State } from './state';
+import { kHandSamples, kSamples, type Picture, type Samples } from './wire';
 
 const kMostMarkers = 500; // as the program
 
-class Channels {
-  first = new Ring(0);
-  angle = new Ring(0);
-  latest = new Float32Array(0);
-
-  take(samples: Samples): void {
-    if (this.angle.channels !== samples.channels) {
-      this.first = new Ring(samples.channels);
-      this.angle = new Ring(samples.channels);
-    }
-    for (let row = 0; row < samples.rows; ++row) {
-      const at = row * samples.channels;
-      this.first.push(samples.host_s[row]!, samples.first, at);
-      this.angle.push(samples.host_s[row]!, samples.angle_deg, at);
-    }
-    if (samples.rows > 0) this.latest = samples.angle_deg.slice((samples.rows - 1) * samples.channels);
-  }
-
-  forget(): void {
-    this.first.clear();
-    this.angle.clear();
-    this.latest = new Float32Array(0);
-  }
-}
-
 export class Store {
-  state: State = kNothing;
+  state!: State; // before the first one nothing is drawn but that it is waited for
   connected = false;
   isLost = false; // the connection, for longer than a blink
   announced = '';
-  picture: Picture | null = null; // the newest of the program's camera
-  readonly glove = new Channels();
-  readonly hand = new Channels();
+  picture = ''; // the newest of the program's camera, as an address
+  glove = new Ring(0); // of each finger its reading, then of each its angle
   markers: Marker[] = [];
-  private posture: Float32Array | null = null;
+  private hand: Float32Array | null = null; // the newest angles
+  private posture: Float32Array | null = null; // likewise
   openHand_deg = kept('open_hand'); // what the wearer calls an open hand; null: what the model does
+
+  greet(schema: number): void {
+    this.markers = []; // those that it has come next
+    if (schema !== 1) this.announced = `The program speaks schema ${schema} and this page schema 1. Reload the page.`;
+  }
 
   takeState(state: State): void {
     this.state = state;
     if (!state.posture) this.posture = null;
-    if (!state.hand) this.hand.forget();
-    if (!state.calibration) this.picture = null;
+    if (!state.hand) this.hand = null;
+    if (!state.calibration) this.takePicture(null);
   }
 
   takeSamples(samples: Samples): void {
-    if (samples.kind === kSamples) this.glove.take(samples);
-    else if (samples.kind === kHandSamples) this.hand.take(samples);
-    else if (samples.kind === kPosture && samples.rows > 0) {
-      this.posture = samples.angle_deg.slice((samples.rows - 1) * samples.channels);
+    const { kind, channels, host_s, values } = samples;
+    if (kind === kSamples) {
+      if (this.glove.channels !== 2 * channels) this.glove = new Ring(2 * channels);
+      host_s.forEach((t_s, row) => this.glove.push(t_s, values, 2 * row * channels));
+    } else if (host_s.length > 0) {
+      this[kind === kHandSamples ? 'hand' : 'posture'] = values.slice(values.length - channels);
     }
+  }
+
+  takePicture(picture: Picture | null): void {
+    URL.revokeObjectURL(this.picture);
+    this.picture = picture ? URL.createObjectURL(new Blob([picture.jpeg], { type: 'image/jpeg' })) : '';
   }
 
   takeMarker(marker: Marker): void {
     this.markers = [...this.markers, marker].slice(-kMostMarkers);
   }
 
-  fingerNames(): string[] {
-    return this.state.fingers.map((finger) => finger.name);
+  // Of the finger `channel`, as far as the ring is of these fingers.
+  latest_deg(channel: number): number {
+    const { fingers } = this.state;
+    return this.glove.channels === 2 * fingers.length
+      ? this.glove.last(fingers.length + channel)
+      : (fingers[channel]!.angle_deg ?? NaN);
   }
 
   // The angle as the wearer calls it. NaN: not known.
@@ -76,20 +67,19 @@ export class Store {
 
   // The wearer's hand. Without samples the state's own angles stand in.
   handPose(): HandPose {
-    const names = this.fingerNames();
-    if (this.state.posture && this.posture) return poseFromPosture(this.state.posture.names, this.posture, names);
-    const { fingers } = this.state;
-    const isNew = this.glove.latest.length === names.length;
+    const { fingers, posture } = this.state;
+    const names = fingers.map(({ name }) => name);
+    if (posture && this.posture) return poseFromPosture(posture.names, this.posture, names);
     return poseFromAngles(
       names,
-      isNew ? this.glove.latest : fingers.map((finger) => finger.angle_deg ?? NaN),
-      fingers.map((finger) => finger.open_deg),
+      fingers.map((_, channel) => this.latest_deg(channel)),
+      fingers.map(({ open_deg }) => open_deg),
     );
   }
 
   bionicPose(): HandPose | null {
-    const hand = this.state.hand;
-    if (!hand || this.hand.latest.length !== hand.names.length) return null;
-    return poseFromAngles(hand.names, this.hand.latest, hand.open_deg);
+    const { hand } = this.state;
+    if (!hand || this.hand?.length !== hand.names.length) return null;
+    return poseFromAngles(hand.names, this.hand, hand.open_deg);
   }
 }

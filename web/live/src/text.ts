@@ -11,9 +11,9 @@ export const degrees = (value: Maybe | undefined, digits = 0): string => number(
 export const percent = (share: Maybe | undefined): string => number((share ?? NaN) * 100, 0, ' %');
 
 // How far a job is.
-export function progressOf({ stage, name, share, left_s }: Job): string {
-  const parts = [stage && stage !== name ? title(stage) : '', share === null ? '' : percent(share)];
-  return [...parts, left_s === null ? '' : `${number(left_s)} s left`].filter(Boolean).join(', ');
+export function progressOf({ stage, name, fraction, seconds_left }: Job): string {
+  const parts = [stage && stage !== name ? title(stage) : '', fraction === null ? '' : percent(fraction)];
+  return [...parts, seconds_left === null ? '' : `${number(seconds_left)} s left`].filter(Boolean).join(', ');
 }
 
 export function time(seconds: Maybe | undefined): string {

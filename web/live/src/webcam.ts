@@ -7,7 +7,7 @@ const kLeastBetween_ms = 52; // about 18 pictures a second
 const kQuality = 0.82; // at this width far from the half MiB that the program takes
 
 export class Webcam {
-  readonly video = document.createElement('video');
+  video!: HTMLVideoElement; // where it is shown
   sending = false;
   look: ((captured_ms: number) => void) | null = null;
   changed: (error: string | null) => void = () => {}; // on, off, or why not
@@ -19,10 +19,6 @@ export class Webcam {
   private readonly canvas = document.createElement('canvas');
 
   constructor(private readonly send: (message: ArrayBuffer) => void) {
-    this.video.muted = true;
-    this.video.playsInline = true;
-    this.video.setAttribute('aria-label', 'Picture of your camera');
-    this.video.dataset['testid'] = 'camera-video';
     // Where the browser tells of no frames (a page that is not looked at), a picture now and then is better than none.
     window.setInterval(() => {
       if (performance.now() - this.lastFrame_ms > 300) this.take(performance.now());

@@ -2,22 +2,18 @@
 
 export const kSamples = 1;
 export const kHandSamples = 2;
-export const kCameraPicture = 3;
-export const kServerPicture = 4;
+const kCameraPicture = 3;
+const kServerPicture = 4;
 export const kPosture = 5;
 
 export interface Samples {
   kind: typeof kSamples | typeof kHandSamples | typeof kPosture;
   channels: number;
-  rows: number;
-  host_s: Float64Array;
-  first: Float32Array; // raw, duty or standard error: rows x channels
-  angle_deg: Float32Array; // rows x channels; not known: NaN
+  host_s: Float64Array; // of each row
+  values: Float32Array; // of each row raw, duty or standard error of each channel, then their angles; not known: NaN
 }
 
 export interface Picture {
-  kind: typeof kServerPicture;
-  host_s: number;
   jpeg: Uint8Array<ArrayBuffer>;
 }
 
@@ -26,32 +22,20 @@ export function decode(buffer: ArrayBuffer): Samples | Picture | null {
   if (buffer.byteLength < 4) return null;
   const view = new DataView(buffer);
   const kind = view.getUint8(0);
-  if (kind === kServerPicture) return decodePicture(buffer, view);
+  if (kind === kServerPicture) return buffer.byteLength > 16 ? { jpeg: new Uint8Array(buffer, 16) } : null;
   if (kind !== kSamples && kind !== kHandSamples && kind !== kPosture) return null;
   const channels = view.getUint8(1);
   const rows = view.getUint16(2, true);
   if (buffer.byteLength !== 4 + rows * (8 + 8 * channels)) return null;
-  const samples: Samples = {
-    kind,
-    channels,
-    rows,
-    host_s: new Float64Array(rows),
-    first: new Float32Array(rows * channels),
-    angle_deg: new Float32Array(rows * channels),
-  };
+  const host_s = new Float64Array(rows);
+  const values = new Float32Array(2 * rows * channels);
   let at = 4;
   for (let row = 0; row < rows; ++row) {
-    samples.host_s[row] = view.getFloat64(at, true);
+    host_s[row] = view.getFloat64(at, true);
     at += 8;
-    for (let c = 0; c < channels; ++c, at += 4) samples.first[row * channels + c] = view.getFloat32(at, true);
-    for (let c = 0; c < channels; ++c, at += 4) samples.angle_deg[row * channels + c] = view.getFloat32(at, true);
+    for (let c = 0; c < 2 * channels; ++c, at += 4) values[2 * row * channels + c] = view.getFloat32(at, true);
   }
-  return samples;
-}
-
-function decodePicture(buffer: ArrayBuffer, view: DataView): Picture | null {
-  if (buffer.byteLength <= 16) return null;
-  return { kind: kServerPicture, host_s: view.getFloat64(8, true), jpeg: new Uint8Array(buffer, 16) };
+  return { kind, channels, host_s, values };
 }
 
 // A picture of the page's camera, taken at that time of the page's clock.

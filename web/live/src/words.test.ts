@@ -1,12 +1,12 @@
 import { describe, expect, it } from 'vitest';
-import { kNothing, type Calibration } from './state';
+import type { Calibration, State } from './state';
 import { askWords, missingWords, nextWords, refusalWords } from './words';
 
 const calibration = (parts: Partial<Calibration>) => ({ reference: 'marks', result: null, ...parts }) as Calibration;
 
 describe('words', () => {
   it('have a sentence for each kind, with what there is to say of it', () => {
-    const state = kNothing;
+    const state = {} as State;
     expect(nextWords({ kind: 'look_at', finger: 'index', why: 'no reading' }, state)).toBe('Look at index: no reading.');
     expect(nextWords({ kind: 'take', misfits: 'ring' }, state)).toContain('Does not fit: ring');
     expect(nextWords({ kind: 'take' }, state)).not.toContain('fit:');
@@ -21,9 +21,9 @@ describe('words', () => {
     expect(askWords('failed', calibration({ failed: 'no angle' }))).toContain('no angle');
   });
   it('name the fingers that a model does not follow', () => {
-    const finger = { error_deg: 40, line_deg: 5, baseline: 'line', baseline_deg: 5, fit_percent: -60 };
+    const finger = { error_deg: 40, line_deg: 5, baseline: 'line', baseline_deg: 5, fit_percent: -60, reference_error_deg: null };
     const fingers = [{ name: 'index', verdict: 'better' as const }, { name: 'ring', verdict: 'astray' as const }];
-    const result = { fingers: fingers.map((f) => ({ ...finger, ...f })), plot: null };
+    const result = { fingers: fingers.map((f) => ({ ...finger, ...f })), plot: null, warnings: [], report: null };
     expect(askWords('result', calibration({ result }))).toContain('does not follow Ring');
   });
 });

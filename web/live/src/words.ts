@@ -128,8 +128,7 @@ function filled(sentence: string, parts: Record<string, unknown>): string {
 }
 
 // An unknown kind is a newer program's: better than nothing.
-export function askWords(kind: string | null, { reference, failed, result }: Calibration): string {
-  if (kind === null) return '';
+export function askWords(kind: string, { reference, failed, result }: Calibration): string {
   const astray = (result?.fingers ?? []).filter(({ verdict }) => verdict === 'astray').map(({ name }) => title(name));
   if (kind === 'result' && astray.length > 0)
     return `The model does not follow ${astray.join(', ')}: repeat the motion, with the hand in the camera’s view all the time.`;
@@ -151,6 +150,6 @@ export function refusalWords(error: string, parts: Record<string, unknown> = {})
   return filled(kRefused[error] ?? error, parts);
 }
 
-export function missingWords(kind: string | null): string {
+export function missingWords(kind: string): string {
   return kind ? (kMissing[kind] ?? title(kind)) : 'Complete';
 }

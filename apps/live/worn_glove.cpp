@@ -1,4 +1,4 @@
-#include "apps/live/worn_gloves.hpp"
+#include "apps/live/worn_glove.hpp"
 
 #include <fmt/format.h>
 

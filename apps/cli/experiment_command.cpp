@@ -239,12 +239,9 @@ void play_until_stopped(Options& o) {
   try {
     play(o);
   } catch (const io::Cancelled& stopped) {
-    if (o.plan.shard.of > 1) {
-      log(std::string("flexor: ") + stopped.what());
-      throw JobEnded{kGoOnLater};
-    }
-    io::set_interruption_note(stopped.what());
-    stop.end();
+    if (o.plan.shard.of == 1) throw;
+    log(std::string("flexor: ") + stopped.what());
+    throw JobEnded{kGoOnLater};
   }
 }
 

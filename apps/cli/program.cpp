@@ -310,8 +310,10 @@ void require_command(const CLI::App& app, const std::string& name, const std::st
 
 // Whatever ends a command: its exit status. What fails once a signal has come is nobody's fault.
 int failed(const std::string& text, int status) {
-  if (io::is_interrupted()) {
-    log("flexor: interrupted");
+  try {
+    io::go_on();
+  } catch (const io::Cancelled& interrupted) {
+    log(std::string("flexor: ") + interrupted.what());
     io::end_by_signal();
   }
   log("flexor: " + text);

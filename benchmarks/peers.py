@@ -34,8 +34,6 @@ import jax  # noqa: E402
 import jax.numpy as jnp  # noqa: E402
 import numpy as np  # noqa: E402
 from jax_sysid.models import Model  # noqa: E402
-from scipy.optimize import least_squares  # noqa: E402
-from scipy.signal import lfilter  # noqa: E402
 from sklearn.ensemble import ExtraTreesRegressor  # noqa: E402
 from sysidentpy.basis_function import Polynomial  # noqa: E402
 from sysidentpy.model_structure_selection import FROLS  # noqa: E402
@@ -53,93 +51,6 @@ class Data:
     reading: np.ndarray
     angle_deg: np.ndarray
     use: np.ndarray  # False in a pause of either log
-
-
-def place_knots(reading: np.ndarray, count: int = 10) -> np.ndarray:
-    """Quantiles of the readings, no two closer than a hundredth of the range: host/identify/fit.cpp."""
-    apart = np.ptp(reading) / 100 * np.arange(count)
-    return np.maximum.accumulate(np.quantile(reading, np.linspace(0, 1, count)) - apart) + apart
-
-
-class HammersteinWiener:
-    """w = curve(u);  x1' = a1 (w - x1);  x2' = a2 (x1 - x2);  y = min(max(c x1 + (1 - c) x2, low), high).
-
-    theta = the curve's values at the knots, log a1, log a2, c, low, high. Exact zero-order hold, p_i = exp(-a_i T):
-    x1[k] = p1 x1[k-1] + (1 - p1) w[k];  x2[k] = p2 x2[k-1] + q x1[k-1] + (1 - p2 - q) w[k],  q = a2 (p1 - p2) / (a2 - a1).
-    The equations of host/identify/predictor.hpp.
-    """
-
-    def __init__(self, knots: np.ndarray):
-        self.knots = knots
-
-    def weights(self, reading: np.ndarray) -> np.ndarray:
-        """curve(u) = weights(u) @ values: straight between knots, level beyond them."""
-        return np.column_stack([np.interp(reading, self.knots, unit) for unit in np.eye(len(self.knots))])
-
-    def __call__(self, theta: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The angle and its Jacobian, one row for each sample."""
-        values, (a1, a2), (c, low, high) = theta[:-5], np.exp(theta[-5:-3]), theta[-3:]
-        if abs(a2 - a1) < 1e-4 * a1:
-            a2 = a1 * (1 + 1e-4)  # q of two equal poles is a limit
-        p1, p2, gap = np.exp(-a1 * PERIOD_S), np.exp(-a2 * PERIOD_S), a2 - a1
-        q = a2 * (p1 - p2) / gap
-        dp1, dp2 = -PERIOD_S * p1, -PERIOD_S * p2
-        dq = a2 * (dp1 * gap + p1 - p2) / gap**2, (p1 - p2) / gap - a2 * (dp2 * gap + p1 - p2) / gap**2
-
-        def recur(pole: float, forcing: np.ndarray) -> np.ndarray:
-            return lfilter([1.0], [1.0, -pole], forcing, axis=0)
-
-        def before(x: np.ndarray) -> np.ndarray:
-            return np.concatenate([np.zeros_like(x[:1]), x[:-1]])
-
-        # Signals as differences from their first value: the states start at rest there.
-        start = weights[0]
-        w = weights - start
-        x1 = recur(p1, (1 - p1) * w)
-        x2 = recur(p2, q * before(x1) + (1 - p2 - q) * w)
-        by_value = start + c * x1 + (1 - c) * x2
-        w, x1, x2 = w @ values, x1 @ values, x2 @ values
-        late1, late2 = before(x1) - w, before(x2) - w
-        x1_a1 = recur(p1, dp1 * late1)
-        x2_a1 = recur(p2, q * before(x1_a1) + dq[0] * late1)
-        x2_a2 = recur(p2, dp2 * late2 + dq[1] * late1)
-        by_rest = [a1 * (c * x1_a1 + (1 - c) * x2_a1), a2 * (1 - c) * x2_a2, x1 - x2, np.zeros_like(w), np.zeros_like(w)]
-        angle, jacobian = by_value @ values, np.column_stack([by_value, *by_rest])
-        for column, outside in ((-2, angle < low), (-1, angle > high)):
-            jacobian[outside] = 0
-            jacobian[outside, column] = 1
-        return np.maximum(np.minimum(angle, high), low), jacobian
-
-
-def fit_scipy(data: Data, seed: int = 0) -> Predict:
-    """The method of host/identify/fit.hpp by scipy.optimize.least_squares: four starts, the best goes on with a robust loss."""
-    use, angle = data.use, data.angle_deg[data.use]
-    model = HammersteinWiener(place_knots(data.reading[use]))
-    weights = model.weights(data.reading)
-    bottom, top, span, middle = angle.min(), angle.max(), np.ptp(angle), (angle.min() + angle.max()) / 2
-    slowest_s = len(data.reading) * PERIOD_S / 10
-    knots = len(model.knots)
-    lower = np.r_[[bottom - span] * knots, [-np.log(slowest_s)] * 2, -8, bottom - span, middle]
-    upper = np.r_[[top + span] * knots, [np.log(6 / PERIOD_S)] * 2, 8, middle, top + span]
-
-    def solve(theta: np.ndarray, **options):
-        inside = np.clip(theta, lower + 1e-6, upper - 1e-6)
-        return least_squares(lambda t: model(t, weights)[0][use] - angle, inside, jac=lambda t: model(t, weights)[1][use],
-                             bounds=(lower, upper), x_scale="jac", ftol=1e-7, xtol=1e-8, **options)
-
-    found = []
-    for rates in ((20, 1), (15, 0.2), (30, 6), (4, 3)):
-        theta = np.r_[np.zeros(knots), np.log(rates), 0.5, -np.inf, np.inf]
-        columns = model(theta, weights)[1][use, :knots]  # linear in the curve's values until it saturates
-        damping = 1e-3 * np.linalg.norm(columns) / np.sqrt(knots) * np.eye(knots)
-        target = np.r_[angle - angle.mean(), np.zeros(knots)]
-        theta[:knots] = np.linalg.lstsq(np.vstack([columns, damping]), target, rcond=None)[0] + angle.mean()
-        theta[-2:] = np.quantile(angle, [0.005, 0.995])
-        found.append(solve(theta, max_nfev=30))
-    best = min(found, key=lambda s: s.cost)
-    scale = 2.5 * 1.4826 * np.median(np.abs(best.fun))
-    theta = solve(best.x, loss="soft_l1", f_scale=scale, max_nfev=100).x
-    return lambda reading: model(theta, model.weights(reading))[0]
 
 
 def fit_jax_sysid(data: Data, seed: int = 0) -> Predict:
@@ -203,7 +114,7 @@ def fit_extra_trees(data: Data, seed: int = 0) -> Predict:
     return lambda reading: forest.predict(lagged(reading))
 
 
-PEERS = {"SciPy least_squares, the same hw": (fit_scipy, 1), "jax-sysid, median of 5 seeds": (fit_jax_sysid, 5),
+PEERS = {"jax-sysid, median of 5 seeds": (fit_jax_sysid, 5),
          "SysIdentPy, cubic NFIR": (fit_sysidentpy, 1), "scikit-learn ExtraTrees": (fit_extra_trees, 1)}
 
 

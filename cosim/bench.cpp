@@ -133,7 +133,7 @@ void Bench::connect() {
 void Bench::plug_in() {
   port_.emplace();
   terminal_ = port_->name();
-  if (!setup_.link.empty()) link_.emplace([this] { return point(setup_.link, terminal_); });
+  if (!setup_.link.empty()) link_.emplace(point(setup_.link, terminal_));
 }
 
 void Bench::unplug() {

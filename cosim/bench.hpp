@@ -15,7 +15,7 @@
 
 #include "cosim/co_simulation.hpp"
 #include "cosim/usb_port.hpp"
-#include "host/io/interrupt.hpp"
+#include "host/io/io.hpp"
 #include "host/io/worker.hpp"
 #include "host/study/bench.hpp"
 #include "host/twin/wearer.hpp"

@@ -12,7 +12,6 @@
 #include "host/study/cohort.hpp"
 #include "host/study/rendered_cameras.hpp"
 #include "host/study/results.hpp"
-#include "host/study/shape_check.hpp"
 #include "host/study/shards.hpp"
 
 namespace flexor::cli {
@@ -91,7 +90,7 @@ void table(const study::Result& r, const study::Plan& plan) {
   print(
       fmt::format("\nend stops: hit at up to {:.0f} deg/s, a motor pressed against one for up to {:.2f} s\n",
                   stops.impact_deg_s, stops.pressed_s));
-  distances(r.distance);
+  distances(study::distances(r));
   shapes(study::shape_checks(r, plan));
   if (r.wall_s > 0 && r.simulated_s > 0) {
     print(fmt::format("{:.0f} times real time on {} thread(s)\n", r.real_time_factor(), r.threads));
@@ -161,7 +160,7 @@ void show(const Options& o, const study::Result& result,
   json["threads"] = result.threads;
   json["resumed_rows"] = result.resumed_rows;
   for (const study::ScenarioResult& s : scenarios) {
-    json["scenarios"].push_back(study::to_json(s, o.plan));
+    json["scenarios"].push_back(study::to_json(s));
   }
   print(io::dump(json));
 }
@@ -239,12 +238,9 @@ void play_until_stopped(Options& o) {
   try {
     play(o);
   } catch (const io::Cancelled& stopped) {
-    if (o.plan.shard.of > 1) {
-      log(std::string("flexor: ") + stopped.what());
-      throw JobEnded{kGoOnLater};
-    }
-    io::set_interruption_note(stopped.what());
-    stop.end();
+    if (o.plan.shard.of == 1) throw;
+    log(std::string("flexor: ") + stopped.what());
+    throw JobEnded{kGoOnLater};
   }
 }
 
@@ -272,7 +268,7 @@ void run(Options& o) {
   if (o.camera == "rendered") log("both hands are filmed and tracked, frame by frame: some seconds a trial");
   plan.parameters = twin_parameters(o.twin);
   std::vector<std::string> notes;
-  plan.motions = study::motions(o.gestures, notes);
+  plan.motions = study::motions(o.gestures, &notes);
   for (const std::string& note : notes) log_warning(note);
   plan.compensators = study::compensators(o.compensators, o.rate_hz);
   for (study::Compensator& one : plan.compensators) meet_twin(one, plan.parameters);

@@ -15,6 +15,7 @@
 #include "host/io/json.hpp"
 #include "host/listen/replay_source.hpp"
 #include "host/recording/recording.hpp"
+#include "host/study/published.hpp"
 
 namespace flexor::cli {
 namespace {

@@ -77,7 +77,7 @@ class Search {
       line_.reset();
       if (!*stop_->flag())
         throw io::JobError("nothing was fitted within the time limit: a larger --time-limit");
-      stop_->end();
+      throw io::Cancelled("interrupted");
     }
   }
 

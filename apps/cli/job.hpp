@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <utility>
 
 #include "host/io/interrupt.hpp"
 #include "host/io/worker.hpp"
@@ -13,11 +12,8 @@ struct JobOutput {
   io::Event event;
   std::string result;  // what --json prints
 
-  bool is_stopped = false;
-
   void show(const io::Progress& progress) {
-    if (!event({{"progress", io::to_json(progress)}}) && !std::exchange(is_stopped, true))
-      io::take_signal(SIGTERM);
+    if (!event({{"progress", io::to_json(progress)}})) io::stop_job();
   }
 };
 

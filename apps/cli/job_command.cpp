@@ -195,7 +195,6 @@ void run(const Options& o) {
   };
   const Json answer =
       io::answer([&] { return run_job(o.name, io::parse_json(io::read_file("-"), "request"), say); });
-  io::wait_if_ending();
   say(answer);
   throw JobEnded{status_of(answer)};
 }

@@ -310,7 +310,12 @@ void require_command(const CLI::App& app, const std::string& name, const std::st
 
 // Whatever ends a command: its exit status. What fails once a signal has come is nobody's fault.
 int failed(const std::string& text, int status) {
-  io::wait_if_ending();
+  try {
+    io::go_on();
+  } catch (const io::Cancelled& interrupted) {
+    log(std::string("flexor: ") + interrupted.what());
+    io::end_by_signal();
+  }
   log("flexor: " + text);
   return status;
 }
@@ -341,7 +346,7 @@ int run(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);
   occupy_standard_streams();
   const bool is_worker = argc == 2 && std::string_view(argv[1]) == "job";
-  io::end_cleanly_on_signals(is_worker ? io::LastWord::none : io::LastWord::interrupted);
+  io::stop_on_signals(!is_worker);
   CLI::App app("Flexor: turn a flex-sensor glove into a measuring instrument", "flexor");
   app.set_version_flag("--version", std::string("flexor ") + FLEXOR_VERSION);
   add_commands(app);
@@ -355,6 +360,9 @@ int run(int argc, char** argv) {
     return 0;
   } catch (const JobEnded& job) {
     return job.status;
+  } catch (const io::Cancelled& stopped) {
+    log(std::string("flexor: ") + stopped.what());
+    io::end_by_signal();
   } catch (const CLI::ParseError& error) {
     return failed(fmt::format("{} (try --help)", error.what()), kBadInput);
   } catch (const io::InputError& error) {

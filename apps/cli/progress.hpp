@@ -55,6 +55,7 @@ class ProgressLine {
 
  private:
   void show(const io::Progress& p) {
+    io::go_on();
     const bool often = terminal_ || job_output != nullptr;
     const auto now = std::chrono::steady_clock::now();
     if (now - last_ < std::chrono::milliseconds(often ? 100 : 2000)) return;

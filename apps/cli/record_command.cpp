@@ -89,7 +89,7 @@ void run(const Options& o) {
   const std::unique_ptr<listen::Source> source = open_glove(o.glove);
   io::StopOnSignal stop;
   const auto [log, unplugged, silent_s] = record(o, *source, *stop.flag());
-  if (!log) stop.end();
+  if (!log) throw io::Cancelled("interrupted");
   const listen::Tally& tally = source->tally();
   nlohmann::ordered_json json = {{"out", o.out}};
   json.update(source_json(o.glove, *source));

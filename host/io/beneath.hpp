@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "host/io/descriptor.hpp"
+
 namespace flexor::io {
 
 // A descriptor of the regular file `name` below `folder`, to read; -1 where there is none. No link is followed on the way, each
@@ -17,9 +19,6 @@ class FileBeneath {
  public:
   // Throws InputError, which names the file and none of its content: no such regular file; more than `most_bytes`.
   FileBeneath(const std::filesystem::path& folder, std::string_view name, std::uint64_t most_bytes);
-  ~FileBeneath();
-  FileBeneath(const FileBeneath&) = delete;
-  FileBeneath& operator=(const FileBeneath&) = delete;
 
   std::uint64_t bytes() const { return bytes_; }  // when it was opened
   // At most `count` bytes from `offset`. Throws InputError: it cannot be read.
@@ -28,7 +27,7 @@ class FileBeneath {
 
  private:
   std::string place_;
-  int file_ = -1;
+  Descriptor file_;
   std::uint64_t bytes_ = 0;
 };
 

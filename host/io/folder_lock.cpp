@@ -14,7 +14,6 @@
 #include <ctime>
 
 #include "host/io/io.hpp"
-#include "host/io/write_all.hpp"
 
 namespace flexor::io {
 namespace {
@@ -56,38 +55,31 @@ FolderLock::FolderLock(fs::path folder, std::string_view kind) : folder_(std::mo
   made_ = !fs::exists(folder_, error);
   make_folder(folder_);
   const fs::path path = folder_ / "lock";
-  for (;;) {
-    file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
-    if (file_ < 0) {
-      throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno)));
-    }
-    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
-      const int reason = errno;
-      const std::string who = holder(file_);
-      ::close(file_);
-      if (reason != EWOULDBLOCK) {
-        throw InputError(fmt::format("{}: cannot be locked: {}", path.string(), std::strerror(reason)));
-      }
-      throw InputError(
-          fmt::format("{}: another run works in this folder ({}): wait for it or choose another folder",
-                      folder_.string(), who));
-    }
-    if (is_still_there(file_, path)) break;
-    ::close(file_);
-  }
-  if (const std::string who = holder(file_); who != kNobody && !who.starts_with("process ")) {
-    ::close(file_);
+  do {
+    file_ = Descriptor(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644));
+    const int reason = file_ ? EINVAL : errno;
+    // Left by another user: to hold it, reading is enough.
+    if (!file_) file_ = Descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOFOLLOW));
+    struct stat status {};
+    if (!file_ || ::fstat(file_.number(), &status) != 0 || !S_ISREG(status.st_mode))
+      throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(reason)));
+    if (::flock(file_.number(), LOCK_EX | LOCK_NB) == 0) continue;
+    if (errno != EWOULDBLOCK)
+      throw InputError(fmt::format("{}: cannot be locked: {}", path.string(), std::strerror(errno)));
+    throw InputError(
+        fmt::format("{}: another run works in this folder ({}): wait for it or choose another folder",
+                    folder_.string(), holder(file_.number())));
+  } while (!is_still_there(file_.number(), path));
+  if (const std::string who = holder(file_.number()); who != kNobody && !who.starts_with("process "))
     throw InputError(fmt::format("{}: is no lock of a job: move it elsewhere", path.string()));
-  }
   // Who, for others' information: the lock holds without it, on a full disk too.
-  if (::ftruncate(file_, 0) == 0) (void)write_all(file_, me());
+  if (::ftruncate(file_.number(), 0) == 0) (void)write_all(file_.number(), me());
 }
 
 FolderLock::~FolderLock() {
   std::error_code ignored;
   fs::remove(folder_ / "lock", ignored);
   if (made_) ::rmdir(folder_.c_str());  // if it is empty
-  ::close(file_);
 }
 
 }  // namespace flexor::io

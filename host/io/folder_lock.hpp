@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string_view>
 
+#include "host/io/descriptor.hpp"
+
 namespace flexor::io {
 
 // While this lives nobody else holds the folder, in this process or another one. Makes the folder; takes it
@@ -20,7 +22,7 @@ class FolderLock {
  private:
   std::filesystem::path folder_;
   bool made_ = false;
-  int file_ = -1;
+  Descriptor file_;
 };
 
 }  // namespace flexor::io

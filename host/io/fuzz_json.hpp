@@ -1,5 +1,5 @@
 // What the fuzzers of documents share: inputs changed as JSON documents, and what a reader owes its user.
-// Only fuzzers include this.
+// Only fuzzers and tests include this.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,9 @@
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
-extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
+// Weak: a test that mutates alone has no libFuzzer.
+extern "C" [[gnu::weak]] std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size,
+                                                      std::size_t max_size);
 
 namespace flexor::io::fuzz {
 
@@ -40,12 +42,18 @@ void read_or_refuse(const Read& read) {
   }
 }
 
-// Every number and list of a document, at any depth.
-inline void collect(Json& json, std::vector<Json*>& numbers, std::vector<Json*>& lists) {
-  if (json.is_number()) numbers.push_back(&json);
-  if (json.is_array()) lists.push_back(&json);
+// Every value of a document, itself included, at any depth, that is `wanted`.
+template <class Wanted>
+void collect(Json& json, const Wanted& wanted, std::vector<Json*>& out) {
+  if (wanted(json)) out.push_back(&json);
   if (!json.is_structured()) return;
-  for (Json& child : json) collect(child, numbers, lists);
+  for (Json& child : json) collect(child, wanted, out);
+}
+template <class Wanted>
+std::vector<Json*> all(Json& json, const Wanted& wanted) {
+  std::vector<Json*> out;
+  collect(json, wanted, out);
+  return out;
 }
 
 inline double odd_number(std::mt19937& random, double old) {
@@ -65,9 +73,8 @@ inline double odd_number(std::mt19937& random, double old) {
 // Changes a few numbers, or repeats, drops or moves an element of a list.
 inline void change_numbers(Json& json, std::mt19937& random) {
   for (unsigned n = 1 + random() % 3; n > 0; --n) {
-    std::vector<Json*> numbers;
-    std::vector<Json*> lists;
-    collect(json, numbers, lists);
+    const auto numbers = all(json, [](const Json& value) { return value.is_number(); });
+    const auto lists = all(json, [](const Json& value) { return value.is_array(); });
     if (!numbers.empty() && random() % 4 != 0) {
       Json& number = *numbers[random() % numbers.size()];
       number = odd_number(random, number.get<double>());
@@ -85,19 +92,11 @@ inline void change_numbers(Json& json, std::mt19937& random) {
   }
 }
 
-// Every value of a document, itself included.
-inline void collect(Json& json, std::vector<Json*>& values) {
-  values.push_back(&json);
-  if (!json.is_structured()) return;
-  for (Json& child : json) collect(child, values);
-}
-
 // Puts one value in another's place, gives a member an odd or another text's name, or drops it.
 inline void change_members(Json& json, std::mt19937& random) {
   static const std::string kOdd[] = {"",       "x",     "\n",     "\x1b[2J", std::string("a\0b", 3),
                                      "a,b\"c", "thumb", "little", "1e300",   "\u00e9\u2028"};
-  std::vector<Json*> values;
-  collect(json, values);
+  const auto values = all(json, [](const Json&) { return true; });
   const auto any = [&]() -> Json& { return *values[random() % values.size()]; };
   const auto text = [&]() -> std::string {
     const Json& value = any();

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <string_view>
 
+#include "host/io/descriptor.hpp"
+
 namespace flexor::io {
 
 class GrowingFile {
@@ -16,9 +18,6 @@ class GrowingFile {
   explicit GrowingFile(const std::filesystem::path& path);
   // Goes on after the first `kept_bytes` of what may be there. Throws JobError.
   GrowingFile(const std::filesystem::path& path, std::uintmax_t kept_bytes);
-  ~GrowingFile();
-  GrowingFile(const GrowingFile&) = delete;
-  GrowingFile& operator=(const GrowingFile&) = delete;
 
   // All of it or nothing. Throws JobError, one line: the disk is full or gone, the file was removed.
   void append(std::string_view piece);
@@ -29,7 +28,7 @@ class GrowingFile {
   [[noreturn]] void fail(int error) const;
 
   std::filesystem::path path_;
-  int file_ = -1;
+  Descriptor file_;
 };
 
 }  // namespace flexor::io

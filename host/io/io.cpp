@@ -7,10 +7,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
+
+#include "host/io/interrupt.hpp"
 
 namespace flexor::io {
 namespace fs = std::filesystem;
@@ -104,6 +107,7 @@ std::string read_all(std::istream& stream, const std::string& name, std::size_t 
   constexpr std::size_t kPiece_bytes = 1 << 16;
   std::string content;
   while (stream && content.size() <= most_bytes) {
+    go_on();
     const std::size_t before = content.size();
     content.resize(before + kPiece_bytes);
     stream.read(content.data() + before, kPiece_bytes);
@@ -128,16 +132,36 @@ std::string read_file(const fs::path& path, std::size_t most_bytes) {
   return content;
 }
 
+namespace {
+
+// Whose results, or whose begun run, a folder has; empty: nobody's.
+std::string kind_of(const fs::path& folder) {
+  const auto read = [&](const char* name) {
+    std::ifstream file(folder / name);
+    return file ? nlohmann::json::parse(file, nullptr, false) : nlohmann::json();
+  };
+  constexpr const char* kUnknown = "?";
+  const auto kind = [](const nlohmann::json& json, const std::string& otherwise) {
+    return json.contains("kind") && json["kind"].is_string() ? json["kind"].get<std::string>() : otherwise;
+  };
+  if (const auto results = read("results.json"); !results.is_null()) return kind(results, kUnknown);
+  // One that was cut off while it was written says nothing.
+  if (const auto run = read("run.json"); run.is_object())
+    return kind(run, run.contains("engine") ? "experiment" : kUnknown);
+  std::error_code error;
+  return fs::exists(folder / "cohort.csv", error) ? "cohort" : "";
+}
+
+}  // namespace
+
 void require_folder(const fs::path& folder, std::string_view kind) {
   std::error_code error;
   if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
     throw InputError(
         fmt::format("{}: cannot make this folder: there is a file of that name", folder.string()));
   }
-  const fs::path results = folder / "results.json";
-  if (kind.empty() || !fs::exists(results, error)) return;
-  const auto json = nlohmann::json::parse(read_file(results), nullptr, false);
-  if (!json.is_object() || !json.contains("kind") || json["kind"] != std::string(kind))
+  const std::string there = kind.empty() ? "" : kind_of(folder);
+  if (!there.empty() && there != kind)
     throw InputError(fmt::format("{}: holds what another job found: choose another folder", folder.string()));
 }
 
@@ -148,8 +172,19 @@ void make_folder(const fs::path& folder) {
     throw InputError(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
 }
 
+Temporary::~Temporary() {
+  std::error_code ignored;
+  if (!path_.empty()) fs::remove_all(path_, ignored);
+}
+
+int Temporary::rename_to(const fs::path& path) {
+  if (std::rename(path_.c_str(), path.c_str()) != 0) return errno;
+  keep();
+  return 0;
+}
+
 TemporaryFolder::TemporaryFolder()
-    : temporary_([] {
+    : Temporary([] {
         std::error_code error;
         std::string pattern = (fs::temp_directory_path(error) / "flexor-XXXXXX").string();
         if (error) throw JobError(fmt::format("TMPDIR does not name a folder: {}", error.message()));
@@ -157,7 +192,7 @@ TemporaryFolder::TemporaryFolder()
           throw JobError(fmt::format("{}: cannot be made: {}", pattern, std::strerror(errno)));
         }
         return fs::path(pattern);
-      }) {}
+      }()) {}
 
 std::string digest(std::string_view content) {
   std::uint64_t hash = 0xcbf29ce484222325;

@@ -6,8 +6,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-
-#include "host/io/interrupt.hpp"
+#include <utility>
 
 namespace flexor::io {
 
@@ -59,7 +58,7 @@ std::string read_file(const std::filesystem::path& path, std::size_t most_bytes 
 // after it.
 void require_writable(const std::filesystem::path& path);
 
-// Likewise for a folder that will be made; and where it has the results.json of another job than `kind`.
+// Likewise for a folder that will be made; and where it has what another job than `kind` found, or has begun.
 void require_folder(const std::filesystem::path& folder, std::string_view kind = "");
 
 // Who may read what is written.
@@ -74,15 +73,26 @@ void write_file(const std::filesystem::path& path, std::string_view content, Acc
 // Makes `folder` and its parents. Throws InputError.
 void make_folder(const std::filesystem::path& folder);
 
-// A new folder for the time being, removed with all that is in it, also when the process is interrupted.
-// Throws JobError.
-class TemporaryFolder {
+// A file or a folder that is removed, with all that is in it, when its owner goes.
+class Temporary {
  public:
-  TemporaryFolder();
-  const std::filesystem::path& path() const { return temporary_.path(); }
+  explicit Temporary(std::filesystem::path path) : path_(std::move(path)) {}
+  ~Temporary();
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  // Gives it its name for good in one step: 0, and there is nothing to remove any more, or errno.
+  int rename_to(const std::filesystem::path& path);
+  void keep() { path_.clear(); }  // it stays where it is
 
  private:
-  Temporary temporary_;
+  std::filesystem::path path_;
+};
+
+// A new folder for the time being. Throws JobError.
+struct TemporaryFolder : Temporary {
+  TemporaryFolder();
 };
 
 // FNV-1a, 64 bits, as "fnv1a64:<16 hex digits>": names the data that a model was trained on.

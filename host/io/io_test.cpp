@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <fstream>
 
 #include "host/io/beneath.hpp"
+#include "host/io/folder_lock.hpp"
 #include "host/io/numbers.hpp"
 #include "host/io/refusal_test.hpp"
 
@@ -79,9 +81,35 @@ TEST_F(Io, FoldersOfOutputsAreCheckedBeforeTheWork) {
   EXPECT_NO_THROW(require_folder(folder_ / "a" / "b"));
   write_file(folder_ / "file", "x");
   EXPECT_THROW(require_folder(folder_ / "file"), InputError);
-  write_file(folder_ / "results.json", R"({"kind": "hand"})");
-  EXPECT_NO_THROW(require_folder(folder_, "hand"));
-  EXPECT_THROW(require_folder(folder_, "experiment"), InputError);
+}
+
+TEST_F(Io, AFolderOfAnotherJobIsRefusedAlsoWhereThatWasCutOff) {
+  const auto has = [&](const char* name, const char* text, const char* kind) {
+    const TemporaryFolder folder;
+    write_file(folder.path() / name, text);
+    EXPECT_NO_THROW(FolderLock(folder.path(), kind)) << name;
+    for (const char* other : {"hand", "tracking"})
+      EXPECT_EQ(message_of<InputError>([&] { require_folder(folder.path(), other); }) == "no such error",
+                std::string(other) == kind)
+          << name << " " << other;
+  };
+  has("results.json", R"({"kind": "hand"})", "hand");
+  has("run.json", R"({"version": "1.0.0", "engine": "twin"})", "experiment");
+  has("run.json", R"({"kind": "cohort"})", "cohort");
+  has("cohort.csv", "subject,session\n", "cohort");
+}
+
+TEST_F(Io, ALockThatAnotherUserHasLeftIsHeld) {
+  fs::permissions(folder_, fs::perms::all);
+  write_file(folder_ / "lock", "process 1 on nowhere\n");
+  fs::permissions(folder_ / "lock", fs::perms(0444));
+  const bool is_root = ::geteuid() == 0;
+  ASSERT_TRUE(!is_root || ::seteuid(65534) == 0);
+  EXPECT_NO_THROW({
+    const FolderLock lock(folder_);
+    EXPECT_THROW(FolderLock second(folder_), InputError);
+  });
+  ASSERT_TRUE(!is_root || ::seteuid(0) == 0);
 }
 
 TEST(ShellWord, IsQuotedOnlyWhereItMustBe) {

@@ -1,105 +1,33 @@
 #include "host/io/json.hpp"
 
+#include <cstring>
+
 namespace flexor::io {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kDeepest = 64;
+constexpr int kDeepest = 64;
 constexpr std::size_t kMost_bytes = 16 << 20;  // which take up to 0.7 GB when parsed
 constexpr std::size_t kMostKeys = 512;         // each is looked for among those before it
 constexpr std::size_t kLongestExcerpt = 60;
 
-// What the parser does not say, or says by running out of stack: how deep, which word is no JSON, which byte
-// no UTF-8.
-class Scan {
+// What the parser lets pass: any depth, and of two members of one key the last.
+class Limits {
  public:
-  Scan(std::string_view text, const std::string& source) : text_(text), source_(source) {}
+  explicit Limits(const std::string& source) : source_(source) {}
 
-  void run() {
-    while (at_ < text_.size()) {
-      const char c = text_[at_];
-      if (c == '"') {
-        skip_text();
-      } else if (is_letter(c)) {
-        require_json_word();
-      } else if (c == '-' || is_digit(c)) {
-        skip_number();
-      } else {
-        bracket(c);
-        step();
-      }
-    }
-  }
-
- private:
-  static bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-  static bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-  [[noreturn]] void fail(const std::string& what) const { throw InputError(source_ + ": " + what); }
-
-  void step() {
-    const std::size_t length = utf8_length(text_, at_);
-    if (length == 0) {
-      fail(fmt::format("is no UTF-8 text: byte {}, in line {}; save it as UTF-8", at_, line_));
-    }
-    if (text_[at_] == '\n') ++line_;
-    at_ += length;
-  }
-
-  void bracket(char c) {
-    if (c == '[' || c == '{') ++depth_;
-    if ((c == ']' || c == '}') && depth_ > 0) --depth_;
-    if (depth_ > kDeepest) fail(fmt::format("nested deeper than {} levels at line {}", kDeepest, line_));
-  }
-
-  void skip_text() {
-    step();
-    while (at_ < text_.size() && text_[at_] != '"') {
-      if (text_[at_] == '\\') ++at_;
-      if (at_ < text_.size()) step();
-    }
-    if (at_ < text_.size()) step();
-  }
-
-  void skip_number() {
-    while (at_ < text_.size() &&
-           (is_digit(text_[at_]) || std::string_view("+-.eE").find(text_[at_]) != std::string_view::npos))
-      ++at_;
-  }
-
-  void require_json_word() {
-    const std::size_t begin = at_;
-    while (at_ < text_.size() && is_letter(text_[at_])) ++at_;
-    const std::string_view word = text_.substr(begin, at_ - begin);
-    if (word == "true" || word == "false" || word == "null") return;
-    // A word that the end cut short is told as such by the parser.
-    if (at_ == text_.size()) return;
-    fail(fmt::format("not valid JSON at line {}: {} is no value; a number, or a text in quotes?", line_,
-                     start_of(word, kLongestExcerpt)));
-  }
-
-  std::string_view text_;
-  const std::string& source_;
-  std::size_t at_ = 0;
-  std::size_t line_ = 1;
-  std::size_t depth_ = 0;
-};
-
-// The parser would keep the last of two.
-class UniqueKeys {
- public:
-  explicit UniqueKeys(const std::string& source) : source_(source) {}
-
-  bool operator()(Json::parse_event_t event, const Json& parsed) {
-    if (event == Json::parse_event_t::object_start) open_.emplace_back();
-    if (event == Json::parse_event_t::object_end) open_.pop_back();
-    if (event != Json::parse_event_t::key) return true;
-    if (!open_.back().insert(parsed.get<std::string>()).second) {
+  bool operator()(int depth, Json::parse_event_t event, const Json& parsed) {
+    using Event = Json::parse_event_t;
+    if (event == Event::object_end) keys_.pop_back();
+    if (event == Event::object_start) keys_.emplace_back();
+    if ((event == Event::object_start || event == Event::array_start) && depth >= kDeepest)
+      throw InputError(fmt::format("{}: nested deeper than {} levels", source_, kDeepest));
+    if (event != Event::key) return true;
+    if (!keys_.back().insert(parsed.get<std::string>()).second)
       throw InputError(fmt::format("{}: key {} comes twice in one object; remove one", source_,
                                    start_of(dump_line(parsed), kLongestExcerpt)));
-    }
-    if (open_.back().size() > kMostKeys)
+    if (keys_.back().size() > kMostKeys)
       throw InputError(
           fmt::format("{}: an object of more than {} keys; is it the right file?", source_, kMostKeys));
     return true;
@@ -107,8 +35,27 @@ class UniqueKeys {
 
  private:
   const std::string& source_;
-  std::vector<std::set<std::string>> open_;
+  std::vector<std::set<std::string>> keys_;
 };
+
+// What the parser stumbled over: a byte, a word, or the end.
+std::string reason_of(const Json::parse_error& error, std::string_view text) {
+  const auto line = [&](std::size_t at) { return 1 + std::ranges::count(text.substr(0, at), '\n'); };
+  for (std::size_t at = 0, length = 0; at < text.size(); at += length) {
+    length = utf8_length(text, at);
+    if (length == 0)
+      return fmt::format("is no UTF-8 text: byte {}, in line {}; save it as UTF-8", at, line(at));
+  }
+  constexpr std::string_view kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz";
+  const std::size_t at = std::min(error.byte, text.size() + 1) - 1;
+  const std::size_t begin = text.substr(0, at + 1).find_last_not_of(kLetters) + 1;
+  const std::string_view word = text.substr(begin, text.find_first_not_of(kLetters, begin) - begin);
+  const bool is_json = word.empty() || word == "true" || word == "false" || word == "null";
+  if (!is_json && begin + word.size() < text.size() && !std::strstr(error.what(), "invalid string"))
+    return fmt::format("not valid JSON at line {}: {} is no value; a number, or a text in quotes?", line(at),
+                       start_of(word, kLongestExcerpt));
+  return fmt::format("not valid JSON at line {}; is the file cut off?", line(at));
+}
 
 }  // namespace
 
@@ -119,20 +66,15 @@ nlohmann::ordered_json parse_json(const std::string& text, const std::string& so
     throw InputError(fmt::format("{}: a document of {} MB; at most {} are read", source, text.size() >> 20,
                                  kMost_bytes >> 20));
   }
-  Scan(text, source).run();
-  UniqueKeys unique(source);
+  Limits limits(source);
   try {
-    return Json::parse(text,
-                       [&](int, Json::parse_event_t event, Json& parsed) { return unique(event, parsed); });
+    return Json::parse(text, std::ref(limits));
   } catch (const Json::out_of_range& error) {
     const std::string what = error.what();
     const std::string reason = what.substr(what.find("] ") + 2);
     throw InputError(fmt::format("{}: {}", source, start_of(reason, 2 * kLongestExcerpt)));
   } catch (const Json::parse_error& error) {
-    const std::string what = error.what();
-    const auto at = what.find("at line");
-    throw InputError(fmt::format("{}: not valid JSON {}; is the file cut off?", source,
-                                 at == std::string::npos ? what : what.substr(at, what.find(';') - at)));
+    throw InputError(fmt::format("{}: {}", source, reason_of(error, text)));
   }
 }
 

@@ -19,12 +19,12 @@ std::string nested(std::size_t levels, const std::string& open, const std::strin
   return text;
 }
 
-TEST(Json, SixtyFourLevelsAreReadAndMoreAreRefusedWithTheirLine) {
+TEST(Json, SixtyFourLevelsAreReadAndMoreAreRefused) {
   EXPECT_EQ(parse_json(nested(64, "[", "]"), "x").size(), 1u);
-  EXPECT_EQ(refusal("\n\n" + nested(65, "[", "]")), "x.json: nested deeper than 64 levels at line 3");
-  EXPECT_EQ(refusal(nested(80000, "[", "]")), "x.json: nested deeper than 64 levels at line 1");
-  EXPECT_EQ(refusal(nested(80000, "{\"a\":", "}")), "x.json: nested deeper than 64 levels at line 1");
-  EXPECT_EQ(refusal(std::string(5'000'000, '[')), "x.json: nested deeper than 64 levels at line 1");
+  EXPECT_EQ(refusal("\n\n" + nested(65, "[", "]")), "x.json: nested deeper than 64 levels");
+  EXPECT_EQ(refusal(nested(80000, "[", "]")), "x.json: nested deeper than 64 levels");
+  EXPECT_EQ(refusal(nested(80000, "{\"a\":", "}")), "x.json: nested deeper than 64 levels");
+  EXPECT_EQ(refusal(std::string(5'000'000, '[')), "x.json: nested deeper than 64 levels");
   EXPECT_EQ(parse_json("[\"" + std::string(1000, '[') + "\\\"[\"]", "x").size(), 1u) << "brackets in a text";
   EXPECT_EQ(
       parse_json("[" + nested(1, "[", "]") + std::string(100, ' ') + "," + nested(63, "[", "]") + "]", "x")

@@ -13,11 +13,10 @@
 #include <cstring>
 #include <optional>
 #include <set>
-#include <utility>
 #include <vector>
 
+#include "host/io/descriptor.hpp"
 #include "host/io/interrupt.hpp"
-#include "host/io/write_all.hpp"
 
 namespace flexor::io {
 namespace fs = std::filesystem;
@@ -35,25 +34,6 @@ constexpr std::size_t kBuffer = 1 << 16;
 [[noreturn]] void refuse(const fs::path& path, std::string_view reason) {
   throw InputError(fmt::format("{}: cannot be written: {}", path.string(), reason));
 }
-
-class Descriptor {
- public:
-  explicit Descriptor(int number = -1) : number_(number) {}
-  ~Descriptor() { (void)close(); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(number_, other.number_);
-    return *this;
-  }
-
-  int number() const { return number_; }
-  int close() { return number_ >= 0 && ::close(std::exchange(number_, -1)) != 0 ? errno : 0; }
-
- private:
-  int number_;
-};
 
 std::vector<fs::path>& inputs() {
   static std::vector<fs::path> all;
@@ -179,7 +159,7 @@ fs::path make_beside(const Target& target, Access who, Descriptor& descriptor) {
         target.file.parent_path() / fmt::format("{}.part-{}{}{}", stem, getpid(), more, extension);
     const mode_t mode = who == Access::owner ? 0600 : 0666;
     descriptor = Descriptor(::open(name.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_NOFOLLOW | O_CLOEXEC, mode));
-    if (descriptor.number() >= 0) return name;
+    if (descriptor) return name;
     if (errno != EEXIST) break;
   }
   cannot_write(target.named, errno);
@@ -210,18 +190,14 @@ void replace(const Target& target, Temporary& temporary) {
   // The new name outlives a power cut; a file system that cannot say so is no reason to fail.
   const fs::path folder = target.file.has_parent_path() ? target.file.parent_path() : ".";
   const Descriptor open(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (open.number() >= 0) (void)fsync(open.number());
+  if (open) (void)fsync(open.number());
 }
 
 Descriptor open_through(const Target& target) {
   Descriptor out(target.own_descriptor ? fcntl(*target.own_descriptor, F_DUPFD_CLOEXEC, 3)
                                        : ::open(target.file.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC));
-  if (out.number() < 0) cannot_write(target.named, errno);
+  if (!out) cannot_write(target.named, errno);
   return out;
-}
-
-void close_checked(const Target& target, Descriptor& descriptor) {
-  if (const int error = descriptor.close(); error != 0) cannot_write(target.named, error);
 }
 
 }  // namespace
@@ -270,7 +246,7 @@ Output::Output(const fs::path& path, Access access) : open_(std::make_unique<Ope
     o.descriptor = open_through(o.target);
     return;
   }
-  o.temporary.emplace([&] { return make_beside(o.target, access, o.descriptor); });
+  o.temporary.emplace(make_beside(o.target, access, o.descriptor));
   take_over_permissions(o.target, access, o.descriptor.number());
 }
 
@@ -282,6 +258,7 @@ void Output::flush() {
 }
 
 void Output::write(std::string_view bytes) {
+  go_on();
   if (buffer_.size() + bytes.size() > kBuffer) flush();
   if (bytes.size() > kBuffer || open_->target.through) {
     write_into(open_->target, open_->descriptor.number(), bytes);
@@ -294,7 +271,7 @@ void Output::commit() {
   Open& o = *open_;
   flush();
   bring_to_disk(o.target, o.descriptor.number());
-  close_checked(o.target, o.descriptor);
+  if (const int error = o.descriptor.close(); error != 0) cannot_write(o.target.named, error);
   if (o.temporary) replace(o.target, *o.temporary);
 }
 

@@ -10,12 +10,13 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <sstream>
 #include <string_view>
+#include <thread>
 
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
@@ -44,13 +45,10 @@ std::vector<char*> pointers(const std::vector<std::string>& texts) {
 
 // 0, or errno.
 int start(pid_t& child, const std::filesystem::path& program, const posix_spawn_file_actions_t& actions,
-          const sigset_t& mask, const std::vector<std::string>& arguments,
-          const std::vector<std::string>& variables) {
+          const std::vector<std::string>& arguments, const std::vector<std::string>& variables) {
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes,
-                           POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  posix_spawnattr_setsigmask(&attributes, &mask);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
   sigset_t ignored_here;
   sigemptyset(&ignored_here);
   sigaddset(&ignored_here, SIGPIPE);
@@ -62,77 +60,63 @@ int start(pid_t& child, const std::filesystem::path& program, const posix_spawn_
   return failed;
 }
 
-int exit_status(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
-
 }  // namespace
 
 Pipe::Pipe() {
   // Above the descriptors that programs know by number, so that handing one on never closes another.
   constexpr int kLeast = 16;
-  std::array<int, 2> made{};
-  if (pipe2(made.data(), O_CLOEXEC) != 0) throw JobError(fmt::format("pipe: {}", std::strerror(errno)));
+  std::array<int, 2> made{-1, -1};
+  (void)pipe2(made.data(), O_CLOEXEC);
   for (std::size_t i = 0; i < 2; ++i) {
-    ends_[i] = fcntl(made[i], F_DUPFD_CLOEXEC, kLeast);
-    close(made[i]);
+    end[i] = Descriptor(fcntl(Descriptor(made[i]).number(), F_DUPFD_CLOEXEC, kLeast));
+    if (!end[i]) throw JobError(fmt::format("pipe: {}", std::strerror(errno)));
   }
-  if (ends_[0] < 0 || ends_[1] < 0) throw JobError(fmt::format("pipe: {}", std::strerror(errno)));
-}
-
-Pipe::~Pipe() {
-  close_end(0);
-  close_end(1);
-}
-
-void Pipe::close_end(std::size_t i) {
-  if (ends_[i] >= 0) close(ends_[i]);
-  ends_[i] = -1;
 }
 
 Process::Process(const std::filesystem::path& program, const std::vector<std::string>& argv,
-                 const std::vector<HandedOn>& descriptors, const std::filesystem::path& temporaries)
-    : child_([&](const sigset_t& mask) {
-        posix_spawn_file_actions_t actions;
-        posix_spawn_file_actions_init(&actions);
-        int last = STDERR_FILENO;
-        for (const HandedOn& d : descriptors) {
-          posix_spawn_file_actions_adddup2(&actions, d.ours, d.theirs);
-          last = std::max(last, d.theirs);
-        }
-        // Libraries open what they like.
-        for (const auto& open : std::filesystem::directory_iterator("/proc/self/fd")) {
-          const int ours = std::atoi(open.path().filename().c_str());
-          if (ours > last) posix_spawn_file_actions_addclose(&actions, ours);
-        }
-        pid_t child = 0;
-        const int failed = start(child, program, actions, mask, argv, environment(temporaries));
-        posix_spawn_file_actions_destroy(&actions);
-        if (failed != 0) throw JobError(fmt::format("{}: {}", program.string(), std::strerror(failed)));
-        return child;
-      }) {}
+                 const std::vector<HandedOn>& descriptors, const std::filesystem::path& temporaries) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  int last = STDERR_FILENO;
+  for (const HandedOn& d : descriptors) {
+    posix_spawn_file_actions_adddup2(&actions, d.ours, d.theirs);
+    last = std::max(last, d.theirs);
+  }
+  // Libraries open what they like.
+  for (const auto& open : std::filesystem::directory_iterator("/proc/self/fd")) {
+    const int ours = std::atoi(open.path().filename().c_str());
+    if (ours > last) posix_spawn_file_actions_addclose(&actions, ours);
+  }
+  const int failed = start(child_, program, actions, argv, environment(temporaries));
+  posix_spawn_file_actions_destroy(&actions);
+  if (failed != 0) throw JobError(fmt::format("{}: {}", program.string(), std::strerror(failed)));
+}
+
+Process::~Process() { (void)wait_at_most(0); }
+
+bool Process::is_over(int flags) {
+  int status = 0;
+  while (status_ < 0) {
+    const pid_t ended = waitpid(child_, &status, flags);
+    if (ended == 0) return false;
+    if (ended < 0 && errno == EINTR) continue;
+    status_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+  return true;
+}
 
 int Process::wait() {
-  int status = 0;
-  while (waitpid(child_.pid(), &status, 0) < 0 && errno == EINTR) {
-  }
-  return exit_status(status);
+  (void)is_over(0);
+  return status_;
 }
 
 int Process::wait_at_most(int ms) {
-  const timespec millisecond{0, 1'000'000};
-  for (int status = 0; ms > 0; --ms) {
-    if (waitpid(child_.pid(), &status, WNOHANG) != 0) return exit_status(status);
-    nanosleep(&millisecond, nullptr);
-  }
-  kill();
+  for (; !is_over(WNOHANG) && ms > 0; --ms) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  if (!is_over(WNOHANG)) (void)::kill(-child_, SIGKILL);
   return wait();
 }
 
-void Process::kill() { (void)::kill(-child_.pid(), SIGKILL); }
-
-void Process::end() {
-  (void)::kill(-child_.pid(), SIGINT);
-  (void)::kill(-child_.pid(), SIGTERM);
-}
+void Process::end() { (void)::kill(-child_, SIGTERM); }
 
 std::filesystem::path find_program(const std::string& name, const char* path) {
   if (name.find('/') != std::string::npos) return access(name.c_str(), X_OK) == 0 ? name : "";
@@ -154,6 +138,7 @@ bool read_streams(const std::array<int, 2>& streams, ProcessResult& result, cons
     const int ready = poll(waiting.data(), waiting.size(), watch.longest_silence_ms);
     if (ready == 0) return false;
     if (ready < 0 && errno != EINTR) break;
+    go_on();
     if (ready < 0) continue;
     for (std::size_t i = 0; i < 2; ++i) {
       if (waiting[i].fd < 0 || waiting[i].revents == 0) continue;
@@ -175,12 +160,13 @@ ProcessResult run_process(const std::vector<std::string>& argv, const std::files
   if (program.empty()) throw InputError(fmt::format("{}: no such program", argv.front()));
   Pipe out;
   Pipe err;
-  Process process(program, argv, {{out.end(1), STDOUT_FILENO}, {err.end(1), STDERR_FILENO}}, temporaries);
-  out.close_end(1);
-  err.close_end(1);
   ProcessResult result;
-  if (!read_streams({out.end(0), err.end(0)}, result, watch)) process.kill();
-  result.status = process.wait();
+  Process process(program, argv, {{out.end[1].number(), STDOUT_FILENO}, {err.end[1].number(), STDERR_FILENO}},
+                  temporaries);
+  out.end[1].close();
+  err.end[1].close();
+  const bool is_silent = !read_streams({out.end[0].number(), err.end[0].number()}, result, watch);
+  result.status = is_silent ? process.wait_at_most(0) : process.wait();
   return result;
 }
 

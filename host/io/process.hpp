@@ -1,6 +1,8 @@
 // Other programs: the cross-compiler, gnuplot, and the workers. The only place that starts one.
 #pragma once
 
+#include <sys/types.h>
+
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -8,22 +10,14 @@
 #include <string>
 #include <vector>
 
-#include "host/io/interrupt.hpp"
+#include "host/io/descriptor.hpp"
 
 namespace flexor::io {
 
 // [0] is read from, [1] written to. Neither end is handed on to other programs by accident.
-class Pipe {
- public:
+struct Pipe {
   Pipe();  // throws JobError
-  ~Pipe();
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
-  int end(std::size_t i) const { return ends_[i]; }
-  void close_end(std::size_t i);
-
- private:
-  std::array<int, 2> ends_{-1, -1};
+  std::array<Descriptor, 2> end;
 };
 
 // This process's descriptor `ours` is the program's `theirs`.
@@ -32,25 +26,29 @@ struct HandedOn {
   int theirs;
 };
 
-// A program that runs, in a process group of its own, so that an interruption reaches what the program itself
-// has started, a compiler's passes. Has to be waited for.
+// A program that runs, in a process group of its own, so that its end reaches what the program itself has started. It is killed
+// with its owner, unless it was waited for.
 class Process {
  public:
   // `temporaries`: where it keeps its own, if not where this process does; what it leaves there when it is
   // killed goes with the folder. It gets no other descriptor of this process. Throws JobError when it cannot be started.
   Process(const std::filesystem::path& program, const std::vector<std::string>& argv,
           const std::vector<HandedOn>& descriptors, const std::filesystem::path& temporaries = {});
+  ~Process();
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
 
   // To its end: exit status; 128 + signal.
   int wait();
   // The same, but after so long the whole group is killed.
   int wait_at_most(int ms);
-  void kill();
-  // As two signals of a user would: the second leaves no time for what is half done.
-  void end();
+  void end();  // asks it to
 
  private:
-  Child child_;
+  bool is_over(int flags);  // waits; its exit status is known then
+
+  pid_t child_ = 0;
+  int status_ = -1;
 };
 
 struct ProcessResult {

@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::io {
@@ -49,6 +50,7 @@ void run_in_order(std::size_t first, std::size_t end, int threads, const Make& m
           if (failure || next >= end) return;
           mine = next++;
         }
+        go_on();
         Product product = make(mine);
         const std::lock_guard lock(mutex);
         waiting.emplace(mine, std::move(product));

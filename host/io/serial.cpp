@@ -1,14 +1,15 @@
 #include "host/io/serial.hpp"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/file.h>
 
-#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/serial_port.hpp>
 #include <boost/asio/write.hpp>
-#include <chrono>
+#include <cmath>
 
+#include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::io {
@@ -72,26 +73,15 @@ void SerialPort::write(std::span<const std::uint8_t> bytes) {
 }
 
 std::vector<std::uint8_t> SerialPort::read(double timeout_s) {
-  std::array<std::uint8_t, 512> buffer{};
-  std::size_t size = 0;
-  error_code failure;
-  bool done = false;
-  asio_->port.async_read_some(asio::buffer(buffer), [&](const error_code& error, std::size_t count) {
-    done = true;
-    failure = error;
-    size = count;
-  });
-  asio_->context.restart();
-  asio_->context.run_for(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(timeout_s)));
-  if (!done) {
-    asio_->port.cancel();
-    asio_->context.restart();
-    asio_->context.run();
-    if (failure == asio::error::operation_aborted) failure = {};
-  }
-  if (failure) throw JobError(fmt::format("{}: the port has gone ({})", path_, failure.message()));
-  return {buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(size)};
+  pollfd ready{descriptor(), POLLIN, 0};
+  const int count = ::poll(&ready, 1, static_cast<int>(std::ceil(1000 * timeout_s)));
+  go_on();
+  if (count <= 0) return {};
+  std::vector<std::uint8_t> out(512);
+  error_code error;
+  out.resize(asio_->port.read_some(asio::buffer(out), error));
+  if (error) throw JobError(fmt::format("{}: the port has gone ({})", path_, error.message()));
+  return out;
 }
 
 }  // namespace flexor::io

@@ -17,10 +17,10 @@
 #include <new>
 #include <thread>
 
+#include "host/io/descriptor.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
-#include "host/io/write_all.hpp"
 
 namespace flexor::io {
 namespace {
@@ -30,10 +30,10 @@ using Json = nlohmann::ordered_json;
 constexpr int kUserInput = 14;
 constexpr int kUserOutput = 15;
 
-// One line without its end; nothing: the end of the input. `buffer` keeps what came after it.
+// One line without its end; nothing: the end of the input. `buffer` keeps what came after it. Throws Cancelled, as go_on().
 std::optional<std::string> read_line(int descriptor, std::string& buffer) {
   std::size_t searched = 0;
-  for (;;) {
+  for (;; go_on()) {
     const std::size_t end = buffer.find('\n', searched);
     if (end != std::string::npos) {
       std::string line = buffer.substr(0, end);
@@ -42,8 +42,9 @@ std::optional<std::string> read_line(int descriptor, std::string& buffer) {
     }
     searched = buffer.size();
     std::array<char, 1 << 16> chunk;
+    pollfd ready{descriptor, POLLIN, 0};
+    if (poll(&ready, 1, -1) < 0) continue;  // a signal
     const ssize_t n = read(descriptor, chunk.data(), chunk.size());
-    if (n < 0 && errno == EINTR) continue;
     if (n <= 0) return std::nullopt;
     buffer.append(chunk.data(), static_cast<std::size_t>(n));
   }
@@ -133,16 +134,16 @@ Worker::Worker(const std::filesystem::path& program, std::vector<std::string> ar
   process_.emplace(program, arguments,
                    std::vector<HandedOn>{{STDIN_FILENO, kUserInput},
                                          {STDOUT_FILENO, kUserOutput},
-                                         {requests_.end(0), STDIN_FILENO},
-                                         {replies_.end(1), STDOUT_FILENO}});
-  requests_.close_end(0);
-  replies_.close_end(1);
+                                         {requests_.end[0].number(), STDIN_FILENO},
+                                         {replies_.end[1].number(), STDOUT_FILENO}});
+  requests_.end[0].close();
+  replies_.end[1].close();
 }
 
 Worker::~Worker() {
   constexpr int kPatience_ms = 2000;
-  requests_.close_end(1);
-  replies_.close_end(0);
+  requests_.end[1].close();
+  replies_.end[0].close();
   if (process_) (void)process_->wait_at_most(kPatience_ms);
 }
 
@@ -162,18 +163,16 @@ void Worker::died(const std::string& job) {
 }
 
 void Worker::says_nonsense(const std::string& job, const std::string& what) {
-  process_->kill();
-  (void)process_->wait();
   process_.reset();
   throw JobError(fmt::format("{} does not answer {} as it should: {}", name_, job, what));
 }
 
-void Worker::send(const std::string& line, const std::string& job) {
-  if (write_all(requests_.end(1), line) != 0) died(job);
+void Worker::send(const Json& line, const std::string& job) {
+  if (write_all(requests_.end[1].number(), line_of(line)) != 0) died(job);
 }
 
 Json Worker::receive(const std::string& job) {
-  const std::optional<std::string> line = read_line(replies_.end(0), received_);
+  const std::optional<std::string> line = read_line(replies_.end[0].number(), received_);
   if (!line) died(job);
   try {
     Json reply = parse_json(*line, "its line");
@@ -188,7 +187,7 @@ Json Worker::run(const std::string& job, const Json& arguments,
                  const std::function<bool(const Progress&)>& progress) {
   if (!is_usable()) throw JobError(fmt::format("{} runs no more: it cannot do {}", name_, job));
   busy_ = true;
-  send(line_of({{"job", job}, {"arguments", arguments}}), job);
+  send({{"job", job}, {"arguments", arguments}}, job);
   bool cancelled = false;
   for (;;) {
     Json reply = receive(job);
@@ -202,7 +201,7 @@ Json Worker::run(const std::string& job, const Json& arguments,
                            left.is_null() ? std::nullopt : std::optional(left.get<double>())};
         if (cancelled || !progress || progress(now)) continue;
         cancelled = true;
-        send(line_of(cancellation()), job);
+        send(cancellation(), job);
         continue;
       }
       busy_ = false;
@@ -253,17 +252,24 @@ class Server {
       : requests_(requests), replies_(replies), job_(job), reader_([this] { read(); }) {}
 
   void run() {
-    for (std::optional<std::string> line; (line = next());) {
-      say(answer([&] { return run(*line); }));
+    try {
+      for (std::optional<std::string> line; (line = next());) {
+        say(answer([&] { return run(*line); }));
+      }
+    } catch (const Cancelled&) {  // nobody reads what it says
     }
     note(is_done_);
+    if (is_interrupted()) end_by_signal();
   }
 
  private:
   void read() {
     std::string buffer;
-    while (const std::optional<std::string> line = read_line(requests_, buffer)) take(*line);
-    if (!buffer.empty()) take(buffer);
+    try {
+      while (const std::optional<std::string> line = read_line(requests_, buffer)) take(*line);
+      if (!buffer.empty()) take(buffer);
+    } catch (const Cancelled&) {
+    }
     note(ended_);
     end_with_reader();
   }
@@ -288,7 +294,7 @@ class Server {
     pollfd replies{replies_, 0, 0};
     std::unique_lock lock(mutex_);
     while (!arrived_.wait_for(lock, kApart, [this] { return is_done_; })) {
-      if (poll(&replies, 1, 0) > 0) end_now();
+      if (poll(&replies, 1, 0) > 0) return interrupt();
     }
   }
 
@@ -301,12 +307,11 @@ class Server {
     return line;
   }
 
-  // Whoever asked has gone: as if interrupted, so that nothing half-written stays.
-  [[noreturn]] static void end_now() { end_by_signal(SIGTERM); }
-
+  // Throws Cancelled: whoever asked has gone.
   void say(const Json& reply) const {
-    wait_if_ending();
-    if (write_all(replies_, line_of(reply)) != 0) end_now();
+    if (write_all(replies_, line_of(reply)) == 0) return;
+    interrupt();
+    go_on();
   }
 
   Json run(const std::string& line) {
@@ -365,7 +370,7 @@ int serve(int argc, char** argv, const std::string& what, const std::map<std::st
     return kWrongUse;
   }
   for (const int ignored : {SIGXFSZ, SIGPIPE, SIGTTIN, SIGTTOU}) std::signal(ignored, SIG_IGN);
-  end_cleanly_on_signals(LastWord::none);
+  stop_on_signals(false);
   serve(has_user_streams, [&](const std::string& name, const Json& arguments, const Event& event) {
     const auto job = jobs.find(name);
     if (job == jobs.end()) throw InputError(fmt::format("request: no job is called \"{}\"", name));

@@ -56,12 +56,12 @@ class Worker {
   // no more jobs.
   nlohmann::ordered_json run(const std::string& job, const nlohmann::ordered_json& arguments,
                              const std::function<bool(const Progress&)>& progress = {});
-  // From any thread, while `run` runs: the program ends at once and leaves nothing half-written.
+  // From any thread, while `run` runs: the program ends soon and leaves nothing half-written.
   void end();
   bool is_usable() const { return process_.has_value() && !busy_; }
 
  private:
-  void send(const std::string& line, const std::string& job);
+  void send(const nlohmann::ordered_json& line, const std::string& job);
   nlohmann::ordered_json receive(const std::string& job);
   [[noreturn]] void died(const std::string& job);
   [[noreturn]] void says_nonsense(const std::string& job, const std::string& what);

@@ -14,6 +14,7 @@
 #include <random>
 #include <thread>
 
+#include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 #include "host/io/refusal_test.hpp"
 
@@ -146,9 +147,13 @@ class WorkerFolder : public testing::Test {
     const pid_t child = ::fork();
     if (child != 0) return child;
     if (std::freopen("/dev/null", "w", stderr) == nullptr) ::_exit(98);
-    end_cleanly_on_signals();
-    Worker worker(kProgram);
-    worker.run("half", half());
+    stop_on_signals(true);
+    try {
+      Worker worker(kProgram);
+      worker.run("half", half());
+    } catch (const Cancelled&) {
+      end_by_signal();
+    }
     ::_exit(99);
   }
 

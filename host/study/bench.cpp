@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "host/study/boards.hpp"
-#include "host/study/builtin.hpp"
 #include "host/study/exact_json.hpp"
 
 namespace flexor::study {
@@ -21,14 +22,9 @@ deploy::Glove glove_of(const BenchOptions& o) {
 
 std::optional<twin::Motion> bench_motion(const std::string& name) {
   if (name == "rest") return std::nullopt;
-  if (name == "calibration") return short_motion();
-  if (name == "ordinary") return ordinary_motion();
-  if (name == "protocol") return recommended_motion();
-  if (name == "bends" || name == "held") {
-    const std::string file = "gestures/" + name + ".json";
-    return twin::Motion::from_json(builtin(file), file);
-  }
-  if (name.size() == 1 && name[0] >= '1' && name[0] <= '6') return motions(name).front();
+  constexpr std::array kKnown = {"bends", "calibration", "held", "ordinary", "protocol", "1",
+                                 "2",     "3",           "4",    "5",        "6"};
+  if (std::ranges::find(kKnown, name) != kKnown.end()) return carried_motion(name);
   throw io::InputError(
       fmt::format("no motion \"{}\": rest, bends, calibration, held, ordinary, protocol, or 1 to 6 of the "
                   "published gestures",

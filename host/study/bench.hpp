@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "host/deploy/config.hpp"
-#include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 #include "host/io/pipe_json.hpp"
 #include "host/io/worker.hpp"
@@ -92,7 +91,6 @@ class Bench {
  private:
   deploy::Glove glove_;
   bool has_bootloader_ = false;
-  io::TemporaryFolder folder_;
   std::filesystem::path link_;
   mutable std::mutex mutex_;
   std::string terminal_;

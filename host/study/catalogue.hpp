@@ -1,8 +1,6 @@
-// What the names on a command line mean: compensators, motions, scenarios, and the article's figures.
+// What the names on a command line mean: compensators, motions, scenarios.
 #pragma once
 
-#include <array>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,14 +32,13 @@ void require_name(const std::string& name, const std::string& what);
 // "1-6", "1,3", files of gestures (.json) and of recorded motion (.csv, and .txt of GraspDB), separated by
 // commas. Throws io::InputError: unknown, malformed, a name that cannot stand in a table, the same twice.
 // `notes` gets what was repaired in recorded ones, a line each.
-std::vector<twin::Motion> motions(const std::string& list, std::vector<std::string>& notes);
-std::vector<twin::Motion> motions(const std::string& list);
-// To identify a compensator from: models/gestures/protocol.json.
-twin::Motion recommended_motion();
-// Two minutes of a hand at work: models/gestures/ordinary.json.
-twin::Motion ordinary_motion();
-// Thirty seconds of the same kind, for films: models/gestures/calibration.json.
-twin::Motion short_motion();
+std::vector<twin::Motion> motions(const std::string& list, std::vector<std::string>* notes = nullptr);
+// Of models/gestures. Throws std::out_of_range for any other name.
+twin::Motion carried_motion(const std::string& name);
+// To identify a compensator from; two minutes of a hand at work; thirty seconds of the same kind, for films.
+inline twin::Motion recommended_motion() { return carried_motion("protocol"); }
+inline twin::Motion ordinary_motion() { return carried_motion("ordinary"); }
+inline twin::Motion short_motion() { return carried_motion("calibration"); }
 
 // The experiment once more with a part of the twin changed.
 struct Scenario {
@@ -57,16 +54,5 @@ struct Scenario {
 std::vector<Scenario> scenarios();
 // Without that of ordinary use, which changes nothing, and those in which the glove is worn for minutes.
 std::vector<Scenario> changed_scenarios();
-
-inline constexpr std::size_t kPublishedCompensators = 3;
-inline constexpr double kPublishedRate_hz = 10;
-inline constexpr std::size_t kPublishedTrials = 3;
-const std::vector<std::string>& published_compensators();
-
-// The article's average of three trials: gesture 1 to 6; "raw", "published-w", "published-hw".
-std::optional<double> published_error_deg_s(int gesture, const std::string& compensator);
-
-// The three trials themselves; throws io::InputError for what is not in the article.
-std::array<double, kPublishedTrials> published_trials_deg_s(int gesture, const std::string& compensator);
 
 }  // namespace flexor::study

@@ -397,7 +397,7 @@ std::string digest_of(const fs::path& folder, const Json& settings, const Shard&
 
 void start_folder(const fs::path& folder, const Json& settings) {
   io::require_writable(folder / "cohort.csv");
-  if (!is_same_run(folder, io::dump(settings))) io::write_file(folder / "run.json", io::dump(settings));
+  if (!is_same_run(folder, settings)) io::write_file(folder / "run.json", io::dump(settings));
   for (const char* inner : {"rows", "models"}) io::make_folder(folder / inner);
 }
 
@@ -489,7 +489,7 @@ CohortResult run_cohort(const CohortRequest& request,
   if (shard.of == 1)
     write_table(request.folder, run.settings());
   else
-    seal(request.folder, io::dump(run.settings()), digest_of(request.folder, run.settings(), shard));
+    seal(request.folder, run.settings(), digest_of(request.folder, run.settings(), shard));
   CohortResult out;
   for (std::size_t k = 0; k < mine && shard.item(k) < request.manifest.takes.size(); ++k, ++out.takes) {
     const Part part = read_part(request.folder, shard.item(k)).value();
@@ -519,7 +519,7 @@ void merge_cohort(const std::vector<fs::path>& parts, const fs::path& out) {
   for (std::size_t i = 0; i < folders.size(); ++i)  // of more shards than rows some need not be there
     if (folders.size() > 1 && !folders[i].empty())
       require_sealed(folders[i], digest_of(folders[i], settings, {i + 1, folders.size()}));
-  const io::FolderLock lock(out);
+  const io::FolderLock lock(out, "cohort");
   start_folder(out, settings);
   for (std::size_t job = 0; job < jobs_of(settings); ++job) {
     const fs::path from = folder_of(job);

@@ -6,19 +6,19 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "host/io/growing_file.hpp"
-#include "host/io/io.hpp"
 
 namespace flexor::study {
 
 // Whether the folder's run.json is `settings`, sealed or not; false: it has none. Throws io::InputError: it has another run's.
-bool is_same_run(const std::filesystem::path& folder, const std::string& settings);
+bool is_same_run(const std::filesystem::path& folder, const nlohmann::ordered_json& settings);
 
 // Adds to the run.json of a shard that is whole the digest of what it found. Throws io::InputError: it has another one.
-void seal(const std::filesystem::path& folder, const std::string& settings, const std::string& digest);
+void seal(const std::filesystem::path& folder, nlohmann::ordered_json settings, const std::string& digest);
 bool is_sealed(const std::filesystem::path& folder);
 // Throws io::InputError: it has another one, or none.
 void require_sealed(const std::filesystem::path& folder, const std::string& digest);
@@ -26,32 +26,34 @@ void require_sealed(const std::filesystem::path& folder, const std::string& dige
 // First next() and keep() until the rows end, then start(), append() and finish(). The folder is locked.
 class Journal {
  public:
-  // `settings` and `header` are whole lines. Throws io::InputError: another run's folder.
-  Journal(const std::filesystem::path& folder, const std::string& settings, const std::string& header);
+  // `header` is a whole line. Throws io::InputError: another run's folder.
+  Journal(const std::filesystem::path& folder, const nlohmann::ordered_json& settings,
+          const std::string& header);
 
   // The next row without its newline; false at the end, and for a last row that lacks its newline.
   bool next(std::string& row);
 
-  // All rows that next() gave stay.
-  void keep() { kept_bytes_ = read_bytes_; }
+  // The rows that next() gave since are a batch, which stays.
+  void keep();
 
   // Cuts off what was not kept. Throws io::JobError.
   void start();
 
-  // All of `rows`, or an io::JobError and nothing of them.
-  void append(const std::string& rows) { file_->append(rows); }
+  // All of the batch `rows`, or an io::JobError and nothing of them.
+  void append(const std::string& rows);
 
   // The file is whole and on the disk; throws io::JobError otherwise.
   void finish() { file_->bring_to_disk(); }
 
- private:
-  void require_same_run(const std::string& settings, const std::string& header);
+  // Of all batches, as seal() has it.
+  const std::string& digest() const { return digest_; }
 
-  std::filesystem::path folder_;
+ private:
   std::filesystem::path path_;
   std::string header_;
   std::ifstream old_;
-  std::uintmax_t read_bytes_ = 0;
+  std::string batch_;
+  std::string digest_;
   std::uintmax_t kept_bytes_ = 0;
   std::optional<io::GrowingFile> file_;
 };

@@ -21,18 +21,6 @@ namespace {
 using io::InputError;
 using twin::kFingers;
 
-// A finger's flexion, zero when straight, on the hand's scale: its lower limit is straight, a degree is a
-// degree.
-twin::Motion recorded(const std::string& name, std::vector<double> t_s,
-                      std::array<std::vector<double>, kFingers> flexion_deg) {
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    const double lower = i == 0 ? 90 : 28;
-    const double upper = i == 0 ? 170 : 113;
-    for (double& angle : flexion_deg[i]) angle = std::clamp(lower + angle, lower, upper);
-  }
-  return twin::Motion::from_samples(name, std::move(t_s), std::move(flexion_deg));
-}
-
 // What is kept in memory grows with the rows, not with the time between them.
 constexpr double kLongestPause_s = 60;
 
@@ -67,65 +55,26 @@ std::string row_at(const std::string& text, const std::vector<std::string>& colu
   return fmt::format("time {:g}", t_s);
 }
 
-class GraspReader {
- public:
-  explicit GraspReader(const std::filesystem::path& source) : source_(source) {}
+constexpr std::size_t kClock = 7;  // a date and a flag, then joint 1
 
-  twin::Motion read(const std::string& text) {
-    std::istringstream lines(text);
-    for (std::string line; std::getline(lines, line);) {
-      ++row_;
-      if (line.find_first_not_of(" \t\r") != std::string::npos) add(line);
-    }
-    std::vector<double> t_s =
-        motion_time(t_s_, source_.string(), [&](std::size_t i) { return fmt::format("row {}", rows_[i]); });
-    // The glove's zero is its own: the straightest that each finger gets counts as straight.
-    for (auto& finger : flexion_deg_) {
-      const double straight = *std::ranges::min_element(finger);
-      for (double& angle : finger) angle -= straight;
-    }
-    return recorded(io::to_utf8(source_.stem().string()), std::move(t_s), std::move(flexion_deg_));
+// A row's numbers, in their ranges.
+template <class Fail>
+std::vector<double> grasp_numbers(const std::string& line, const Fail& fail) {
+  constexpr std::size_t kFields = kClock + 23;
+  std::istringstream fields(line);
+  std::vector<double> v;
+  for (double x = 0; fields >> x;) v.push_back(x);
+  if (v.size() != kFields || !fields.eof())
+    fail(fmt::format("{} number(s) where a date, a flag and 23 joint angles make {}", v.size(), kFields));
+  const bool clock =
+      v[2] >= 1 && v[2] <= 31 && v[3] >= 0 && v[3] < 24 && v[4] >= 0 && v[4] < 60 && v[5] >= 0 && v[5] < 61;
+  if (!clock) fail(fmt::format("day {:g}, {:g}:{:g}:{:g} is no time", v[2], v[3], v[4], v[5]));
+  for (std::size_t j = kClock; j < kFields; ++j) {
+    if (!(std::abs(v[j]) <= 2 * std::numbers::pi))
+      fail(fmt::format("{:g} is no joint angle in radians", v[j]));
   }
-
- private:
-  static constexpr std::size_t kJoint[kFingers] = {2, 5, 9, 13, 17};
-  static constexpr std::size_t kClock = 7;
-  static constexpr std::size_t kFields = kClock + 23;
-  static constexpr double kMaxJoint_rad = 2 * std::numbers::pi;
-
-  [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("{}: row {}: {}; mend or remove the row", source_.string(), row_, what));
-  }
-
-  void add(const std::string& line) {
-    std::istringstream fields(line);
-    std::vector<double> v;
-    for (double x = 0; fields >> x;) v.push_back(x);
-    if (v.size() != kFields || !fields.eof()) {
-      fail(fmt::format("{} number(s) where a date, a flag and 23 joint angles make {}", v.size(), kFields));
-    }
-    const bool clock =
-        v[2] >= 1 && v[2] <= 31 && v[3] >= 0 && v[3] < 24 && v[4] >= 0 && v[4] < 60 && v[5] >= 0 && v[5] < 61;
-    if (!clock) fail(fmt::format("day {:g}, {:g}:{:g}:{:g} is no time", v[2], v[3], v[4], v[5]));
-    for (std::size_t j = kClock; j < kFields; ++j) {
-      if (!(std::abs(v[j]) <= kMaxJoint_rad)) fail(fmt::format("{:g} is no joint angle in radians", v[j]));
-    }
-    const double t = ((v[2] * 24 + v[3]) * 60 + v[4]) * 60 + v[5];
-    if (!t_s_.empty() && t == t_s_.back()) return;  // some rows repeat the one before
-    if (!t_s_.empty() && t < t_s_.back()) fail("the time goes backwards");
-    t_s_.push_back(t);
-    rows_.push_back(row_);
-    for (std::size_t i = 0; i < kFingers; ++i) {
-      flexion_deg_[i].push_back(-v[kClock - 1 + kJoint[i]] * 180 / std::numbers::pi);
-    }
-  }
-
-  const std::filesystem::path& source_;
-  int row_ = 0;
-  std::vector<double> t_s_;
-  std::vector<int> rows_;  // of each sample
-  std::array<std::vector<double>, kFingers> flexion_deg_;
-};
+  return v;
+}
 
 }  // namespace
 
@@ -158,7 +107,37 @@ twin::Motion csv_motion(const std::string& text, const std::filesystem::path& so
 }
 
 twin::Motion grasp_motion(const std::string& text, const std::filesystem::path& source) {
-  return GraspReader(source).read(text);
+  constexpr std::size_t kMcp[kFingers] = {2, 5, 9, 13, 17};
+  std::vector<double> t_s;
+  std::vector<std::string> rows;  // of each sample
+  std::array<std::vector<double>, kFingers> angle_deg;
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    const std::string row = fmt::format("row {}", number);
+    const auto fail = [&](const std::string& what) {
+      throw InputError(fmt::format("{}: {}: {}; mend or remove the row", source.string(), row, what));
+    };
+    const std::vector<double> v = grasp_numbers(line, fail);
+    const double t = ((v[2] * 24 + v[3]) * 60 + v[4]) * 60 + v[5];
+    if (!t_s.empty() && t == t_s.back()) continue;  // some rows repeat the one before
+    if (!t_s.empty() && t < t_s.back()) fail("the time goes backwards");
+    t_s.push_back(t);
+    rows.push_back(row);
+    for (std::size_t i = 0; i < kFingers; ++i)
+      angle_deg[i].push_back(-v[kClock - 1 + kMcp[i]] * 180 / std::numbers::pi);
+  }
+  t_s = motion_time(t_s, source.string(), [&](std::size_t i) { return rows[i]; });
+  // The glove's zero is its own: the straightest that each finger gets lies at the hand's lower limit, and a degree is a degree.
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    const double lower = i == 0 ? 90 : 28;
+    const double upper = i == 0 ? 170 : 113;
+    const double straight = *std::ranges::min_element(angle_deg[i]);
+    for (double& angle : angle_deg[i]) angle = std::clamp(lower + angle - straight, lower, upper);
+  }
+  return twin::Motion::from_samples(io::to_utf8(source.stem().string()), std::move(t_s),
+                                    std::move(angle_deg));
 }
 
 }  // namespace flexor::study

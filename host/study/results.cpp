@@ -3,14 +3,103 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <set>
 
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/study/published.hpp"
+#include "runtime/link/hand_end.hpp"
 
 namespace flexor::study {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+Json statistic_json(const Statistic& s) {
+  const std::optional<double> half = s.ci95();
+  return {{"mean", s.mean()}, {"ci95", half ? Json(*half) : Json(nullptr)}};
+}
+
+template <class Value>
+Json by_finger(const Value& value) {
+  Json out = Json::object();
+  for (std::size_t i = 0; i < kFingers; ++i) out[model::finger_names()[i]] = value(i);
+  return out;
+}
+
+Json cell_json(const Cell& c, const std::vector<std::string>& compensators) {
+  const auto if_any = [](const Statistic& s) { return s.count() > 0 ? statistic_json(s) : Json(nullptr); };
+  Json differences = Json::object();
+  for (std::size_t j = 0; j < compensators.size(); ++j) {
+    if (compensators[j] != c.compensator)
+      differences[compensators[j]] = statistic_json(c.difference_deg_s[j]);
+  }
+  return {{"gesture", c.gesture > 0 ? Json(c.gesture) : Json(c.motion)},
+          {"compensator", c.compensator},
+          {"trials", c.total_deg_s.count()},
+          {"total_error_deg_s", statistic_json(c.total_deg_s)},
+          {"lag_removed_deg_s", if_any(c.lag_removed_deg_s)},
+          {"lag_s", if_any(c.lag_s)},
+          {"trials_with_a_lag", c.lag_s.count()},
+          {"published_deg_s", c.published_deg_s ? Json(*c.published_deg_s) : Json(nullptr)},
+          {"finger_error_deg_s", by_finger([&](std::size_t i) { return c.finger_deg_s[i].mean(); })},
+          {"swing_deg", by_finger([&](std::size_t i) { return c.swing_deg[i].mean(); })},
+          {"difference_deg_s", std::move(differences)},
+          {"impact_deg_s", by_finger([&](std::size_t i) { return c.impact_deg_s[i]; })},
+          {"pressed_s", by_finger([&](std::size_t i) { return c.pressed_s[i].mean(); })},
+          {"frames_sent", c.frames_sent},
+          {"frames_lost", c.frames_lost}};
+}
+
+Json cells_json(const Result& r) {
+  Json out = Json::array();
+  for (const Cell& c : r.cells) out.push_back(cell_json(c, r.compensators));
+  return out;
+}
+
+// Over the gestures `from` to `to`; none: the run has none of them.
+std::optional<Distance> distance(const Result& result, int from, int to) {
+  std::set<int> gestures;
+  Distance out;
+  const NullModel null = null_model();
+  LogRms ours;
+  LogRms constants;
+  for (const Cell& cell : result.cells) {
+    if (!cell.published_deg_s || cell.gesture < from || cell.gesture > to) continue;
+    ours.add(cell.total_deg_s.mean(), *cell.published_deg_s);
+    constants.add(null.error_deg_s.at(cell.compensator), *cell.published_deg_s);
+    gestures.insert(cell.gesture);
+    if (std::ranges::find(out.compensators, cell.compensator) == out.compensators.end())
+      out.compensators.push_back(cell.compensator);
+  }
+  if (ours.count() == 0) return std::nullopt;
+  out.log_rms = ours.value();
+  out.null_log_rms = constants.value();
+  out.gestures.assign(gestures.begin(), gestures.end());
+  out.is_all = static_cast<int>(out.gestures.size()) == to - from + 1;
+  return out;
+}
+
+const Cell* find(const Result& result, int gesture, const std::string& compensator) {
+  const auto it = std::ranges::find_if(result.cells, [&](const Cell& cell) {
+    return cell.gesture == gesture && cell.compensator == compensator;
+  });
+  return it == result.cells.end() ? nullptr : &*it;
+}
+
+Json to_json(const std::vector<ShapeCheck>& checks) {
+  Json out = Json::array();
+  for (const ShapeCheck& c : checks) {
+    out.push_back({{"gesture", c.gesture},
+                   {"what", c.what},
+                   {"where", c.where},
+                   {"value_deg", c.value_deg},
+                   {c.is_least ? "at_least_deg" : "at_most_deg", c.threshold_deg},
+                   {"agrees", c.agrees()}});
+  }
+  return out;
+}
 
 // Joint angles of a finger at the end, from straight: MCP, PIP (the thumb's IP) and DIP.
 Json final_posture(const twin::Parameters& p, const std::array<std::vector<float>, kFingers>& angle_deg) {
@@ -48,7 +137,6 @@ Json save_traces(const Plan& plan, const std::filesystem::path& folder) {
     Json traces = Json::array();
     Json finger;
     for (std::size_t c = 0; c < plan.compensators.size(); ++c) {
-      if (plan.stop != nullptr && plan.stop->load()) throw io::Cancelled("stopped");
       const twin::Trial trial = first_trial(plan, motion, plan.compensators[c]);
       const std::string file = fmt::format("traces/motion{}_compensator{}.csv", m + 1, c + 1);
       io::write_file(folder / file, to_csv(trial, plan.parameters.camera_rate_hz));
@@ -68,16 +156,110 @@ Json save_traces(const Plan& plan, const std::filesystem::path& folder) {
 
 }  // namespace
 
-Json to_json(const ScenarioResult& s, const Plan& plan) {
+Distances distances(const Result& result) {
+  return {distance(result, 1, kLastFittedGesture), distance(result, kLastFittedGesture + 1, kLastGesture),
+          distance(result, 1, kLastGesture)};
+}
+
+std::string describe(const Distance& d) {
+  const bool in_a_row = d.gestures.back() - d.gestures.front() + 1 == static_cast<int>(d.gestures.size());
+  std::string out = d.gestures.size() == 1 ? fmt::format("gesture {}", d.gestures.front())
+                    : in_a_row ? fmt::format("gestures {}-{}", d.gestures.front(), d.gestures.back())
+                               : fmt::format("gestures {}", fmt::join(d.gestures, ", "));
+  if (d.compensators.size() < kPublishedCompensators)
+    out += fmt::format(" with {}", fmt::join(d.compensators, ", "));
+  return out;
+}
+
+std::vector<std::string> warnings(const Result& result, const Plan& plan) {
+  const twin::Parameters& p = plan.parameters;
+  const double period_s = plan.compensators.front().model.sample_period_s;
+  const double frame_s = p.frame_rate_hz > 0 ? std::max(1 / p.frame_rate_hz, period_s) : period_s;
+  const double delay_ms = 1000 * (p.module_latency_s + p.jitter_s);
+  const double greatest_ms = link::greatest_delay_ms(1000 * frame_s);
+  std::vector<std::string> out;
+  if (plan.engine == nullptr && delay_ms > greatest_ms)
+    out.push_back(
+        fmt::format("the radio delays by {:g} ms (radio.module_latency_s, radio.jitter_s): the firmware's "
+                    "guarded link follows up to {:g} ms, the twin has no such limit",
+                    delay_ms, greatest_ms));
+  const auto cell = std::ranges::find_if(result.cells, [](const Cell& c) { return c.silent_trials > 0; });
+  if (cell == result.cells.end()) return out;
+  const auto silent = std::ranges::count_if(result.cells, [](const Cell& c) { return c.silent_trials > 0; });
+  out.push_back(fmt::format(
+      "{} with {}{}: at most half of the frames reached the hand in {} of {} trials: its error is the "
+      "radio's, no "
+      "compensator's; see radio.* of the twin, and runtime/link/PROTOCOL.md for the greatest delay",
+      cell->motion, cell->compensator, silent > 1 ? fmt::format(" and {} others", silent - 1) : "",
+      cell->silent_trials, cell->total_deg_s.count()));
+  return out;
+}
+
+std::vector<ShapeCheck> shape_checks(const Result& result, const Plan& plan) {
+  std::vector<ShapeCheck> out;
+  const auto place = [](const std::string& compensator, std::size_t finger) {
+    return fmt::format("{}, {}", compensator, model::finger_names()[finger]);
+  };
+  if (const Cell* raw = find(result, 2, "raw")) {
+    const std::size_t stillest = raw->swing_deg[1].mean() < raw->swing_deg[2].mean() ? 1 : 2;
+    out.push_back({2, "large fluctuations: swing of index and middle, which the person keeps still, with raw",
+                   place("raw", stillest), raw->swing_deg[stillest].mean(), kLargeSwing_deg, true});
+  }
+  ShapeCheck still{4,
+                   "no significant deviations: mean |e| of middle, ring and pinky with all compensators",
+                   "",
+                   -1,
+                   kSignificant_deg,
+                   false};
+  for (const std::string& c : published_compensators()) {
+    const Cell* cell = find(result, 4, c);
+    if (cell == nullptr) return out;
+    const auto motion = std::ranges::find(plan.motions, 4, &twin::Motion::number);
+    for (std::size_t i = 2; i < kFingers; ++i) {
+      const double deviation_deg = cell->finger_deg_s[i].mean() / motion->duration_s();
+      if (deviation_deg <= still.value_deg) continue;
+      still.value_deg = deviation_deg;
+      still.where = place(c, i);
+    }
+  }
+  out.push_back(std::move(still));
+  return out;
+}
+
+Json to_json(const Result& r, const Plan& plan) {
+  const auto whole = [](const std::optional<Distance>& d) {
+    return d && d->is_all ? Json(d->log_rms) : Json(nullptr);
+  };
+  const auto part = [](const std::optional<Distance>& d) {
+    return d ? Json{{"gestures", d->gestures},
+                    {"compensators", d->compensators},
+                    {"log_rms", d->log_rms},
+                    {"null_model_log_rms", d->null_log_rms}}
+             : Json(nullptr);
+  };
+  const Distances distance = distances(r);
+  return {{"cells", cells_json(r)},
+          {"log_rms",
+           {{"gestures_1_to_4", whole(distance.fitted)},
+            {"gestures_5_and_6", whole(distance.not_fitted)},
+            {"all", whole(distance.all)},
+            {"fitted", part(distance.fitted)},
+            {"not_fitted", part(distance.not_fitted)}}},
+          {"null_model", to_json(null_model())},
+          {"shapes", to_json(shape_checks(r, plan))},
+          {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
+          {"rate_hz", 1 / plan.compensators.front().model.sample_period_s},
+          {"seed", plan.seed},
+          {"warnings", warnings(r, plan)},
+          {"version", FLEXOR_VERSION}};
+}
+
+Json to_json(const ScenarioResult& s) {
   const Stops stops = stops_of(s.result);
-  return {{"name", s.scenario.name},
-          {"set", s.scenario.set},
-          {"worn_s", s.scenario.worn_s},
-          {"drift_turns_s", s.scenario.drift_turns_s},
-          {"tracked", s.scenario.tracked},
-          {"recalibrated", s.scenario.recalibrated},
-          {"cells", to_json(s.result, plan).at("cells")},
-          {"impact_deg_s", stops.impact_deg_s},
+  return {{"name", s.scenario.name},       {"set", s.scenario.set},
+          {"worn_s", s.scenario.worn_s},   {"drift_turns_s", s.scenario.drift_turns_s},
+          {"tracked", s.scenario.tracked}, {"recalibrated", s.scenario.recalibrated},
+          {"cells", cells_json(s.result)}, {"impact_deg_s", stops.impact_deg_s},
           {"pressed_s", stops.pressed_s}};
 }
 
@@ -102,7 +284,7 @@ void save_results(const Plan& plan, const Result& result, const std::vector<Scen
   json["compensators"] = result.compensators;
   json["motions"] = save_traces(plan, folder);
   json["scenarios"] = Json::array();
-  for (const ScenarioResult& s : scenarios) json["scenarios"].push_back(to_json(s, plan));
+  for (const ScenarioResult& s : scenarios) json["scenarios"].push_back(to_json(s));
   json["twin"] = Json::parse(twin::to_json(plan.parameters));
   io::write_file(folder / "results.json", io::dump(json));
 }

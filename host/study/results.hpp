@@ -1,14 +1,65 @@
-// What an experiment found, as files that its report is drawn from: results.json, and in traces/ trial 0 of every motion
-// with every compensator as the cameras saw it (t_s; for each finger NAME_finger_deg and NAME_hand_deg).
+// What an experiment found: beside the article's figures and words, as JSON, and as the files that its report is drawn from:
+// results.json, and in traces/ trial 0 of every motion with every compensator as the cameras saw it (t_s; for each finger
+// NAME_finger_deg and NAME_hand_deg).
 #pragma once
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "host/study/trials.hpp"
 
 namespace flexor::study {
+
+// From the published table, over what of it is in the run.
+struct Distance {
+  std::vector<int> gestures;
+  std::vector<std::string> compensators;
+  double log_rms = 0;       // root mean square of ln(ours / published)
+  double null_log_rms = 0;  // the same of null_model(), over the same cells
+  bool is_all = false;      // none of the gestures is missing
+};
+std::string describe(const Distance& distance);  // "gestures 1-4", "gesture 2 with raw"
+
+struct Distances {
+  std::optional<Distance> fitted;  // gestures 1 to 4
+  // 5 and 6: not fitted. Not unseen either: their motions were written down with these figures in view.
+  std::optional<Distance> not_fitted;
+  std::optional<Distance> all;
+};
+Distances distances(const Result& result);
+
+// What the article says of curves and prints no number for, as numbers with a threshold. They are reported,
+// and nothing is fitted to them.
+//   gesture 2  "large fluctuations in rho_2 and rho_3" without a compensator, where the person keeps index and
+//              middle still: swing of the hand's angle, from its smallest to its largest, with Raw; mean over
+//              the trials, the smaller of both fingers. Large: 20 degrees or more, a quarter of their range.
+//   gesture 4  "no significant deviations" of rho_3, rho_4 and rho_5 from rho_r with any of the compensators:
+//              mean |e_i| over the gesture, E_i / duration, the largest of three fingers and three
+//              compensators. Not significant: 5 degrees or less.
+inline constexpr double kLargeSwing_deg = 20;
+inline constexpr double kSignificant_deg = 5;
+
+struct ShapeCheck {
+  int gesture = 0;
+  std::string what;   // "swing of index and middle with raw"
+  std::string where;  // what sets the value: "raw, ring"
+  double value_deg = 0;
+  double threshold_deg = 0;
+  bool is_least = false;  // the threshold is the least that agrees with the article; else the most
+  bool agrees() const { return is_least ? value_deg >= threshold_deg : value_deg <= threshold_deg; }
+};
+
+// Those that the run allows: gesture 2 with raw, gesture 4 with all three published.
+std::vector<ShapeCheck> shape_checks(const Result& result, const Plan& plan);
+
+// A line each: the first cell with silent trials, a delay beyond what the firmware follows.
+std::vector<std::string> warnings(const Result& result, const Plan& plan);
+
+// Everything but how long it took and on how many threads: the same run gives the same bytes.
+nlohmann::ordered_json to_json(const Result& result, const Plan& plan);
 
 struct ScenarioResult {
   Scenario scenario;
@@ -23,7 +74,7 @@ struct Stops {
 Stops stops_of(const Result& result);
 
 // Its settings and its cells.
-nlohmann::ordered_json to_json(const ScenarioResult& result, const Plan& plan);
+nlohmann::ordered_json to_json(const ScenarioResult& result);
 
 // Every file appears whole or not at all, results.json last. Throws io::InputError when it cannot be written, and
 // io::Cancelled.

@@ -5,7 +5,9 @@
 
 #include <fstream>
 
+#include "host/io/json.hpp"
 #include "host/io/refusal_test.hpp"
+#include "host/study/results.hpp"
 
 namespace flexor::study {
 namespace {

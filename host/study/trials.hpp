@@ -13,15 +13,12 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "host/io/folder_lock.hpp"
-#include "host/io/run_in_order.hpp"
 #include "host/model/model.hpp"
 #include "host/study/catalogue.hpp"
-#include "host/study/journal.hpp"
 #include "host/study/shard.hpp"
 #include "host/twin/simulation.hpp"
 
@@ -94,29 +91,11 @@ struct Cell {
   double total_pressed_s() const;  // mean of a trial, five fingers together
 };
 
-// From the published table, over what of it is in the run.
-struct Distance {
-  std::vector<int> gestures;
-  std::vector<std::string> compensators;
-  double log_rms = 0;       // root mean square of ln(ours / published)
-  double null_log_rms = 0;  // the same of null_model(), over the same cells
-  bool is_all = false;      // none of the gestures is missing
-};
-std::string describe(const Distance& distance);  // "gestures 1-4", "gesture 2 with raw"
-
-struct Distances {
-  std::optional<Distance> fitted;  // gestures 1 to 4
-  // 5 and 6: not fitted. Not unseen either: their motions were written down with these figures in view.
-  std::optional<Distance> not_fitted;
-  std::optional<Distance> all;
-};
-
 struct Result {
   std::vector<std::string> motions;
   std::vector<std::string> compensators;
   std::vector<Cell> cells;  // motion by motion, compensators inside
-  Distances distance;
-  double simulated_s = 0;  // of gestures, in this call
+  double simulated_s = 0;   // of gestures, in this call
   double wall_s = 0;
   int threads = 1;
   std::int64_t resumed_rows = 0;
@@ -132,11 +111,8 @@ using TrialProgress = std::function<void(std::size_t done, std::size_t of)>;  //
 // hold apart.
 void check(const Plan& plan);
 
-// A line each: the first cell with silent trials, a delay beyond what the firmware follows.
-std::vector<std::string> warnings(const Result& result, const Plan& plan);
-
-// What must be the same for a run to go on in its folder, as JSON. A shard's also holds all that its plan is made of.
-std::string settings_of(const Plan& plan);
+// What must be the same for a run to go on in its folder. A shard's also holds all that its plan is made of.
+nlohmann::ordered_json settings_of(const Plan& plan);
 
 // Throws as check(); io::InputError: a folder that holds another run, or in which somebody else works;
 // io::JobError: trials.csv cannot be written; io::Cancelled.
@@ -154,8 +130,5 @@ std::optional<twin::Tracking> tracking_of(const std::vector<Compensator>& compen
 // Trial 0 of a motion, exactly as run() meets it: what to play, and played.
 twin::TrialInput first_input(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
-
-// Everything but how long it took and on how many threads: the same run gives the same bytes.
-nlohmann::ordered_json to_json(const Result& result, const Plan& plan);
 
 }  // namespace flexor::study

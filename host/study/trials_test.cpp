@@ -14,7 +14,7 @@
 #include "host/study/boards.hpp"
 #include "host/study/glove_fit.hpp"
 #include "host/study/recalibrated.hpp"
-#include "host/study/shape_check.hpp"
+#include "host/study/results.hpp"
 
 namespace flexor::study {
 namespace {
@@ -211,7 +211,7 @@ TEST(Trials, AnotherMotionIsAnotherRun) {
   }
   Plan p = plan("2", 1);
   p.motions = {twin::Motion::from_samples("m", t_s, still)};
-  const std::string settings = settings_of(p);
+  const auto settings = settings_of(p);
   p.motions = {twin::Motion::from_samples("m", t_s, between)};
   EXPECT_NE(settings_of(p), settings);
 }
@@ -291,10 +291,10 @@ TEST(TwinFigures, TheTableComesOutAsPublished) {
   Plan p = plan("1-6", 64);
   p.compensators = {compensator("raw", 10), compensator("published-w", 10), compensator("published-hw", 10)};
   const Result r = run(p, {});
-  EXPECT_GT(r.distance.fitted->log_rms, 0.15);
-  EXPECT_LT(r.distance.fitted->log_rms, 0.35);
-  EXPECT_GT(r.distance.not_fitted->log_rms, 0.3);
-  EXPECT_LT(r.distance.not_fitted->log_rms, 0.57);  // 0.52 with 64 trials
+  EXPECT_GT(distances(r).fitted->log_rms, 0.15);
+  EXPECT_LT(distances(r).fitted->log_rms, 0.35);
+  EXPECT_GT(distances(r).not_fitted->log_rms, 0.3);
+  EXPECT_LT(distances(r).not_fitted->log_rms, 0.57);  // 0.52 with 64 trials
   for (std::size_t m = 0; m < 6; ++m) {
     const Statistic& wiener_less_raw = r.cell(m, 1).difference_deg_s[0];
     const Statistic& hw_less_wiener = r.cell(m, 2).difference_deg_s[1];

@@ -128,36 +128,12 @@ void add_identify(nb::module_& m) {
       .value("take", identify::LeaveOut::take)
       .value("person", identify::LeaveOut::person)
       .value("block", identify::LeaveOut::block);
-  nb::class_<Request>(m, "Request")
-      .def(nb::init<>())
-      .def_rw("pairs", &Request::pairs)
-      .def_rw("map", &Request::map)
-      .def_rw("rate_hz", &Request::rate_hz)
-      .def_rw("split", &Request::split)
-      .def_rw("structure", &Request::structure)
-      .def_rw("initial", &Request::initial, nb::arg().none())
-      .def_rw("refit", &Request::refit)
-      .def_rw("fit_all", &Request::fit_all)
-      .def_rw("lead_s", &Request::lead_s)
-      .def_rw("clock_offset_s", &Request::clock_offset_s, nb::arg().none())
-      .def_rw("reference_error_deg", &Request::reference_error_deg)
-      .def_rw("ends", &Request::ends)
-      .def_rw("input_unit", &Request::input_unit)
-      .def_rw("output_unit", &Request::output_unit)
-      .def_rw("leave_out", &Request::leave_out)
-      .def_rw("threads", &Request::threads);
+  FLEXOR_REQUEST(Request, pairs, map, rate_hz, split, structure, initial, refit, fit_all, lead_s,
+                 clock_offset_s, reference_error_deg, ends, input_unit, output_unit, leave_out, threads)
   nb::class_<SourceFiles>(m, "SourceFiles")
       .def(nb::init<const recording::Log&, const recording::Log&, std::string, std::string, std::string>());
-  nb::class_<RecalibrationFiles>(m, "RecalibrationFiles")
-      .def(nb::init<>())
-      .def_rw("model", &RecalibrationFiles::model)
-      .def_rw("recording", &RecalibrationFiles::recording)
-      .def_rw("poses", &RecalibrationFiles::poses)
-      .def_rw("poses_log", &RecalibrationFiles::poses_log)
-      .def_rw("pair_sensor", &RecalibrationFiles::pair_sensor)
-      .def_rw("pair_camera", &RecalibrationFiles::pair_camera)
-      .def_rw("map", &RecalibrationFiles::map)
-      .def_rw("inputs", &RecalibrationFiles::inputs);
+  FLEXOR_REQUEST(RecalibrationFiles, model, recording, poses, poses_log, pair_sensor, pair_camera, map,
+                 inputs)
   m.def("check_structure", [](const std::string& text) { (void)identify::parse_structure(text, 1); });
   m.def("joint_name", [](const std::string& name) { return std::string(model::joint_name(name)); });
   m.def("identify", &identify_takes, nb::arg(), nb::arg().none(), nb::arg().none());

@@ -29,6 +29,15 @@ nb::tuple to_python(recording::Recording recording);
 // Of a JSON document, by Python's own reader.
 nb::object to_python(const nlohmann::ordered_json& json);
 
+// A request of a room, whose members Python sets: FLEXOR_REQUEST(Request, a, b).
+#define FLEXOR_MEMBER(name) .def_rw(#name, &Members::name, nb::arg().none())
+#define FLEXOR_REQUEST(T, ...)                                                 \
+  {                                                                            \
+    using Members = T;                                                         \
+    nb::class_<T>(m, #T).def(nb::init<>())                                     \
+        NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(FLEXOR_MEMBER, __VA_ARGS__)); \
+  }
+
 // What each room's file adds to the module.
 void add_recording(nb::module_& m);
 void add_model(nb::module_& m);

@@ -10,10 +10,10 @@
 
 #include "host/deploy/hardware.hpp"
 #include "host/study/glove_fit.hpp"
-#include "host/study/log_rms.hpp"
+#include "host/study/published.hpp"
+#include "host/study/results.hpp"
 #include "host/study/shards.hpp"
 #include "host/study/trials.hpp"
-#include "host/study/twin_table.hpp"
 #include "host/twin/random.hpp"
 #include "python/bindings/job.hpp"
 #include "python/bindings/recording.hpp"
@@ -46,7 +46,7 @@ nb::object experiment(study::Plan plan, const std::string& gestures, double rate
                       const nb::object& show) {
   if (!shard.empty()) plan.shard = study::parse_shard(shard);
   std::vector<std::string> notes;
-  plan.motions = study::motions(gestures, notes);
+  plan.motions = study::motions(gestures, &notes);
   for (study::Compensator& one : plan.compensators) {
     one.model.sample_period_s = 1 / rate_hz;
     model::check(one.model);
@@ -117,21 +117,14 @@ void add_twin(nb::module_& m) {
   nb::class_<study::Compensator>(m, "NamedModel")
       .def(nb::init<std::string, model::Model>())
       .def_ro("model", &study::Compensator::model);
-  nb::class_<study::Plan>(m, "Plan")
-      .def(nb::init<>())
-      .def_rw("parameters", &study::Plan::parameters)
-      .def_rw("compensators", &study::Plan::compensators)
-      .def_rw("trials", &study::Plan::trials)
-      .def_rw("seed", &study::Plan::seed)
-      .def_rw("threads", &study::Plan::threads)
-      .def_rw("folder", &study::Plan::folder);
+  using study::Plan;
+  FLEXOR_REQUEST(Plan, parameters, compensators, trials, seed, threads, folder)
   m.def("parameters", &to_parameters);
   m.def("named_model", &study::compensator);
   m.def("twin_record", &record, nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg().none());
   m.def("experiment", &experiment, nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg().none());
   m.def("merge", &merge, nb::arg(), nb::arg(), nb::arg().none());
   m.def("published_table", &published_table);
-  m.def("twin_table", &study::twin_table, nb::call_guard<nb::gil_scoped_release>());
   m.def("fit_glove", &fit_glove, nb::call_guard<nb::gil_scoped_release>());
   m.def("changed_scenarios", &changed_scenarios);
   m.def("seed_of", [](std::uint64_t seed, std::uint64_t number) { return twin::seed_of(seed, number); });

@@ -1,7 +1,6 @@
 """Laboratories: the prior, known densities, and that a laboratory, a run and a summary are what they say."""
 
 import json
-import types
 
 import numpy as np
 import pytest
@@ -60,7 +59,7 @@ def test_a_cell_counts_by_the_standard_error_of_its_trials(monkeypatch):
     assert list(laboratories.standard_errors().values()) == pytest.approx([0.277, 0.494, 0.619], abs=0.001)
     table = [cell["error_deg_s"] for cell in laboratories.published()[:12]]
     table[5] *= np.exp(2 * laboratories.standard_errors()["published-hw"])
-    monkeypatch.setattr(laboratories, "core", types.SimpleNamespace(twin_table=lambda *_: table))
+    monkeypatch.setattr(laboratories, "_table", lambda *_: table)
     assert laboratories.log_likelihood(None, 16, 7) == pytest.approx(-2)
 
 

@@ -1,10 +1,8 @@
-#include "host/study/null_model.hpp"
+#include "host/study/published.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "host/study/catalogue.hpp"
 
 namespace flexor::study {
 namespace {

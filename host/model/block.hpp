@@ -5,15 +5,8 @@
 #include <variant>
 #include <vector>
 
-#include "host/model/curve.hpp"
-#include "host/model/dead_zone.hpp"
-#include "host/model/hysteresis.hpp"
-#include "host/model/lag.hpp"
+#include "host/model/kinds.hpp"
 #include "host/model/lti.hpp"
-#include "host/model/play.hpp"
-#include "host/model/pole_pair.hpp"
-#include "host/model/saturation.hpp"
-#include "host/model/sum.hpp"
 #include "runtime/compensator/blocks.hpp"
 
 namespace flexor::model {

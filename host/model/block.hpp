@@ -44,9 +44,6 @@ void read_object(io::JsonReader& reader, Block& out);
 void write_object(const Block& block, Json& json);
 Json schema_of(const Block& fresh);
 
-// A schema of each kind, with `more` properties, which every block must have.
-Json kind_schemas(const Json& more);
-
 // Its members in a line, for people.
 std::string text_of(const Kind& kind);
 

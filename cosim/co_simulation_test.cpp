@@ -140,8 +140,6 @@ TEST(Fault, NoneFollowsTheFinger) {
   EXPECT_EQ(w.simulation.link_statistics().corrupt + w.simulation.link_statistics().malformed, 0U);
   EXPECT_GT(w.simulation.link_statistics().received, 200U);
   EXPECT_EQ(w.simulation.hand_status().overruns, 0);
-  EXPECT_GE(w.simulation.hand_status().worst_late_ms, 1) << "jitter of up to 2 ms";
-  EXPECT_LE(w.simulation.hand_status().worst_late_ms, 4);
 }
 
 // Shares of bytes that are lost, and of bits that flip.

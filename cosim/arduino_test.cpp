@@ -11,6 +11,7 @@
 #include "cosim/compiled.hpp"
 #include "cosim/replay.hpp"
 #include "host/deploy/arduino_library.hpp"
+#include "host/deploy/hardware.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
 #include "runtime/link/opengloves.hpp"
@@ -34,8 +35,7 @@ class Arduino : public testing::Test {
   void SetUp() override {
     if (!fs::exists(kCore / "cores/arduino/Arduino.h"))
       GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
-    glove_.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
-    glove_.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
+    glove_ = deploy::glove_for({}, model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json"), {});
   }
   // The library that has this example.
   void write(const std::string& example) {

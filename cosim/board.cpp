@@ -227,21 +227,19 @@ void Board::hang(bool interrupts) {
   avr(avr_)->state = cpu_Running;
 }
 
-// Else a write to the port lifts a pin that is held low to its pull-up.
-void Board::hold(char port, int bit, bool high) {
+void Board::set_pin(int digital, bool high) {
+  const char port = digital < 8 ? 'D' : 'B';
+  const int bit = digital % 8;
   Held& held = held_[port];
   const unsigned mask = 1U << bit;
   held.pins |= mask;
   held.high = high ? held.high | mask : held.high & ~mask;
+  // Else a write to the port lifts a pin that is held low to its pull-up.
   avr_ioport_external_t external{};
   external.name = static_cast<unsigned>(port) & 0x7fU;
   external.mask = held.pins & 0xffU;
   external.value = held.high & 0xffU;
   avr_ioctl(avr(avr_), static_cast<std::uint32_t>(AVR_IOCTL_IOPORT_SET_EXTERNAL(port)), &external);
-}
-
-void Board::set_pin(char port, int bit, bool high) {
-  hold(port, bit, high);
   avr_raise_irq(avr_io_getirq(avr(avr_), static_cast<std::uint32_t>(AVR_IOCTL_IOPORT_GETIRQ(port)), bit),
                 high ? 1 : 0);
 }

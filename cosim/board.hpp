@@ -50,8 +50,8 @@ class Board {
 
   // What the next conversions of this pin, A0 .. A7, give without on_sample.
   void set_counts(int pin, int counts);
-  // A level at a pin of port 'B' .. 'D' from outside.
-  void set_pin(char port, int bit, bool high);
+  // A level at D2 .. D12 from outside.
+  void set_pin(int digital, bool high);
   // The supply, which is the converter's reference, until the next start; potentiometers hang on it, too.
   void set_supply(int mV);
   // The byte is complete on the RX pin at `end`; calls come in order.
@@ -107,7 +107,6 @@ class Board {
     unsigned high = 0;
   };
   struct Hooks;
-  void hold(char port, int bit, bool high);
   void listen_to_motors();
   void power_on();
   void after_reset();

@@ -29,7 +29,6 @@ struct __attribute__((packed)) HandStatus {
   std::uint16_t overruns;
   std::int8_t duty[5];  // 127: the supply's whole voltage
   std::uint8_t board;   // hand::BoardFault
-  std::uint16_t worst_late_ms;
 };
 
 class CoSimulation {

@@ -18,7 +18,6 @@
 #include "host/deploy/send.hpp"
 #include "host/io/io.hpp"
 #include "host/study/boards.hpp"
-#include "runtime/link/counter_store.hpp"
 #include "runtime/link/hand_end.hpp"
 
 namespace flexor::cosim {
@@ -140,8 +139,6 @@ TEST(Fault, NoneFollowsTheFinger) {
   EXPECT_EQ(w.simulation.link_statistics().corrupt + w.simulation.link_statistics().malformed, 0U);
   EXPECT_GT(w.simulation.link_statistics().received, 200U);
   EXPECT_EQ(w.simulation.hand_status().overruns, 0);
-  EXPECT_GE(w.simulation.hand_status().worst_late_ms, 1) << "jitter of up to 2 ms";
-  EXPECT_LE(w.simulation.hand_status().worst_late_ms, 4);
 }
 
 // Shares of bytes that are lost, and of bits that flip.
@@ -213,52 +210,6 @@ TEST_P(BrownOut, OfEitherBoardInTheMiddleOfAGesture) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(Fault, BrownOut, testing::Values(1.0, 3.9, 4.2, 5.9));
-
-// Cuts what was heard into frames, and plays them.
-class Recorder {
- public:
-  void hear(std::uint8_t byte) {
-    frame_.push_back(byte);
-    if (byte != link::kDelimiter) return;
-    frames_.push_back(frame_);
-    frame_.clear();
-  }
-  void play(CoSimulation& simulation) {
-    if (at_ < frames_.size()) simulation.inject(frames_[at_++]);
-  }
-
- private:
-  std::vector<std::uint8_t> frame_;
-  std::vector<std::vector<std::uint8_t>> frames_;
-  std::size_t at_ = 0;
-};
-
-// An old minute is a few seconds here: all that was said so far, again; and again after the hand has lost its
-// memory. It ends at any time between two turns of the glove's.
-TEST(Fault, AReplayIsRefusedAlsoAfterARestartOfTheHand) {
-  for (const auto& [restart, from_ms] :
-       {std::pair{false, 6000}, {false, 6252}, {true, 6000}, {true, 6099}, {true, 6105}}) {
-    Watched w;
-    Recorder recorder;
-    w.simulation.on_air = [&](Cycles cycle, std::uint8_t byte) {
-      if (CoSimulation::time_ms(cycle) < 2000) recorder.hear(byte);
-    };
-    std::uint32_t before = 0;
-    w.disturb = [&, restart = restart, from_ms = from_ms](std::int64_t now_ms) {
-      const std::int64_t now = now_ms - from_ms;
-      w.simulation.radio_on = now < 0 || now >= 2000;
-      if (now == 0 && restart) w.simulation.hand().power_off(w.simulation.hand().now() + 20 * kCyclesPerMs);
-      if (now == 100) before = w.simulation.link_statistics().received;
-      if (now < 100 || now >= 1900) return;
-      if (now_ms % 25 == 0) recorder.play(w.simulation);
-      if (now == 1890) {
-        EXPECT_EQ(w.simulation.link_statistics().received, before);
-        EXPECT_GT(w.simulation.link_statistics().not_trusted, 30U);
-      }
-    };
-    expect_recovery(w.run(), from_ms / 1000. + 2, 8);
-  }
-}
 
 twin::Motion still(double length_s) {
   std::array<std::vector<double>, 5> angle;
@@ -449,23 +400,6 @@ TEST(Link, APieceThatIsNotBelievedGetsNoTurn) {
   const double frames_hz = (simulation.link_statistics().received - first) / 6.;
   EXPECT_GT(frames_hz, 16);
   EXPECT_LT(frames_hz, 20);
-}
-
-TEST(Freshness, AHandWhoseCountOfStartsWrapsIsBackInTouch) {
-  for (const std::uint32_t starts : {0xfffeU, 0xfffffeU, 0xffffffU, 0xfffffffeU, 0xffffffffU}) {
-    Watched w;
-    link::CounterStore<Board::Eeprom> store;
-    Board::Eeprom eeprom = w.simulation.hand().eeprom();
-    (void)store.save(starts);
-    while (!store.work(eeprom)) {
-    }
-    std::uint32_t received = 0;
-    w.disturb = [&](std::int64_t now) {
-      if (now == 0) received = w.simulation.link_statistics().received;
-    };
-    (void)w.run();
-    EXPECT_GT(received, 5U) << starts;
-  }
 }
 
 // Both directions in one air: what the hand says while the glove speaks is lost, and what the glove says too.

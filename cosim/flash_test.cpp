@@ -14,8 +14,8 @@
 #include "cosim/replay.hpp"
 #include "cosim/usb_board_test.hpp"
 #include "host/deploy/flash.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/intel_hex.hpp"
-#include "host/deploy/key_patch.hpp"
 #include "host/deploy/send_pages.hpp"
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
@@ -159,12 +159,7 @@ class Pair : public Flash {
     deploy::Glove glove = published();
     glove.key = key_;
     write(folder_ / "pair/glove.hex", deploy::glove_flash(glove));
-    deploy::Hand hand;
-    hand.lower_deg.fill(28);
-    hand.upper_deg.fill(113);
-    hand.rest_deg.fill(29);
-    hand.key = key_;
-    write(folder_ / "pair/hand.hex", deploy::hand_flash(hand));
+    write(folder_ / "pair/hand.hex", deploy::hand_flash(deploy::safe_hand({}, glove.model, key_)));
   }
 
   UsbBoardSetup board(const std::string& name) const {

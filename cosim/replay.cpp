@@ -41,9 +41,7 @@ std::uint8_t pressed(const deploy::Glove& glove, std::size_t k) {
 // Presses the buttons on the board for sample k.
 void press(Board& board, const model::Pins& pins, std::size_t k) {
   for (std::size_t b = 0; b < model::kButtons; ++b) {
-    if (!pins.button[b]) continue;
-    const deploy::PortBit pin = deploy::port_bit(*pins.button[b]);
-    board.set_pin(pin.port, pin.bit, !is_pressed(b, k));
+    if (pins.button[b]) board.set_pin(*pins.button[b], !is_pressed(b, k));
   }
 }
 

@@ -427,10 +427,9 @@ TEST_F(Replay, AZeroedGloveReadsAsTheModelsGloveDid) {
   }
   EXPECT_GT(std::abs(index_deg(60) - expected_deg), 5) << "before";
   alpha = 40;
-  const deploy::PortBit button = deploy::port_bit(12);
-  board.set_pin(button.port, button.bit, false);
+  board.set_pin(12, false);
   run_s(0.2);
-  board.set_pin(button.port, button.bit, true);
+  board.set_pin(12, true);
   run_s(3);
   alpha = 110;
   run_s(3.5);

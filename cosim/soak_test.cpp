@@ -9,10 +9,10 @@
 #include <deque>
 #include <numbers>
 #include <random>
+#include <utility>
 
 #include "cosim/built_images_test.hpp"
 #include "cosim/co_simulation.hpp"
-#include "cosim/lies.hpp"
 #include "cosim/radio_ear.hpp"
 #include "firmware/markers.hpp"
 #include "host/io/io.hpp"
@@ -31,6 +31,24 @@ constexpr double kSecondsPerForger = 10;
 constexpr double kSecondsPerForgery = 0.15;  // a frame of his: nobody may jam who wants to be heard
 constexpr double kSecondsPerDip = 30;
 constexpr int kLongest_ms = 3000;
+
+// What a potentiometer says that does not tell the truth.
+enum class Lie { none, frozen, slipped_up, slipped_down, reversed, neighbour, noisy };
+constexpr int kLies = 7;
+
+constexpr int kSlip_counts = 164;  // 40 degrees
+
+// Counts that are read: `held` were true when it began to lie, `neighbours` are true of the finger before.
+int told(Lie lie, int counts, int held, int neighbours, twin::Random& random) {
+  const int lies[kLies] = {counts,
+                           held,
+                           counts + kSlip_counts,
+                           counts - kSlip_counts,
+                           2 * held - counts,
+                           neighbours,
+                           lie == Lie::noisy ? counts + static_cast<int>(40 * random.normal()) : counts};
+  return std::clamp(lies[static_cast<int>(lie)], 0, 1023);
+}
 
 double from_environment(const char* name, double otherwise) {
   const char* asked = std::getenv(name);
@@ -61,6 +79,7 @@ struct Wear {
   int glove_restarts = 0;
   int hand_restarts = 0;
   int lies = 0;
+  int noticed_lies = 0;
   int strips = 0;
   int dips = 0;
   int forged = 0;  // frames of wrong senders
@@ -204,6 +223,7 @@ class Worn {
     if (now >= lie_.end_ms && dice_.every(kSecondsPerLie)) {
       lie_ = {dice_.below(twin::kFingers), 1 + dice_.below(kLies - 1), now + dice_.lasts_ms()};
       held_ = simulation_.world().potentiometer_counts(lie_.finger);
+      is_noticed_ = false;
       ++w_.lies;
     }
     if (now >= strip_.end_ms && dice_.every(kSecondsPerStrip)) {
@@ -259,6 +279,8 @@ class Worn {
     const HandStatus status = simulation_.hand_status();
     const twin::Parameters& p = input_.parameters;
     for (std::size_t i = 0; i < setpoints_.size(); ++i) {
+      if (lie_.hits(static_cast<int>(i), now) && status.fault[i] != 0 && !std::exchange(is_noticed_, true))
+        ++w_.noticed_lies;
       std::deque<int>& past = setpoints_[i];
       // A finger that was limp begins anew where it is.
       const bool drives = now > on_ms_ + 50 && status.link != 0 && status.board == 0 && status.fault[i] < 2;
@@ -317,6 +339,7 @@ class Worn {
   Wear w_;
   Fault lie_;
   int held_ = 0;  // counts
+  bool is_noticed_ = false;
   Fault strip_;
   int forges_ = 0;  // kind
   std::int64_t forged_until_ms_ = 0;
@@ -337,9 +360,9 @@ class Worn {
 
 void print(double length_s, const Wear& w) {
   std::printf(
-      "in %.0f s: %d restarts of the glove, %d of the hand, %d lying potentiometers, %d broken strips, %d "
-      "dips\n",
-      length_s, w.glove_restarts, w.hand_restarts, w.lies, w.strips, w.dips);
+      "in %.0f s: %d restarts of the glove, %d of the hand, %d lying potentiometers, of which noticed %d, %d "
+      "broken strips, %d dips\n",
+      length_s, w.glove_restarts, w.hand_restarts, w.lies, w.noticed_lies, w.strips, w.dips);
   std::printf("frames believed          %u, %.1f a second\n", w.received, w.received / length_s);
   std::printf("frames of wrong senders  %d, of which believed %d\n", w.forged, w.believed_of_them);
   std::printf("longest silence          %.2f s of a radio that works, %.2f s with its bursts\n",
@@ -360,6 +383,7 @@ TEST(Soak, NeitherRestartsNorAFailingRadioLockTheLinkOrMoveTheHandBeyondItsLimit
   EXPECT_GE(w.glove_restarts, std::floor(length_s / kSecondsPerRestart));
   EXPECT_GE(w.hand_restarts, std::floor(length_s / kSecondsPerRestart));
   EXPECT_GT(w.lies, length_s / kSecondsPerLie / 3);
+  EXPECT_GT(w.noticed_lies, 0.8 * w.lies) << "the others are short, or do nothing";
   EXPECT_GT(w.strips, length_s / kSecondsPerStrip / 3);
   EXPECT_GT(w.dips, length_s / kSecondsPerDip / 3);
   EXPECT_GT(w.forged, length_s / 4);

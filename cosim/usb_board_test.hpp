@@ -16,6 +16,7 @@
 #include "cosim/board.hpp"
 #include "cosim/flexor_test.hpp"
 #include "cosim/usb_port.hpp"
+#include "host/deploy/hardware.hpp"
 #include "host/deploy/images.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
@@ -175,10 +176,7 @@ class OnUsb : public testing::Test {
     return std::string(FLEXOR_SOURCE_DIR) + "/models/" + model + ".json";
   }
   static deploy::Glove glove_of(const std::string& model) {
-    deploy::Glove glove;
-    glove.model = model::load(path_of(model));
-    glove.sensor.fill(deploy::divider(35, 25, 100.0 / 180));
-    return glove;
+    return deploy::glove_for({}, model::load(path_of(model)), {});
   }
   static void write(const std::filesystem::path& hex, const deploy::FlashContent& content) {
     std::filesystem::create_directories(hex.parent_path());

@@ -143,7 +143,7 @@ inline void convert(uint8_t pin) {
   ADCSRA |= _BV(ADSC);
 }
 
-// One conversion of each of the first pins after the other: begun by a timer's interrupt, continued by the ADC's until
+// One conversion of each of the first pins after the other, quicker than a Scan: begun by a timer's interrupt, continued by the ADC's until
 // it is true. Whoever converts something else in between (the hand's bandgap) finds the pin in ADMUX.
 inline void begin_scan() { convert(0); }
 

@@ -8,7 +8,7 @@
 
 #include "apps/cli/command_test.hpp"
 #include "host/deploy/flash.hpp"
-#include "host/deploy/key_patch.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/pair_key.hpp"
 
 namespace flexor::cli {

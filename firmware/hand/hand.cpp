@@ -21,9 +21,8 @@ struct HandStatus {
   uint16_t overruns;                 // bytes that found no room
   int8_t duty[link::kFingers];       // 127: the supply's whole voltage
   uint8_t board;                     // hand::BoardFault
-  uint16_t worst_late_ms;            // of a frame, against its session's quickest
 };
-HandStatus hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}, 0, 0};
+HandStatus hand_status = {sizeof(hand::Finger), hand::Link::waiting, {}, {}, 0, {}, 0};
 hand::Finger hand_finger[link::kFingers];
 link::HandEnd hand_link(nullptr);  // begins with its statistics
 
@@ -173,7 +172,6 @@ void keep() {
 
 void take_frame() {
   mark(Marker::frame_accepted);
-  hand_status.worst_late_ms = hand_link.latency().worst_ms();
   watch.frame();
 }
 

@@ -11,13 +11,13 @@ piece() { awk -v fence="\`\`\`cpp $1" '$0 == fence { found = 1; next } /^```/ { 
 
 mkdir -p "$folder/runtime/compensator" "$folder/host/model"
 piece runtime/compensator/slew.hpp >"$folder/runtime/compensator/slew.hpp"
-piece host/model/slew.hpp >"$folder/host/model/slew.hpp"
+piece host/model/kinds.hpp >"$folder/struct.inc"
 piece test >"$folder/page_test.inc"
 awk -v line="$(piece runtime/compensator/blocks.hpp)" '
   /include .*sum.hpp/ { print "#include \"runtime/compensator/slew.hpp\"" }
   /BLOCK\(sum,/ { print $0 " \\"; print line; next } { print }' "$root/runtime/compensator/blocks.hpp" >"$folder/runtime/compensator/blocks.hpp"
-awk '/include .*sum.hpp/ { print "#include \"host/model/slew.hpp\"" } { print }' "$root/host/model/block.hpp" >"$folder/host/model/block.hpp"
-for file in slew.hpp blocks.hpp; do [ -s "$folder/runtime/compensator/$file" ]; done
+awk -v struct="$(cat "$folder/struct.inc")" '/^}  \/\/ namespace/ { print struct } { print }' "$root/host/model/kinds.hpp" >"$folder/host/model/kinds.hpp"
+for file in runtime/compensator/slew.hpp runtime/compensator/blocks.hpp struct.inc; do [ -s "$folder/$file" ]; done
 
 cd "$folder"
 flags=(-std=c++20 -O0 -ffunction-sections -DFMT_SHARED -DFLEXOR_VERSION='"page"' -I. -I"$root" -isystem /usr/include/eigen3)

@@ -5,7 +5,7 @@
 
 #include <span>
 
-#include "host/deploy/key_patch.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/sources.hpp"
 #include "host/io/io.hpp"

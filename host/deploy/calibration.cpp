@@ -112,16 +112,15 @@ std::array<Sensor, kFingers> sensors_of(const model::Model& model, const Sensor&
   return out;
 }
 
-Corrected with_corrections(const model::Model& model, const std::array<Sensor, kFingers>& sensors) {
-  model::Folded board = model::folded(model);
-  Corrected out{std::move(board.model), sensors};
+void fold_corrections(Glove& glove) {
+  auto [model, corrections] = model::folded(std::move(glove.model));
   const model::Wiring wiring = model::wiring_of(model);
-  for (std::size_t i = 0; i < out.sensor.size(); ++i) {
-    if (!wiring.input[i]) continue;
-    const model::Correction& one = board.correction[*wiring.input[i]];
-    if (one != model::Correction{}) out.sensor[i] = at_knots([&](double n) { return one(sensors[i](n)); });
+  for (std::size_t i = 0; i < corrections.size(); ++i) {
+    Sensor& sensor = glove.sensor.at(wiring.strip[i]);
+    const model::Correction& one = corrections[i];
+    if (one != model::Correction{}) sensor = at_knots([&](double n) { return one(sensor(n)); });
   }
-  return out;
+  glove.model = std::move(model);
 }
 
 }  // namespace flexor::deploy

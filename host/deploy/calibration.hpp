@@ -31,12 +31,8 @@ CalibrationDocument calibration_from_json(const std::string& text, const std::st
 std::array<Sensor, kFingers> sensors_of(const model::Model& model, const Sensor& alpha,
                                         const CalibrationDocument& calibration);
 
-// The model without its sensors' corrections (host/model/correction.hpp), and these in the tables of counts instead: the same
-// lines, at no cost to the board.
-struct Corrected {
-  model::Model model;
-  std::array<Sensor, kFingers> sensor;
-};
-Corrected with_corrections(const model::Model& model, const std::array<Sensor, kFingers>& sensors);
+// Takes its sensors' corrections (host/model/correction.hpp) out of a glove's model, and puts them into the tables of counts
+// instead: the same lines, at no cost to the board.
+void fold_corrections(Glove& glove);
 
 }  // namespace flexor::deploy

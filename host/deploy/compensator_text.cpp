@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <set>
+#include <span>
 #include <sstream>
 #include <string_view>
 #include <vector>
@@ -14,20 +15,107 @@
 #include "host/io/io.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/formats.hpp"
+#include "host/model/wiring.hpp"
+
+namespace flexor::compensator {
+
+// As the list of blocks writes its struct.
+template <class Block>
+inline constexpr const char* kTypeText = nullptr;
+#define FLEXOR_TYPE_TEXT(name, Host, ...) \
+  template <>                             \
+  inline constexpr const char* kTypeText<__VA_ARGS__> = #__VA_ARGS__;
+FLEXOR_BLOCKS(FLEXOR_TYPE_TEXT)
+#undef FLEXOR_TYPE_TEXT
+
+}  // namespace flexor::compensator
 
 namespace flexor::deploy {
 namespace {
 
-template <class Coefficients>
-constexpr bool has_state = requires {
-  typename Coefficients::State;
+// Coefficients as C++: the type inside namespace flexor::compensator, and the braces after it.
+struct CppText {
+  std::string type;
+  std::string braces;
 };
+
+template <class List>
+std::string braces(const List& list) {
+  return fmt::format("{{{}}}", fmt::join(list, ", "));
+}
+template <class Number>
+std::string braces(const Number* first, std::size_t count) {
+  return braces(std::span(first, count));
+}
+std::string braces(const core::Weight& w) { return fmt::format("{{{}, {}}}", w.mantissa, w.shift); }
+
+// What a block's `code` names is what its struct has, in this order.
+class MemberTexts {
+ public:
+  std::vector<std::string> all;
+  void i16(int x) { all.push_back(std::to_string(x)); }
+  void within(int x, int, int) { i16(x); }
+  void words(const std::int16_t* x, int n) { all.push_back(braces(x, static_cast<std::size_t>(n))); }
+  void weight(const core::Weight& w) { all.push_back(braces(w)); }
+};
+
+template <class Block>
+CppText cpp_of(Block block) {
+  MemberTexts members;
+  block.code(members, 0);
+  return {compensator::kTypeText<Block>, braces(members.all)};
+}
+
+// Values and slopes; the knots apart, since several curves may share them.
+CppText cpp_of(const model::Curve::Fixed& c) {
+  std::vector<std::string> values;
+  for (int i = 0; i < c.knots.count; ++i)
+    values.push_back(fmt::format("{{{}, {}}}", c.values.at[i].y, c.values.at[i].slope));
+  return {fmt::format("FixedValues<{}>", c.knots.count), fmt::format("{{{}}}", braces(values))};
+}
+std::string knots_text(const model::Curve::Fixed& c) {
+  return fmt::format("{{{}, {}, {}}}", c.knots.count, braces(c.knots.x, c.knots.count),
+                     braces(c.knots.scale, c.knots.count));
+}
+
+CppText cpp_of(const model::Hysteresis::Fixed& c) {
+  return {fmt::format("FixedHysteresis<{}>", c.plays.count),
+          fmt::format("{{{{{}, {}}}, {}}}", c.plays.count, braces(c.plays.radius, c.plays.count),
+                      braces(c.weight, c.plays.count))};
+}
+
+// As small as the block allows: states at the front that a shorter chain does not use are left out.
+CppText cpp_of(const model::Lti::Fixed& c) {
+  constexpr int kOrder = compensator::kMaxOrder;
+  const std::uint8_t number = c.number();
+  const int order = number & c.kOrderBits;
+  const int first = kOrder - order;
+  std::vector<std::string> weights;
+  std::vector<std::string> chain;
+  for (int i = first; i < kOrder; ++i) {
+    weights.push_back(braces(c.input_weight[i]));
+    for (int j = first; j < i; ++j) chain.push_back(braces(c.chain_weight[compensator::chain_index(i, j)]));
+  }
+  if (chain.empty()) chain = {"{0, 0}"};
+  // The tap of the input stands first, those of unused states are zero.
+  std::vector<std::int16_t> tap = {c.tap[0]};
+  tap.insert(tap.end(), c.tap + first + 1, c.tap + kOrder);
+  const auto n = static_cast<std::size_t>(order);
+  return {fmt::format("FixedLti<{}, {}>", order, (number & c.kHasTaps) != 0),
+          fmt::format("{{{}, {}, {}L, {}, {}, {}, {}, {}, {}, {{{}, {}}}}}", c.gain, c.gain_shift, c.offset,
+                      braces(weights), braces(chain), braces(tap), c.tap_fraction, c.output_shift,
+                      c.is_direct, braces(c.direct.b, n), braces(c.direct.a, n))};
+}
 
 class Writer {
  public:
   explicit Writer(const model::Model& model)
       : model_(model), fixed_(model), wiring_(model::wiring_of(model)), inputs_(model.inputs.size()) {
-    mark_needed();
+    // What only joints without a motor ask for stays on the PC.
+    std::vector<std::size_t> moved;
+    for (const auto& joint : wiring_.joint)
+      if (joint) moved.push_back(fixed_.graph.joint[*joint]);
+    needed_ = fixed_.graph.needed_for(moved);
     for (std::size_t b = 0; b < model_.blocks.size(); ++b) {
       if (needed_[inputs_ + b]) add_block(b);
     }
@@ -53,18 +141,6 @@ class Writer {
   }
 
  private:
-  // What only joints without a motor ask for stays on the PC.
-  void mark_needed() {
-    needed_.resize(fixed_.signals.size(), false);
-    for (const auto& joint : wiring_.joint) {
-      if (joint) needed_[fixed_.graph.joint[*joint]] = true;
-    }
-    for (std::size_t b = model_.blocks.size(); b-- > 0;) {
-      if (!needed_[inputs_ + b]) continue;
-      for (const std::size_t from : fixed_.graph.from[b]) needed_[from] = true;
-    }
-  }
-
   // Blocks in a row that the same inputs reach step, and start, together: a section.
   void open(const std::vector<std::size_t>& inputs) {
     if (is_open_ && inputs == open_) return;
@@ -135,7 +211,7 @@ class Writer {
 
   // Curves of one signal on the same knots share the search for the segment, and all curves equal knots.
   std::string segment_of(std::size_t in, const model::Curve::Fixed& c) {
-    const std::string text = model::Curve::knots_text(c);
+    const std::string text = knots_text(c);
     const auto known = std::ranges::find(knots_, text);
     const auto knots = known - knots_.begin();
     if (known == knots_.end()) {
@@ -173,16 +249,17 @@ class Writer {
       // Written out: the compiler would loop over constants that lie in flash.
       lines_ += fmt::format("{}core::narrow({});\n", target, sum_text(b, one.c));
     } else if constexpr (std::is_same_v<typename K::Fixed, model::Curve::Fixed>) {
-      coefficients_ += fmt::format("constexpr compensator::{} kBlock{} PROGMEM = {};\n",
-                                   K::source(one.c).type, b, K::source(one.c).braces);
+      const CppText text = cpp_of(one.c);
+      coefficients_ +=
+          fmt::format("constexpr compensator::{} kBlock{} PROGMEM = {};\n", text.type, b, text.braces);
       lines_ += fmt::format("{}config::kBlock{}({});\n", target, b, segment_of(in, one.c));
     } else {
-      const model::Source source = K::source(one.c);
+      const CppText text = cpp_of(one.c);
       coefficients_ +=
-          fmt::format("constexpr compensator::{} kBlock{} PROGMEM = {};\n", source.type, b, source.braces);
-      if constexpr (has_state<typename K::Fixed>) {
+          fmt::format("constexpr compensator::{} kBlock{} PROGMEM = {};\n", text.type, b, text.braces);
+      if constexpr (requires { typename K::Fixed::State; }) {
         starts_ = true;
-        states_ += fmt::format("  compensator::{}::State block{}_;\n", source.type, b);
+        states_ += fmt::format("  compensator::{}::State block{}_;\n", text.type, b);
         lines_ += fmt::format("      if (first) config::kBlock{0}.start(block{0}_, s{1});\n", b, in);
         lines_ += fmt::format("{0}config::kBlock{1}.step(block{1}_, s{2});\n", target, b, in);
       } else {

@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
-#include "host/deploy/calibration.hpp"
 #include "host/deploy/compensator_text.hpp"
+#include "host/deploy/hardware.hpp"
 #include "host/deploy/images.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/expect_test.hpp"
@@ -24,21 +24,10 @@ namespace fs = std::filesystem;
 using io::expect_refused;
 
 Glove glove(double rate_hz = 10) {
-  Glove g;
-  g.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
+  Glove g = glove_for({}, model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json"),
+                      key_from_hex("000102030405060708090a0b0c0d0e0f"));
   g.model.sample_period_s = 1 / rate_hz;
-  g.sensor.fill(divider(35, 25, 100.0 / 180));
-  g.key = key_from_hex("000102030405060708090a0b0c0d0e0f");
   return g;
-}
-
-Hand hand() {
-  Hand h;
-  h.lower_deg = {90, 28, 28, 28, 28};
-  h.upper_deg = {170, 113, 113, 113, 113};
-  h.rest_deg = {90, 29, 29, 29, 29};
-  h.key = glove().key;
-  return h;
 }
 
 class Deploy : public testing::Test {
@@ -97,15 +86,17 @@ int main() {)" + calls + "}\n");
 TEST_F(Deploy, ACorrectionOfASensorCostsTheBoardNothing) {
   const Glove g = glove();
   const model::Correction moved{1.07, -6};
-  const model::Model anew = model::corrected(g.model, 1, moved);
-  const Corrected board = with_corrections(anew, g.sensor);
+  Glove board = g;
+  board.model = model::corrected(g.model, 1, moved);
+  fold_corrections(board);
   EXPECT_EQ(board.model.blocks, g.model.blocks);
   for (int n = 304; n < 900; n += 16) {
     EXPECT_NEAR(board.sensor[1](n), moved(g.sensor[1](n)), 1e-9) << n;
     EXPECT_EQ(board.sensor[2](n), g.sensor[2](n)) << n;
   }
-  const Corrected same = with_corrections(g.model, g.sensor);
-  EXPECT_EQ(same.model, g.model);
+  const std::vector<model::Block> folded = board.model.blocks;
+  fold_corrections(board);
+  EXPECT_EQ(board.model.blocks, folded);
 }
 
 TEST_F(Deploy, OneImageTakesAnySettings) {
@@ -118,7 +109,7 @@ TEST_F(Deploy, OneImageTakesAnySettings) {
   const std::optional<glove::Settings> settings = glove_settings_in(flash);
   ASSERT_TRUE(settings);
   EXPECT_EQ(settings->head.rate_hz, 10);
-  EXPECT_FALSE(glove_settings_in(hand_flash(hand()))) << "a hand's";
+  EXPECT_FALSE(glove_settings_in(hand_flash({}))) << "a hand's";
 }
 
 TEST_F(Deploy, HasBuildsForFourRatesAndNoOthers) {

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "host/deploy/key_patch.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/expect_test.hpp"
 #include "runtime/core/flash_map.hpp"

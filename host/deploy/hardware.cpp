@@ -90,9 +90,7 @@ Glove glove_that_runs(const model::Hardware& p, const model::Model& model, const
 Glove glove_for(const model::Hardware& p, const model::Model& model, const Key& key,
                 const CalibrationDocument& calibration) {
   Glove glove = glove_that_runs(p, model, key, calibration);
-  Corrected corrected = with_corrections(model, glove.sensor);
-  glove.model = std::move(corrected.model);
-  glove.sensor = std::move(corrected.sensor);
+  fold_corrections(glove);
   return glove;
 }
 

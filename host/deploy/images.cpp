@@ -1,14 +1,19 @@
 #include "host/deploy/images.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
+#include <string_view>
 
-#include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
+#include "host/io/io.hpp"
 #include "runtime/core/flash_map.hpp"
 
 namespace flexor::deploy {
 namespace {
+
+constexpr std::string_view kKeyMagic = "FLXKEY01";
 
 void put(FlashContent& flash, std::size_t at, const Bytes& bytes) {
   flash.bytes.resize(std::max(flash.bytes.size(), at + bytes.size()), 0xff);
@@ -76,6 +81,40 @@ std::optional<glove::Settings> glove_settings_in(const FlashContent& content) {
   const FlashContent all = whole(content);
   const glove::Settings* found = core::find_settings<glove::Settings>(all.bytes.data());
   return found == nullptr ? std::nullopt : std::optional(*found);
+}
+
+link::KeyRecord key_record(const Key& key) {
+  link::KeyRecord record{};
+  std::ranges::copy(kKeyMagic, record.magic);
+  if (key) std::ranges::copy(key->bytes, record.key);
+  const std::uint16_t crc =
+      core::crc16(record.magic, static_cast<std::uint8_t>(sizeof(record.magic) + sizeof(record.key)));
+  record.crc[0] = static_cast<std::uint8_t>(crc);
+  record.crc[1] = static_cast<std::uint8_t>(crc >> 8);
+  return record;
+}
+
+Key key_in(const FlashContent& content, const std::string& name) {
+  constexpr std::size_t kEnd = core::kKeyBegin + sizeof(link::KeyRecord);
+  const bool there = content.bytes.size() >= kEnd &&
+                     std::equal(kKeyMagic.begin(), kKeyMagic.end(), content.bytes.begin() + core::kKeyBegin);
+  if (!there) {
+    throw io::InputError(fmt::format(
+        "{}: holds no key record: it is no image of this Flexor: deploy it and flash it anew", name));
+  }
+  link::KeyRecord record;
+  std::memcpy(&record, content.bytes.data() + core::kKeyBegin, sizeof(record));
+  link::Key key{};
+  if (!link::load(&record, key))
+    throw io::InputError(fmt::format("{}: its key record is damaged: flash it anew", name));
+  if (link::is_plain(key)) return {};
+  return key;
+}
+
+FlashContent page_with_key(const Key& key) {
+  FlashContent page{Bytes(core::kKeyBegin + core::kFlashPage, 0xff), core::kKeyBegin};
+  put(page, core::kKeyBegin, bytes_of(key_record(key)));
+  return page;
 }
 
 }  // namespace flexor::deploy

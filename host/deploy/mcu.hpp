@@ -16,13 +16,4 @@ struct Mcu {
 inline constexpr Mcu kAtmega328p = {"atmega328p",          32768,   2048,      "ATmega328P",
                                     "Arduino Nano or Uno", "m328p", "0x1e950f"};
 
-// A digital pin, D2 to D12: its port and bit.
-struct PortBit {
-  char port;
-  int bit;
-};
-inline PortBit port_bit(int digital_pin) {
-  return digital_pin < 8 ? PortBit{'D', digital_pin} : PortBit{'B', digital_pin - 8};
-}
-
 }  // namespace flexor::deploy

@@ -79,7 +79,9 @@ class PartWriter {
         ids_(calibration_ids(tables)),
         inputs_(glove.model.inputs.size()),
         outputs_(outputs_of(glove)) {
-    mark_needed();
+    std::vector<std::size_t> leaving;
+    for (const BoardOutput& one : outputs_) leaving.push_back(fixed_.graph.joint[one.joint]);
+    needed_ = fixed_.graph.needed_for(leaving);
     mark_idle_strips();
     number_inputs();
     knots_begin_ = compensator::kHeaderBytes + compensator::kInputBytes * signals_ +
@@ -102,15 +104,6 @@ class PartWriter {
 
  private:
   static constexpr int kMostSignals = 127;
-
-  void mark_needed() {
-    needed_.resize(fixed_.signals.size(), false);
-    for (const BoardOutput& one : outputs_) needed_[fixed_.graph.joint[one.joint]] = true;
-    for (std::size_t b = model_.blocks.size(); b-- > 0;) {
-      if (!needed_[inputs_ + b]) continue;
-      for (const std::size_t from : fixed_.graph.from[b]) needed_[from] = true;
-    }
-  }
 
   // Strips that move no motor are watched all the same: the first part brings them.
   void mark_idle_strips() {

@@ -7,6 +7,7 @@
 
 #include <cmath>
 
+#include "host/deploy/hardware.hpp"
 #include "host/io/io.hpp"
 #include "host/model/random_glove.hpp"
 #include "host/model/random_model.hpp"
@@ -110,10 +111,8 @@ TEST(ModelBlock, RandomModelsGiveTheHostsBits) {
 // A board that was flashed with this version reads what a later program sends. Where these bytes change, so does
 // compensator::kGraphVersion.
 TEST(ModelBlock, TheLayoutIsThatOfItsVersion) {
-  Glove glove;
-  glove.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
-  glove.sensor.fill(divider(35, 25, 100.0 / 180));
-  const Bytes part = model_block(glove).bytes;
+  const model::Model published = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
+  const Bytes part = model_block(glove_for({}, published, {})).bytes;
   EXPECT_EQ(compensator::kGraphVersion, 4);
   EXPECT_EQ(part.size(), 251U);
   std::uint16_t crc = 0;

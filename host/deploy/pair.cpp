@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "host/deploy/key_patch.hpp"
+#include "host/deploy/images.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/io.hpp"
 

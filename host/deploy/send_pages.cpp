@@ -6,7 +6,6 @@
 #include <array>
 
 #include "host/deploy/images.hpp"
-#include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/io/io.hpp"
 #include "runtime/core/flash_map.hpp"

@@ -6,7 +6,6 @@
 #include <cstring>
 
 #include "host/deploy/images.hpp"
-#include "host/deploy/key_patch.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/expect_test.hpp"
@@ -46,22 +45,11 @@ struct NoEeprom {
   std::uint8_t read(std::uint16_t) const { return 0xff; }
 };
 
-struct Settings {
-  struct Monitor {
-    std::uint16_t low, high;
-  } monitor;
-  struct Guard {
-    std::int16_t rest;
-  } guard;
-  std::uint8_t strips;
-  sensor::Poses poses;
-};
-
 // The middle finger's angle, Q4, of whichever model the flash starts; -1: none.
 int angle_of(const FlashContent& flash, const Glove& glove) {
   const auto ids = calibration_ids(glove_tables(glove));
   glove::GloveModel<NoEeprom, 20000> model(flash.bytes.data() + core::kModelBegin);
-  Settings settings[kFingers] = {};
+  glove::ChannelSettings settings[kFingers] = {};
   NoEeprom eeprom;
   const glove::ModelStore<NoEeprom> store(model.flashed());
   if (model.load(eeprom, store, {ids.data(), 50}, settings) != compensator::Loaded::ok) return -1;
@@ -78,6 +66,13 @@ int angle_of(const Glove& glove) {
   return host.angle[2];
 }
 
+void put(FlashContent& flash, const FlashContent& pages, std::size_t end) {
+  std::copy(pages.bytes.begin() + static_cast<long>(pages.begin),
+            pages.bytes.begin() + static_cast<long>(end),
+            flash.bytes.begin() + static_cast<long>(pages.begin));
+}
+void put(FlashContent& flash, const FlashContent& pages) { put(flash, pages, pages.bytes.size()); }
+
 // `visit` gets the flash as it is where power is lost, byte by byte; after it `flash` holds the pages.
 template <class Visit>
 void for_each_loss(FlashContent& flash, const FlashContent& pages, const Visit& visit) {
@@ -89,9 +84,7 @@ void for_each_loss(FlashContent& flash, const FlashContent& pages, const Visit& 
     const std::size_t page = end / core::kFlashPage * core::kFlashPage;
     if (page < pages.bytes.size())
       std::fill_n(flash.bytes.begin() + static_cast<long>(page), core::kFlashPage, 0xff);
-    std::copy(pages.bytes.begin() + static_cast<long>(pages.begin),
-              pages.bytes.begin() + static_cast<long>(end),
-              flash.bytes.begin() + static_cast<long>(pages.begin));
+    put(flash, pages, end);
     visit(flash);
   }
 }
@@ -142,9 +135,7 @@ void replace_settings(FlashContent flash, const FlashContent& wanted, const Chec
       check(lost);
       // Whatever was lost, the same command once more ends where it should.
       FlashContent again = lost;
-      for (const BlockPages& rest : pages_with_blocks(lost, wanted, "OUT"))
-        std::copy(rest.pages.bytes.begin() + static_cast<long>(rest.pages.begin), rest.pages.bytes.end(),
-                  again.bytes.begin() + static_cast<long>(rest.pages.begin));
+      for (const BlockPages& rest : pages_with_blocks(lost, wanted, "OUT")) put(again, rest.pages);
       ASSERT_TRUE(is_same(settings_in<Settings>(again), now));
       for (const BlockPages& left : pages_with_blocks(again, wanted, "OUT")) ASSERT_EQ(left.what, "model");
     });
@@ -159,11 +150,7 @@ TEST(SendPages, PowerThatIsLostAnywhereLeavesTheOldSettingsOrTheNewAndTheModel) 
   const int angle = angle_of(old);
   for (int model = 0; model < 3; ++model) {  // a board whose first copy runs, then its second, then its first
     FlashContent flash = glove_flash(old);
-    for (int k = 0; k < model; ++k) {
-      const FlashContent pages = pages_with_model(flash, glove_of_curves(61 + k), "the board");
-      std::copy(pages.bytes.begin() + static_cast<long>(pages.begin), pages.bytes.end(),
-                flash.bytes.begin() + static_cast<long>(pages.begin));
-    }
+    for (int k = 0; k < model; ++k) put(flash, pages_with_model(flash, glove_of_curves(61 + k), "the board"));
     FlashContent wanted = glove_flash(now);
     const int runs = angle_of(flash, old);
     replace_settings<glove::Settings>(flash, wanted, [&](const FlashContent& lost) {
@@ -208,8 +195,7 @@ TEST(SendPages, TheNextOneGoesOverTheOldest) {
     const FlashContent pages = pages_with_model(flash, now, "the board");
     EXPECT_NE(pages.begin, last);
     last = pages.begin;
-    std::copy(pages.bytes.begin() + static_cast<long>(pages.begin), pages.bytes.end(),
-              flash.bytes.begin() + static_cast<long>(pages.begin));
+    put(flash, pages);
     EXPECT_EQ(angle_of(flash, now), angle_of(now)) << k;
   }
 }
@@ -232,10 +218,7 @@ TEST(SendPages, WhatDoesNotFitIsSaidWithTheMend) {
   Glove with_key = good;
   with_key.key = key_from_hex("000102030405060708090a0b0c0d0e0f");
   FlashContent guarded = flash;
-  const auto give = [&](const Key& key) {
-    const link::KeyRecord stored = key_record(key);
-    std::memcpy(guarded.bytes.data() + core::kKeyBegin, &stored, sizeof(stored));
-  };
+  const auto give = [&](const Key& key) { put(guarded, page_with_key(key)); };
   give({});
   says(guarded, with_key, "the board has no key");
   give(key_from_hex("000102030405060708090a0b0c0d0e0e"));

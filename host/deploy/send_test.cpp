@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <random>
 
+#include "host/deploy/hardware.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/expect_test.hpp"
@@ -23,11 +24,8 @@ struct Eeprom {
 };
 
 Glove published() {
-  Glove g;
-  g.model = model::load(std::string(FLEXOR_SOURCE_DIR) + "/models/published_hw.json");
-  g.sensor.fill(divider(35, 25, 100.0 / 180));
-  g.key = key_from_hex("000102030405060708090a0b0c0d0e0f");
-  return g;
+  return glove_for({}, model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json"),
+                   key_from_hex("000102030405060708090a0b0c0d0e0f"));
 }
 
 // A glove that takes models, at the other end of a line that loses frames of either direction.

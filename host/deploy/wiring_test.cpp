@@ -1,5 +1,4 @@
 #include "host/deploy/wiring.hpp"
-#include "host/deploy/mcu.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,13 +6,6 @@
 
 namespace flexor::deploy {
 namespace {
-
-TEST(Pins, DigitalPinsAreThoseOfThePrintedNumbers) {
-  EXPECT_EQ(port_bit(2).port, 'D');
-  EXPECT_EQ(port_bit(7).bit, 7);
-  EXPECT_EQ(port_bit(8).port, 'B');
-  EXPECT_EQ(port_bit(12).bit, 4);
-}
 
 TEST(Wiring, NamesBoardsThatHaveThePins) {
   const auto plan_with = [](int pinky) {

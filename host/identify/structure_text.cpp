@@ -10,8 +10,7 @@
 #include <utility>
 
 #include "host/io/io.hpp"
-#include "host/model/curve.hpp"
-#include "host/model/hysteresis.hpp"
+#include "host/model/kinds.hpp"
 #include "runtime/compensator/lti.hpp"
 
 namespace flexor::identify {

@@ -5,32 +5,13 @@
 namespace flexor::model {
 namespace {
 
-template <std::size_t kAt = 0>
-Kind read_as(const std::string& type, io::JsonReader& block, std::vector<std::string>& known) {
-  if constexpr (kAt == std::variant_size_v<Kind>) {
-    block.fail(fmt::format("unknown block \"{}\"; known: {}", type, fmt::join(known, ", ")));
-  } else {
-    using T = std::variant_alternative_t<kAt, Kind>;
-    if (type == kTypeOf<T>) {
-      T kind;
-      read_object(block, kind);
-      return kind;
-    }
-    known.emplace_back(kTypeOf<T>);
-    return read_as<kAt + 1>(type, block, known);
+// Calls `each` with a fresh one of every kind.
+template <class Each>
+void for_each_kind(const Each& each) {
+  [&]<std::size_t... kAt>(std::index_sequence<kAt...>) {
+    (each(std::variant_alternative_t<kAt, Kind>()), ...);
   }
-}
-
-template <std::size_t kAt = 0>
-void add_schemas(const Json& more, Json& out) {
-  if constexpr (kAt < std::variant_size_v<Kind>) {
-    using T = std::variant_alternative_t<kAt, Kind>;
-    Json properties = {{"type", {{"const", kTypeOf<T>}}}};
-    properties.update(more);
-    Json& one = out.emplace_back(object_schema(properties));
-    add_schema_of(T{}, T::members(), one);
-    add_schemas<kAt + 1>(more, out);
-  }
+  (std::make_index_sequence<std::variant_size_v<Kind>>());
 }
 
 }  // namespace
@@ -51,8 +32,17 @@ void read_object(io::JsonReader& reader, Block& out) {
   if (!from.is_string() && !names) reader.fail("\"from\" must be a signal's name, or a list of them");
   out.from = from.is_string() ? std::vector{from.get<std::string>()} : from.get<std::vector<std::string>>();
   out.to = reader.text("to");
+  const std::string type = reader.text("type");
   std::vector<std::string> known;
-  out.kind = read_as(reader.text("type"), reader, known);
+  bool is_known = false;
+  for_each_kind([&]<class K>(K kind) {
+    known.emplace_back(kTypeOf<K>);
+    if (type != kTypeOf<K>) return;
+    is_known = true;
+    read_object(reader, kind);
+    out.kind = std::move(kind);
+  });
+  if (!is_known) reader.fail(fmt::format("unknown block \"{}\"; known: {}", type, fmt::join(known, ", ")));
 }
 
 void write_object(const Block& block, Json& json) {
@@ -66,17 +56,16 @@ void write_object(const Block& block, Json& json) {
   std::visit([&](const auto& k) { write_object(k, json); }, block.kind);
 }
 
-Json kind_schemas(const Json& more) {
-  Json out = Json::array();
-  add_schemas(more, out);
-  return out;
-}
-
 Json schema_of(const Block&) {
-  const Json signals = {
-      {"type", "array"}, {"items", {{"type", "string"}}}, {"minItems", 1}, {"maxItems", kMaxTerms}};
-  return {{"oneOf", kind_schemas({{"from", {{"anyOf", {{{"type", "string"}}, signals}}}},
-                                  {"to", {{"type", "string"}}}})}};
+  const Json name = {{"type", "string"}};
+  const Json names = {{"type", "array"}, {"items", name}, {"minItems", 1}, {"maxItems", kMaxTerms}};
+  Json kinds = Json::array();
+  for_each_kind([&]<class K>(const K& fresh) {
+    Json& one = kinds.emplace_back(object_schema(
+        {{"type", {{"const", kTypeOf<K>}}}, {"from", {{"anyOf", {name, names}}}}, {"to", name}}));
+    add_schema_of(fresh, K::members(), one);
+  });
+  return {{"oneOf", std::move(kinds)}};
 }
 
 std::string text_of(const Kind& kind) {

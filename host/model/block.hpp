@@ -5,15 +5,8 @@
 #include <variant>
 #include <vector>
 
-#include "host/model/curve.hpp"
-#include "host/model/dead_zone.hpp"
-#include "host/model/hysteresis.hpp"
-#include "host/model/lag.hpp"
+#include "host/model/kinds.hpp"
 #include "host/model/lti.hpp"
-#include "host/model/play.hpp"
-#include "host/model/pole_pair.hpp"
-#include "host/model/saturation.hpp"
-#include "host/model/sum.hpp"
 #include "runtime/compensator/blocks.hpp"
 
 namespace flexor::model {
@@ -50,9 +43,6 @@ std::size_t inputs_of(const Kind& kind);
 void read_object(io::JsonReader& reader, Block& out);
 void write_object(const Block& block, Json& json);
 Json schema_of(const Block& fresh);
-
-// A schema of each kind, with `more` properties, which every block must have.
-Json kind_schemas(const Json& more);
 
 // Its members in a line, for people.
 std::string text_of(const Kind& kind);

@@ -6,19 +6,17 @@ namespace flexor::model {
 
 template <class Arithmetic>
 Compensator<Arithmetic>::Compensator(const Model& model) {
-  const auto add = [&](const Graph& graph, std::size_t b, Node node) {
-    Block block{std::move(node), {}, false};
-    for (const std::size_t from : graph.from[b]) block.from.push_back(static_cast<std::uint16_t>(from));
-    blocks_.push_back(std::move(block));
-  };
-  const auto output = [&](const Graph& graph, std::size_t signal, int fraction) {
-    const std::size_t before = graph.from[signal - model.inputs.size()].front();
-    return Output{static_cast<std::uint16_t>(signal), static_cast<std::uint16_t>(before), fraction};
-  };
-  const auto finish = [&](const Graph& graph) {
+  // node_of: of a block by its place; fraction_of: of a signal.
+  const auto build = [&](const Graph& graph, const auto& node_of, const auto& fraction_of) {
+    for (std::size_t b = 0; b < model.blocks.size(); ++b)
+      blocks_.push_back({node_of(b), {graph.from[b].begin(), graph.from[b].end()}});
     signals_.resize(graph.values.size());
     status_.resize(graph.values.size(), core::Status::ok);
     for (std::size_t j = 0; j < model.joints.size(); ++j) {
+      const std::size_t signal = graph.joint[j];
+      const std::size_t before = graph.from[signal - model.inputs.size()].front();
+      outputs_.push_back(
+          {static_cast<std::uint16_t>(signal), static_cast<std::uint16_t>(before), fraction_of(signal)});
       const Saturation& limit = limits(model, model.joints[j]);
       samples_.push_back(
           {std::clamp(model.joints[j].rest_deg, limit.lower_deg, limit.upper_deg), core::Status::ok});
@@ -28,38 +26,29 @@ Compensator<Arithmetic>::Compensator(const Model& model) {
     const FixedModel fixed(model);
     valid_min_ = fixed.valid_min;
     valid_max_ = fixed.valid_max;
-    for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    for (std::size_t i = 0; i < model.inputs.size(); ++i)
       refinement_.push_back(static_cast<std::uint8_t>(fixed.signals[i].fraction - core::kInputFraction));
-    }
-    for (std::size_t b = 0; b < model.blocks.size(); ++b) {
-      std::visit(
-          [&]<class K>(const FixedCoefficients<K>& one) {
-            add(fixed.graph, b, detail::Node<K, Arithmetic>{one.c});
-          },
+    const auto node_of = [&](std::size_t b) {
+      return std::visit(
+          []<class K>(const FixedCoefficients<K>& one) -> Node { return detail::Node<K, Arithmetic>{one.c}; },
           fixed.blocks[b]);
-    }
-    finish(fixed.graph);
-    for (std::size_t j = 0; j < model.joints.size(); ++j) {
-      const std::size_t signal = fixed.graph.joint[j];
-      outputs_.push_back(output(fixed.graph, signal, fixed.signals[signal].fraction));
+    };
+    build(fixed.graph, node_of, [&](std::size_t signal) { return fixed.signals[signal].fraction; });
+    for (std::size_t j = 0; j < model.joints.size(); ++j)
       samples_[j].angle_deg = std::ldexp(fixed.rest[j], -core::kOutputFraction);
-    }
   } else {
-    const Graph graph(model);
     for (const Input& input : model.inputs) {
       valid_min_.push_back(static_cast<Number>(input.valid_min));
       valid_max_.push_back(static_cast<Number>(input.valid_max));
     }
-    for (std::size_t b = 0; b < model.blocks.size(); ++b) {
-      std::visit(
-          [&](const auto& kind) {
-            using K = std::decay_t<decltype(kind)>;
-            add(graph, b, detail::Node<K, Arithmetic>{kind.template floating<Number>(model.sample_period_s)});
+    const auto node_of = [&](std::size_t b) {
+      return std::visit(
+          [&]<class K>(const K& kind) -> Node {
+            return detail::Node<K, Arithmetic>{kind.template floating<Number>(model.sample_period_s)};
           },
           model.blocks[b].kind);
-    }
-    finish(graph);
-    for (const std::size_t signal : graph.joint) outputs_.push_back(output(graph, signal, 0));
+    };
+    build(Graph(model), node_of, [](std::size_t) { return 0; });
   }
 }
 

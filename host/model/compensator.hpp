@@ -24,30 +24,19 @@ struct FloatArithmetic {
 
 namespace detail {
 
-// Of a block's coefficients; blocks without a state have an empty one.
-template <class Coefficients>
-struct StateOf {
-  using type = std::monostate;
-};
-template <class Coefficients>
-requires requires { typename Coefficients::State; }
-struct StateOf<Coefficients> {
-  using type = typename Coefficients::State;
-};
+template <class K, class Arithmetic>
+using CoefficientsOf = std::conditional_t<std::is_same_v<Arithmetic, FixedArithmetic>, typename K::Fixed,
+                                          typename K::template Floating<typename Arithmetic::Number>>;
 
-template <class Arithmetic, class K>
-struct CoefficientsOf {
-  using type = typename K::template Floating<typename Arithmetic::Number>;
-};
-template <class K>
-struct CoefficientsOf<FixedArithmetic, K> {
-  using type = typename K::Fixed;
-};
+// Blocks without a state have an empty one.
+std::monostate state_of(...);
+template <class Coefficients>
+typename Coefficients::State state_of(const Coefficients*);
 
 template <class K, class Arithmetic>
 struct Node {
-  typename CoefficientsOf<Arithmetic, K>::type c;
-  typename StateOf<decltype(c)>::type state{};
+  CoefficientsOf<K, Arithmetic> c;
+  decltype(state_of(&c)) state{};
 };
 
 template <class Arithmetic, class Variant>

@@ -26,21 +26,13 @@ int gain_shift(double gain, int fraction) {
 
 }  // namespace
 
-void check_rate(const Place& place, double rate_rad_s, const char* name) {
-  const double speed = rate_rad_s * place.period_s;
-  place.require(
-      speed >= kMinPoleTimesPeriod && speed <= kMaxPoleTimesPeriod,
-      fmt::format("{} ({:.6g} rad/s) must lie between {:.3g} and {:.3g} at this sample period", name,
-                  rate_rad_s, kMinPoleTimesPeriod / place.period_s, kMaxPoleTimesPeriod / place.period_s));
-}
-
 void Lti::check(const Place& place) const {
   place.require(std::abs(gain) <= kMaxGain && std::abs(offset) <= kMaxGain,
                 fmt::format("gain and offset must lie between -{0:g} and {0:g}", kMaxGain));
   place.require(poles_rad_s.size() <= compensator::kMaxOrder, "at most three poles");
   for (const double pole : poles_rad_s) {
     place.require(pole < 0, "poles must be negative (stable)");
-    check_rate(place, -pole, "a pole's rate");
+    place.rate(-pole, "a pole's rate");
   }
   place.require(taps.empty() || taps.size() == poles_rad_s.size(), "taps must be empty or one for each pole");
   place.require(std::ranges::all_of(taps, [](double tap) { return std::abs(tap) <= kMaxTap; }),
@@ -282,35 +274,6 @@ Lti::Fixed Lti::fixed(const FixedBlock& block) const {
     std::copy_n(direct->a.begin(), kOrder, c.direct.a);
   }
   return c;
-}
-
-// As small as the block allows: states at the front that a shorter chain does not use are left out.
-Source Lti::source(const Fixed& c) {
-  const std::uint8_t number = c.number();
-  const int order = number & Fixed::kOrderBits;
-  const int first = compensator::kMaxOrder - order;
-  const bool taps = (number & Fixed::kHasTaps) != 0;
-  std::string weights;
-  for (int i = first; i < compensator::kMaxOrder; ++i) {
-    weights += fmt::format("{}{{{}, {}}}", i > first ? ", " : "", c.input_weight[i].mantissa,
-                           c.input_weight[i].shift);
-  }
-  std::string chain;
-  for (int i = first + 1; i < compensator::kMaxOrder; ++i) {
-    for (int j = first; j < i; ++j) {
-      const core::Weight& w = c.chain_weight[compensator::chain_index(i, j)];
-      chain += fmt::format("{}{{{}, {}}}", chain.empty() ? "" : ", ", w.mantissa, w.shift);
-    }
-  }
-  // The tap of the input stands first, those of unused states are zero.
-  std::vector<std::int16_t> tap = {c.tap[0]};
-  for (int i = first + 1; i < compensator::kMaxOrder; ++i) tap.push_back(c.tap[i]);
-  const auto n = static_cast<std::size_t>(order);
-  return {
-      fmt::format("FixedLti<{}, {}>", order, taps),
-      fmt::format("{{{}, {}, {}L, {{{}}}, {{{}}}, {}, {}, {}, {}, {{{}, {}}}}}", c.gain, c.gain_shift,
-                  c.offset, weights, chain.empty() ? "{0, 0}" : chain, braces(tap.data(), tap.size()),
-                  c.tap_fraction, c.output_shift, c.is_direct, braces(c.direct.b, n), braces(c.direct.a, n))};
 }
 
 }  // namespace flexor::model

@@ -16,9 +16,6 @@
 
 namespace flexor::model {
 
-inline constexpr double kMinPoleTimesPeriod = 1e-9;
-inline constexpr double kMaxPoleTimesPeriod = 1e3;
-inline constexpr double kMaxTap = 1000;
 inline constexpr double kMaxGain =
     1e29;  // kMaxSignal of the least range; float holds its product with kMaxSignal
 
@@ -26,9 +23,6 @@ inline constexpr double kMaxGain =
 // An input between two steps of Q5 is rounded first, by 1/64 of its unit at most, and takes the model's slope
 // times that on top; so does a dead zone's edge between two steps.
 inline constexpr double kFixedError_deg = 0.0625;
-
-// Throws unless rate > 0 fits the sample period.
-void check_rate(const Place& place, double rate_rad_s, const char* name);
 
 struct Lti {
   static constexpr bool kKeepsFraction = false;
@@ -52,7 +46,6 @@ struct Lti {
   template <class Real>
   Floating<Real> floating(double period_s) const;
   Fixed fixed(const FixedBlock& block) const;
-  static Source source(const Fixed& c);
   bool operator==(const Lti&) const = default;
 
   // Poles that are left at this period: the last is dropped where a sample forgets it altogether, since its

@@ -250,6 +250,16 @@ Graph::Graph(const Model& model) {
   }
 }
 
+std::vector<bool> Graph::needed_for(const std::vector<std::size_t>& signals) const {
+  std::vector<bool> out(values.size());
+  for (const std::size_t signal : signals) out[signal] = true;
+  for (std::size_t b = from.size(); b-- > 0;) {
+    if (!out[values.size() - from.size() + b]) continue;
+    for (const std::size_t taken : from[b]) out[taken] = true;
+  }
+  return out;
+}
+
 const Saturation& limits(const Model& model, const Joint& joint) {
   return std::get<Saturation>(std::ranges::find(model.blocks, joint.from, &Block::to)->kind);
 }

@@ -11,7 +11,7 @@
 //                    "ends": {"open_deg", "fist_deg"}   (these two may be left out)}],
 //        "training": {...}, "fit": {...}}
 // A block takes signals of inputs and of blocks before it; each name is given once. A joint's signal comes from a
-// saturation. Kinds of blocks and their members: the headers that block.hpp lists. Sample periods: 10 us to
+// saturation. Kinds of blocks and their members: kinds.hpp, lti.hpp. Sample periods: 10 us to
 // 100 s. Valid ranges are at least a millionth of their largest reading wide. Every signal stays within 1e9
 // either way for all valid readings, what enters a joint's saturation within 1e5 degrees.
 #pragma once
@@ -188,6 +188,9 @@ struct Graph {
   std::vector<std::size_t> joint;                // its signal
   std::vector<std::vector<std::size_t>> inputs;  // that each signal depends on, ascending
   std::vector<Interval> values;                  // of each signal
+
+  // Of each signal whether one of these depends on it, or is it.
+  std::vector<bool> needed_for(const std::vector<std::size_t>& signals) const;
 };
 
 const Saturation& limits(const Model& model, const Joint& joint);

@@ -263,7 +263,7 @@ double parameter(const Json& joint, const std::string& name) {
   return NAN;
 }
 
-// A pair of complex poles, with its input held over a period, as host/model/pole_pair.hpp.
+// A pair of complex poles, with its input held over a period, as host/model/kinds.hpp.
 void pair_transfer_function(Page& page, const Json& joint, double period_s) {
   const double w = parameter(joint, "frequency (rad/s)");
   if (std::isnan(w)) return;

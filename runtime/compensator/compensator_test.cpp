@@ -207,6 +207,7 @@ TEST(Blocks, AMotionlessInputGivesAMotionlessOutput) {
   EXPECT_TRUE(rc::check([&](int16_t any) {
     RC_ASSERT(rests(Play<int16_t>{40}, any, any));
     RC_ASSERT(rests(hysteresis, any, any));
+    RC_ASSERT(rests(FixedLag{{40000, 3}}, any, any));
     RC_ASSERT(rests(pair, any, static_cast<int16_t>((any + 1) >> 1)));
     RC_ASSERT(rests(fixed_lti(), any, static_cast<int16_t>((any + 1) >> 1)));
   }));

@@ -1,7 +1,8 @@
-// A compensator that is data, with what the signal chain and the lines for VR drivers get from it.
+// A compensator that is data, with what the signal chain and the lines for VR drivers get from it. Settings: of each strip and
+// finger `monitor` (low, high), `guard` (rest), `strips` and `poses`, as the chain has them.
 #pragma once
 
-#include "runtime/glove/model_settings.hpp"
+#include "runtime/compensator/graph.hpp"
 
 namespace flexor {
 namespace glove {
@@ -10,6 +11,39 @@ namespace glove {
 // and the Arduino library has more.
 constexpr uint16_t kArenaBytes = 552;
 constexpr uint16_t kLibraryArenaBytes = sizeof(void*) / 2 * kArenaBytes;
+
+// No strip: open, always.
+template <class Settings>
+void clear_settings(Settings* settings) {
+  for (uint8_t i = 0; i < compensator::kStrips; ++i) {
+    settings[i].monitor.low = settings[i].monitor.high = 0;
+    settings[i].guard.rest = 0;
+    settings[i].strips = 0;
+    settings[i].poses = {0, 0};
+  }
+}
+
+// Of a part that has been checked.
+template <class Place, class Settings>
+void describe(const uint8_t* bytes, Settings* settings) {
+  compensator::Bytes<Place> in{bytes + compensator::kHeaderBytes};
+  for (uint8_t i = 0; i < Place::byte(bytes + compensator::kInputCount); ++i) {
+    Settings& of_strip = settings[in.u8() & 15];
+    in.at += 2;
+    of_strip.monitor.low = in.u16();
+    of_strip.monitor.high = in.u16();
+    in.at += 4;
+    of_strip.poses.open = in.i16();
+    of_strip.poses.fist = in.i16();
+  }
+  for (uint8_t i = Place::byte(bytes + compensator::kOutputCount); i > 0; --i) {
+    const compensator::Output one = compensator::Output::read<Place>(in.at);
+    in.at += compensator::kOutputBytes;
+    if (one.number >= compensator::kFingers) continue;
+    settings[one.number].guard.rest = one.rest;
+    settings[one.number].strips = one.strips;
+  }
+}
 
 // Place: where the block lies. kArena: bytes for its states.
 template <class Place, uint16_t kArena>

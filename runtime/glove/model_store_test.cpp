@@ -10,6 +10,7 @@
 
 #include "runtime/glove/glove_model.hpp"
 #include "runtime/glove/model_receiver.hpp"
+#include "runtime/glove/signal_chain.hpp"
 
 namespace flexor::glove {
 namespace {
@@ -266,21 +267,9 @@ class Glove {
 
  private:
   static constexpr std::uint16_t kArena = 500;
-  struct Settings {
-    struct {
-      std::uint16_t low, high;
-    } monitor;
-    struct {
-      std::int16_t rest;
-    } guard;
-    std::uint8_t strips;
-    struct {
-      std::int16_t open, fist;
-    } poses;
-  };
 
   compensator::Loaded load() {
-    std::array<Settings, compensator::kStrips> settings{};
+    std::array<ChannelSettings, compensator::kStrips> settings{};
     return model_.load(eeprom_, store_, {calibration_.data(), 50}, settings.data());
   }
   link::Receipt work() {

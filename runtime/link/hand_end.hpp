@@ -138,7 +138,6 @@ class HandEnd {
   uint16_t now_ms() const { return now_ms_; }  // since this end began to count, wraps
   bool in_touch() const { return receiver_.answered(); }
   const Receiver& receiver() const { return receiver_; }
-  const Latency& latency() const { return latency_; }
 
  private:
   // Of the frame that was believed last, by the glove.

@@ -20,26 +20,20 @@ class Latency {
       quickest_ = way;
       started_ = true;
     }
-    late_ms_ = static_cast<uint16_t>(way - quickest_);
-    if (late_ms_ > worst_ms_) worst_ms_ = late_ms_;
+    const uint16_t late_ms = static_cast<uint16_t>(way - quickest_);
     if (++frames_ >= kForget) {
       frames_ = 0;
       ++quickest_;
     }
-    return late_ms_;
+    return late_ms;
   }
 
   // The sender has started anew: its clock, too.
   void restart() { started_ = false; }
 
-  uint16_t late_ms() const { return late_ms_; }
-  uint16_t worst_ms() const { return worst_ms_; }
-
  private:
   static constexpr uint16_t kForget = 1024;
 
-  uint16_t late_ms_ = 0;
-  uint16_t worst_ms_ = 0;
   uint16_t quickest_ = 0;
   uint16_t frames_ = 0;
   bool started_ = false;

@@ -19,6 +19,7 @@
 #include "runtime/link/gestures.hpp"
 #include "runtime/link/glove_speech.hpp"
 #include "runtime/link/hand_end.hpp"
+#include "runtime/link/key_record.hpp"
 #include "runtime/link/latency.hpp"
 #include "runtime/link/opengloves.hpp"
 
@@ -41,42 +42,11 @@ TEST(SipHash, HasTheReferencesVectors) {
   EXPECT_EQ(siphash24(kKey, message.data(), 8), 0x93f5f5799a932462ULL);
 }
 
-std::vector<uint8_t> bytes_of(const std::string& hex) {
-  std::vector<uint8_t> out;
-  for (std::size_t i = 0; i < hex.size(); i += 2)
-    out.push_back(static_cast<uint8_t>(std::stoi(hex.substr(i, 2), nullptr, 16)));
-  return out;
-}
-
-Key key_of(const std::string& hex) {
-  Key key{};
-  std::ranges::copy(bytes_of(hex), key.bytes);
-  return key;
-}
-
-Nonce nonce_of(const std::string& hex) {
-  Nonce nonce{};
-  std::ranges::copy(bytes_of(hex), nonce.bytes);
-  return nonce;
-}
-
 Session session_of(const Key& pair, const Nonce& nonce) {
   Session session;
   session.start(nonce);
   while (!session.ready()) session.derive(pair);
   return session;
-}
-
-// Lists of "a,b" and "a/b,c/d".
-std::vector<std::vector<int>> table_of(const std::string& text) {
-  std::vector<std::vector<int>> out;
-  std::istringstream rows(text);
-  for (std::string row; std::getline(rows, row, ',');) {
-    std::istringstream fields(row);
-    out.emplace_back();
-    for (std::string field; std::getline(fields, field, '/');) out.back().push_back(std::stoi(field));
-  }
-  return out;
 }
 
 std::vector<uint8_t> sealed(Packet& packet, Head head, uint8_t body_bytes, const Key* key) {
@@ -85,35 +55,81 @@ std::vector<uint8_t> sealed(Packet& packet, Head head, uint8_t body_bytes, const
   return wire;
 }
 
-// Whole, and of this type: its body is in `reader`.
-void read(PacketReader& reader, const std::vector<uint8_t>& wire, Type type) {
-  Received last = Received::nothing;
-  for (const uint8_t byte : wire) last = reader.push(byte);
-  EXPECT_EQ(last, Received::pending);
-  EXPECT_EQ(reader.type(), type);
-}
+// A line of golden.txt, field by field.
+class Fields {
+ public:
+  explicit Fields(const std::string& line) : line_(line) {}
 
-void check_golden_angles(std::istringstream& fields) {
-  std::string pair, nonce, joints, wire;
-  Head head{Type::angles, false, false, 0};
-  uint16_t time_ms = 0;
-  fields >> pair >> nonce >> head.counter >> head.listens >> time_ms >> joints >> wire;
+  std::string text() {
+    std::string out;
+    line_ >> out;
+    return out;
+  }
+  template <class Number>
+  Number number() {
+    return static_cast<Number>(std::stol(text()));
+  }
+  std::vector<uint8_t> bytes() {
+    const std::string hex = text();
+    std::vector<uint8_t> out;
+    for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
+      out.push_back(static_cast<uint8_t>(std::stoi(hex.substr(i, 2), nullptr, 16)));
+    return out;
+  }
+  // A key or a nonce; of "-" zeros.
+  template <class Bytes>
+  Bytes secret() {
+    Bytes out{};
+    std::ranges::copy(bytes(), out.bytes);
+    return out;
+  }
+  // A list of "a,b" or "a/b,c/d".
+  std::vector<std::vector<int>> table() {
+    std::vector<std::vector<int>> out;
+    std::istringstream rows(text());
+    for (std::string row; std::getline(rows, row, ',');) {
+      std::istringstream fields(row);
+      out.emplace_back();
+      for (std::string field; std::getline(fields, field, '/');) out.back().push_back(std::stoi(field));
+    }
+    return out;
+  }
+  // The last one is this frame.
+  std::vector<uint8_t> expect_wire(Packet& packet, Head head, uint8_t body_bytes, const Key* key = nullptr) {
+    const std::vector<uint8_t> wire = bytes();
+    EXPECT_EQ(sealed(packet, head, body_bytes, key), wire);
+    return wire;
+  }
+
+ private:
+  std::istringstream line_;
+};
+
+void check_golden_angles(Fields& f) {
+  const Key pair = f.secret<Key>();
+  const bool guarded = !is_plain(pair);
+  const Key key = session_of(pair, f.secret<Nonce>()).key();
+  const auto counter = f.number<uint32_t>();
+  const bool listens = f.number<int>() != 0;
+  const auto time_ms = f.number<uint16_t>();
   std::vector<int16_t> angle;
   std::vector<SensorStatus> status;
-  for (const auto& joint : table_of(joints)) {
+  for (const auto& joint : f.table()) {
     angle.push_back(static_cast<int16_t>(joint[0]));
     status.push_back(static_cast<SensorStatus>(joint[1]));
   }
   const auto count = static_cast<uint8_t>(angle.size());
-  const bool guarded = pair != "-";
-  const Key key = guarded ? session_of(key_of(pair), nonce_of(nonce)).key() : Key{};
   Packet packet;
   const uint8_t bytes = put_angles(time_ms, angle.data(), status.data(), count, packet.body());
-  EXPECT_EQ(sealed(packet, head, bytes, guarded ? &key : nullptr), bytes_of(wire));
   PacketReader reader;
-  read(reader, bytes_of(wire), Type::angles);
+  Received last = Received::nothing;
+  for (const uint8_t byte :
+       f.expect_wire(packet, {Type::angles, false, listens, counter}, bytes, guarded ? &key : nullptr))
+    last = reader.push(byte);
+  EXPECT_EQ(last, Received::pending);
+  EXPECT_EQ(reader.type(), Type::angles);
   EXPECT_EQ(reader.guarded(), guarded);
-  EXPECT_EQ(reader.listens(), head.listens);
+  EXPECT_EQ(reader.listens(), listens);
   ASSERT_EQ(joints_in(reader.body_bytes()), count);
   std::vector<int16_t> angle_again(angle.size());
   std::vector<SensorStatus> status_again(status.size());
@@ -122,50 +138,44 @@ void check_golden_angles(std::istringstream& fields) {
   EXPECT_EQ(time_again, time_ms);
   EXPECT_EQ(angle_again, angle);
   EXPECT_EQ(status_again, status);
-  EXPECT_EQ(guarded && reader.fits(key, head.counter), guarded);
-  EXPECT_FALSE(guarded && reader.fits(key, head.counter ^ 0x10000));
+  EXPECT_EQ(guarded && reader.fits(key, counter), guarded);
+  EXPECT_FALSE(guarded && reader.fits(key, counter ^ 0x10000));
 }
 
-void check_golden_challenge(std::istringstream& fields) {
-  std::string pair, nonce, wire;
-  fields >> pair >> nonce >> wire;
-  const Key key = key_of(pair);
+void check_golden_challenge(Fields& f) {
+  const Key key = f.secret<Key>();
   Packet packet;
-  std::ranges::copy(nonce_of(nonce).bytes, packet.body());
-  EXPECT_EQ(sealed(packet, {Type::challenge, false, false, 0}, kNonceBytes, &key), bytes_of(wire));
+  std::ranges::copy(f.secret<Nonce>().bytes, packet.body());
+  f.expect_wire(packet, {Type::challenge, false, false, 0}, kNonceBytes, &key);
 }
 
-void check_golden_readings(std::istringstream& fields) {
-  uint16_t time_ms = 0;
-  std::string counts, wire;
-  fields >> time_ms >> counts >> wire;
+void check_golden_readings(Fields& f) {
+  auto time_ms = f.number<uint16_t>();
   std::vector<uint16_t> reading;
-  for (const auto& row : table_of(counts)) reading.push_back(static_cast<uint16_t>(row[0]));
+  for (const auto& row : f.table()) reading.push_back(static_cast<uint16_t>(row[0]));
   const auto strips = static_cast<uint8_t>(reading.size());
   Packet packet;
-  const uint8_t bytes = put_readings(time_ms, reading.data(), strips, packet.body());
-  EXPECT_EQ(sealed(packet, {Type::readings, false, false, 0}, bytes, nullptr), bytes_of(wire));
+  f.expect_wire(packet, {Type::readings, false, false, 0},
+                put_readings(time_ms, reading.data(), strips, packet.body()));
   std::vector<uint16_t> again(reading.size());
   get_readings(packet.body(), strips, time_ms, again.data());
   EXPECT_EQ(again, reading);
 }
 
-void check_golden_telemetry(std::istringstream& fields) {
-  uint16_t time_ms = 0;
-  int faults = 0;
-  std::string fingers, wire;
-  fields >> time_ms >> faults >> fingers >> wire;
+void check_golden_telemetry(Fields& f) {
+  const auto time_ms = f.number<uint16_t>();
+  const auto faults = f.number<uint8_t>();
   std::vector<FingerTelemetry> finger;
-  for (const auto& row : table_of(fingers)) {
+  for (const auto& row : f.table()) {
     finger.push_back(
         {static_cast<int16_t>(row[0]), static_cast<int8_t>(row[1]), static_cast<uint8_t>(row[2])});
   }
+  const auto fingers = static_cast<uint8_t>(finger.size());
   Packet packet;
-  const uint8_t bytes = put_telemetry(time_ms, static_cast<uint8_t>(faults), finger.data(),
-                                      static_cast<uint8_t>(finger.size()), packet.body());
-  EXPECT_EQ(bytes, telemetry_bytes(static_cast<uint8_t>(finger.size())));
-  EXPECT_EQ(sealed(packet, {Type::telemetry, false, false, 0}, bytes, nullptr), bytes_of(wire));
-  for (uint8_t i = 0; i < finger.size(); ++i) {
+  const uint8_t bytes = put_telemetry(time_ms, faults, finger.data(), fingers, packet.body());
+  EXPECT_EQ(bytes, telemetry_bytes(fingers));
+  f.expect_wire(packet, {Type::telemetry, false, false, 0}, bytes);
+  for (uint8_t i = 0; i < fingers; ++i) {
     const FingerTelemetry again = get_telemetry(packet.body(), i);
     EXPECT_EQ(again.angle, finger[i].angle);
     EXPECT_EQ(again.duty, finger[i].duty);
@@ -173,82 +183,52 @@ void check_golden_telemetry(std::istringstream& fields) {
   }
 }
 
-int number_in(std::istringstream& fields) {
-  int out = 0;
-  fields >> out;
-  return out;
-}
-
-std::string rest_of(std::istringstream& fields) {
-  std::string out;
-  fields >> out;
-  return out;
-}
-
-void check_golden_state(std::istringstream& fields) {
-  State state{};
-  state.board = static_cast<BoardKind>(number_in(fields));
-  state.in_touch = number_in(fields) != 0;
-  state.has_key = number_in(fields) != 0;
-  state.reset_cause = static_cast<uint8_t>(number_in(fields));
-  state.faults = static_cast<uint8_t>(number_in(fields));
-  state.temperature_C = static_cast<int8_t>(number_in(fields));
-  state.supply_20mV = static_cast<uint8_t>(number_in(fields));
-  state.uptime_s = static_cast<uint16_t>(number_in(fields));
+// Braces are evaluated in order.
+void check_golden_state(Fields& f) {
+  const State state{f.number<BoardKind>(), f.number<int>() != 0, f.number<int>() != 0, f.number<uint8_t>(),
+                    f.number<uint8_t>(),   f.number<int8_t>(),   f.number<uint8_t>(),  f.number<uint16_t>()};
   Packet packet;
   const uint8_t bytes = put_state(state, packet.body());
   uint8_t again[State::kBytes];
   put_state(get_state(packet.body()), again);
   EXPECT_TRUE(std::ranges::equal(again, std::span(packet.body(), bytes)));
-  EXPECT_EQ(sealed(packet, {Type::state, false, false, 0}, bytes, nullptr), bytes_of(rest_of(fields)));
+  f.expect_wire(packet, {Type::state, false, false, 0}, bytes);
 }
 
-void check_golden_request(std::istringstream& fields) {
+void check_golden_request(Fields& f) {
   Packet packet;
-  packet.body()[0] = static_cast<uint8_t>(static_cast<Request>(number_in(fields)));
-  EXPECT_EQ(sealed(packet, {Type::request, false, false, 0}, 1, nullptr), bytes_of(rest_of(fields)));
+  packet.body()[0] = f.number<uint8_t>();
+  f.expect_wire(packet, {Type::request, false, false, 0}, 1);
 }
 
-void check_golden_piece(std::istringstream& fields) {
-  const Key pair = key_of(rest_of(fields));
-  const Key key = session_of(pair, nonce_of(rest_of(fields))).key();
-  const auto counter = static_cast<uint32_t>(number_in(fields));
-  Piece piece{};
-  piece.size = static_cast<uint16_t>(number_in(fields));
-  piece.offset = static_cast<uint16_t>(number_in(fields));
-  const std::vector<uint8_t> data = bytes_of(rest_of(fields));
+void check_golden_piece(Fields& f) {
+  const Key pair = f.secret<Key>();
+  const Key key = session_of(pair, f.secret<Nonce>()).key();
+  const auto counter = f.number<uint32_t>();
+  Piece piece{f.number<uint16_t>(), f.number<uint16_t>(), 0, nullptr};
+  const std::vector<uint8_t> data = f.bytes();
   piece.count = static_cast<uint8_t>(data.size());
   piece.bytes = data.data();
   Packet packet;
-  const uint8_t bytes = put_piece(piece, packet.body());
-  EXPECT_EQ(sealed(packet, {Type::coefficients, false, false, counter}, bytes, &key),
-            bytes_of(rest_of(fields)));
+  f.expect_wire(packet, {Type::coefficients, false, false, counter}, put_piece(piece, packet.body()), &key);
 }
 
-void check_golden_offer(std::istringstream& fields) {
-  Offer offer{};
-  offer.nonce = nonce_of(rest_of(fields));
-  offer.room = static_cast<uint16_t>(number_in(fields));
-  offer.rate_hz = static_cast<uint8_t>(number_in(fields));
-  offer.model = static_cast<uint16_t>(number_in(fields));
-  const auto crcs = table_of(rest_of(fields));
+void check_golden_offer(Fields& f) {
+  Offer offer{f.secret<Nonce>(), f.number<uint16_t>(), f.number<uint8_t>(), f.number<uint16_t>(), {}};
+  const auto crcs = f.table();
   for (std::size_t i = 0; i < kFingers; ++i) offer.calibration[i] = static_cast<uint16_t>(crcs.at(i).at(0));
   Packet packet;
-  const uint8_t bytes = put_offer(offer, packet.body());
-  EXPECT_EQ(sealed(packet, {Type::coefficients, false, false, 0}, bytes, nullptr), bytes_of(rest_of(fields)));
+  f.expect_wire(packet, {Type::coefficients, false, false, 0}, put_offer(offer, packet.body()));
 }
 
-void check_golden_receipt(std::istringstream& fields) {
-  Receipt receipt{};
-  receipt.received = static_cast<uint16_t>(number_in(fields));
-  receipt.stage = static_cast<uint8_t>(number_in(fields));
+void check_golden_receipt(Fields& f) {
+  const Receipt receipt{f.number<uint16_t>(), f.number<uint8_t>()};
   Packet packet;
-  const uint8_t bytes = put_receipt(receipt, packet.body());
-  EXPECT_EQ(sealed(packet, {Type::coefficients, false, false, 0}, bytes, nullptr), bytes_of(rest_of(fields)));
+  f.expect_wire(packet, {Type::coefficients, false, false, 0}, put_receipt(receipt, packet.body()));
 }
 
 TEST(Link, SpeaksTheGoldenVectors) {
-  using Check = void (*)(std::istringstream&);
+  using Check = void (*)(Fields&);
   const std::map<std::string, Check> checks = {
       {"angles", check_golden_angles},     {"challenge", check_golden_challenge},
       {"readings", check_golden_readings}, {"telemetry", check_golden_telemetry},
@@ -259,9 +239,8 @@ TEST(Link, SpeaksTheGoldenVectors) {
   std::set<std::string> seen;
   for (std::string line; std::getline(file, line);) {
     SCOPED_TRACE(line);
-    std::istringstream fields(line);
-    std::string what;
-    fields >> what;
+    Fields fields(line);
+    const std::string what = fields.text();
     if (what == "#") continue;
     seen.insert(what);
     ASSERT_TRUE(checks.contains(what));
@@ -559,8 +538,10 @@ TEST(Freshness, DoesNotDependOnWhatEitherEndRemembers) {
   air.restart_hand(0xffffff);  // the last count that a nonce holds
   EXPECT_NE(air.until_accepted(31'000), -1)
       << "before this one's by half the circle: the session settles first";
-  air.restart_hand(0x1000000);
-  EXPECT_NE(air.until_accepted(1000), -1);
+  for (const uint32_t starts : {0x1000000U, 0xfffeU, 0xfffffffeU, 0xffffffffU, 0U}) {
+    air.restart_hand(starts);
+    EXPECT_NE(air.until_accepted(31'000), -1) << starts;
+  }
   air.restart_hand(1, 77);  // erased, other noise
   EXPECT_NE(air.until_accepted(31'000), -1);
 }
@@ -894,7 +875,6 @@ TEST(Latency, SaysHowMuchLaterThanTheQuickestAcrossWrapsAndDrift) {
     if (k < 7) continue;
     EXPECT_NEAR(late, k % 7 == 3 ? 8 : 0, 1) << k;
   }
-  EXPECT_LE(latency.worst_ms(), 9);
 }
 
 // EEPROM that can lose power after any byte, or in the middle of one.

@@ -8,7 +8,6 @@
 #include "host/io/base64.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
-#include "host/twin/hand_view.hpp"
 
 namespace flexor::filming {
 namespace {
@@ -116,7 +115,7 @@ Json LiveJobs::draw(const Json& json) {
   twin::PerFinger pose{};
   std::ranges::copy(angles, pose.begin());
   if (!film_) film_.emplace(kSeed);
-  const camera::Picture& picture = film_->shoot(pose, static_cast<std::uint64_t>(frame), twin::kGreen);
+  const camera::Picture& picture = film_->shoot(pose, static_cast<std::uint64_t>(frame));
   return {{"jpeg", io::base64(camera::to_jpeg(picture))}};
 }
 

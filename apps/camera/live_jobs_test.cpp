@@ -14,7 +14,6 @@
 #include "host/io/io.hpp"
 #include "host/io/refusal_test.hpp"
 #include "host/model/model.hpp"
-#include "host/twin/hand_view.hpp"
 
 namespace flexor::filming {
 namespace {

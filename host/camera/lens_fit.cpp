@@ -15,17 +15,12 @@ namespace {
 constexpr std::size_t kLeastPictures = 5;
 constexpr double kLargestRms_px = 2;
 
-cv::Mat camera_matrix(const Lens& lens) {
-  return (cv::Mat_<double>(3, 3) << lens.focal_px.x, 0, lens.centre_px.x, 0, lens.focal_px.y,
-          lens.centre_px.y, 0, 0, 1);
-}
-
 }  // namespace
 
 Point Lens::undistort(Point p) const {
   if (distortion == std::array<double, 5>{}) return p;
   std::vector<cv::Point2d> point = {{p.x, p.y}};
-  const cv::Mat k = camera_matrix(*this);
+  const cv::Matx33d k = matrix(*this);
   cv::undistortPoints(point, point, k, distortion, cv::noArray(), k);
   return {point.front().x, point.front().y};
 }

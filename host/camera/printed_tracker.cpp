@@ -180,7 +180,6 @@ struct PrintedMarkDetector {
   cv::Ptr<cv::aruco::Dictionary> codes = dictionary();
   cv::Ptr<cv::aruco::DetectorParameters> parameters = cv::aruco::DetectorParameters::create();
   cv::Mat grey;
-  cv::Mat matrix;
 };
 
 namespace {
@@ -208,7 +207,7 @@ std::vector<std::optional<Found>> detect(PrintedMarkDetector& detector, const Sk
     std::vector<cv::Vec3d> turns;
     std::vector<cv::Vec3d> shifts;
     std::vector<double> errors;
-    cv::solvePnPGeneric(square, f.corners, detector.matrix, lens.distortion, turns, shifts, false,
+    cv::solvePnPGeneric(square, f.corners, matrix(lens), lens.distortion, turns, shifts, false,
                         cv::SOLVEPNP_IPPE_SQUARE, cv::noArray(), cv::noArray(), errors);
     for (std::size_t p = 0; p < turns.size(); ++p) {
       Pose pose;
@@ -255,10 +254,7 @@ std::vector<Measurement> measure(const Skeleton& skeleton, const std::vector<std
 }  // namespace
 
 PrintedTracker::PrintedTracker(const Skeleton& skeleton, const Lens& lens)
-    : skeleton_(skeleton), lens_(lens), detector_(std::make_unique<PrintedMarkDetector>()) {
-  detector_->matrix = (cv::Mat_<double>(3, 3) << lens.focal_px.x, 0, lens.centre_px.x, 0, lens.focal_px.y,
-                       lens.centre_px.y, 0, 0, 1);
-}
+    : skeleton_(skeleton), lens_(lens), detector_(std::make_unique<PrintedMarkDetector>()) {}
 
 PrintedTracker::~PrintedTracker() = default;
 PrintedTracker::PrintedTracker(PrintedTracker&&) noexcept = default;

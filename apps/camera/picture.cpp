@@ -126,7 +126,8 @@ void Renderer::paint(const Rod& rod) {
   std::vector<cv::Point3d> outline;
   for (const Point& end : {rod.a, rod.b}) {
     // A square around the circle, not in it.
-    for (const double deg : {45, 135, 225, 315}) outline.push_back(on_plane(along(end, deg, 1.5 * rod.radius_mm)));
+    for (const double deg : {45, 135, 225, 315})
+      outline.push_back(on_plane(along(end, deg, 1.5 * rod.radius_mm)));
   }
   const double dx = rod.b.x - rod.a.x;
   const double dy = rod.b.y - rod.a.y;
@@ -164,7 +165,8 @@ const camera::Picture& Renderer::draw(const Scene& scene, std::uint64_t frame) {
   for (const Rod& rod : scene.marks) paint(rod);
   if (look_.blur_px > 0 && !touched_.empty()) {
     const int reach = cvCeil(3 * look_.blur_px);
-    touched_ = (touched_ + cv::Size(2 * reach, 2 * reach) - cv::Point(reach, reach)) & cv::Rect({}, canvas_.size());
+    touched_ =
+        (touched_ + cv::Size(2 * reach, 2 * reach) - cv::Point(reach, reach)) & cv::Rect({}, canvas_.size());
     cv::GaussianBlur(canvas_(touched_), canvas_(touched_), {}, look_.blur_px);
   }
   cv::multiply(canvas_, light_, canvas_);

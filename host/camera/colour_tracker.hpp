@@ -58,14 +58,12 @@ class ColourTracker {
     std::size_t hidden = kMaxHidden + 1;
     std::optional<Mark> seen;
     bool lost() const { return hidden > kMaxHidden; }
+    void take(const Mark& mark, double t_s);
   };
 
   void search(const Picture& picture, double t_s);
   std::optional<std::vector<std::size_t>> by_start(const std::vector<Mark>& candidates) const;
-  void take(std::size_t mark, const Mark& seen, double t_s);
   void follow(const Picture& picture, double t_s);
-  void accept(const std::vector<std::optional<Mark>>& measured, const std::vector<std::size_t>& mark,
-              double t_s);
   void name_anew(const std::vector<Mark>& candidates, double t_s);
   void find_lost(const std::vector<Mark>& candidates, double t_s);
   void find_missing(const Picture& picture, double t_s);
@@ -82,10 +80,6 @@ class ColourTracker {
   bool following_ = false;
   std::vector<Followed> marks_;
   std::vector<double> bone_px_;  // 0: not known yet
-  std::vector<Expected> expected_;
-  std::vector<std::size_t> expected_mark_;
-  std::vector<std::optional<Mark>> measured_;
-  MarkMeter meter_;
   std::string trouble_;
   std::size_t frame_ = 0;
   int searches_ = 0;

@@ -176,20 +176,14 @@ std::vector<std::uint8_t> print_cells(int id) {
   return out;
 }
 
-struct PrintedMarkDetector {
-  cv::Ptr<cv::aruco::Dictionary> codes = dictionary();
-  cv::Ptr<cv::aruco::DetectorParameters> parameters = cv::aruco::DetectorParameters::create();
-  cv::Mat grey;
-};
-
 namespace {
 
-std::vector<std::optional<Found>> detect(PrintedMarkDetector& detector, const Skeleton& skeleton,
-                                         const Lens& lens, const Picture& picture) {
-  cv::cvtColor(mat(picture), detector.grey, cv::COLOR_BGR2GRAY);
+std::vector<std::optional<Found>> detect(const Skeleton& skeleton, const Lens& lens, const Picture& picture) {
+  cv::Mat grey;
+  cv::cvtColor(mat(picture), grey, cv::COLOR_BGR2GRAY);
   std::vector<std::vector<cv::Point2f>> corners;
   std::vector<int> ids;
-  cv::aruco::detectMarkers(detector.grey, detector.codes, corners, ids, detector.parameters);
+  cv::aruco::detectMarkers(grey, dictionary(), corners, ids);
   const auto half = static_cast<float>(skeleton.size_mm / 2);
   const std::vector<cv::Point3f> square = {
       {-half, half, 0}, {half, half, 0}, {half, -half, 0}, {-half, -half, 0}};
@@ -199,8 +193,8 @@ std::vector<std::optional<Found>> detect(PrintedMarkDetector& detector, const Sk
     if (it == skeleton.ids.end()) continue;
     Found f;
     f.corners = corners[i];
-    if (!refine(detector.grey, f.corners, true)) continue;
-    const auto variance = refine(detector.grey, f.corners, false);
+    if (!refine(grey, f.corners, true)) continue;
+    const auto variance = refine(grey, f.corners, false);
     if (!variance) continue;
     f.corner_variance_px2 = *variance;
     f.side_px = std::sqrt(cv::contourArea(f.corners));
@@ -253,14 +247,8 @@ std::vector<Measurement> measure(const Skeleton& skeleton, const std::vector<std
 
 }  // namespace
 
-PrintedTracker::PrintedTracker(const Skeleton& skeleton, const Lens& lens)
-    : skeleton_(skeleton), lens_(lens), detector_(std::make_unique<PrintedMarkDetector>()) {}
-
-PrintedTracker::~PrintedTracker() = default;
-PrintedTracker::PrintedTracker(PrintedTracker&&) noexcept = default;
-
 Observation PrintedTracker::step(const Picture& picture) {
-  std::vector<std::optional<Found>> found = detect(*detector_, skeleton_, lens_, picture);
+  std::vector<std::optional<Found>> found = detect(skeleton_, lens_, picture);
   choose(found);
   Observation out;
   for (const auto& f : found) {

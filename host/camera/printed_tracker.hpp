@@ -21,13 +21,9 @@ namespace flexor::camera {
 inline constexpr int kPrintCells = 10;
 std::vector<std::uint8_t> print_cells(int id);
 
-struct PrintedMarkDetector;
-
 class PrintedTracker {
  public:
-  PrintedTracker(const Skeleton& skeleton, const Lens& lens);
-  ~PrintedTracker();
-  PrintedTracker(PrintedTracker&&) noexcept;
+  PrintedTracker(const Skeleton& skeleton, const Lens& lens) : skeleton_(skeleton), lens_(lens) {}
 
   Observation step(const Picture& picture);
   const std::string& trouble() const { return trouble_; }
@@ -35,7 +31,6 @@ class PrintedTracker {
  private:
   Skeleton skeleton_;
   Lens lens_;
-  std::unique_ptr<PrintedMarkDetector> detector_;
   std::string trouble_;
 };
 

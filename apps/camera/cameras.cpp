@@ -81,7 +81,7 @@ double typical_bone_px(const camera::Joints& joints, const std::vector<camera::O
       const camera::ObservedMark& a = seen[s].marks[l.from];
       const camera::ObservedMark& b = seen[s].marks[l.to];
       if (!a.measured || !b.measured) continue;
-      sum += std::hypot(a.at.x - b.at.x, a.at.y - b.at.y);
+      sum += cv::norm(a.at - b.at);
       ++count;
     }
   }

@@ -10,7 +10,6 @@
 #include <random>
 
 #include "host/camera/jpeg.hpp"
-#include "host/camera/opencv.hpp"
 #include "host/io/base64.hpp"
 #include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"

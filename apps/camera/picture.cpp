@@ -6,7 +6,6 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "host/camera/opencv.hpp"
 #include "host/twin/random.hpp"
 
 namespace flexor::filming {
@@ -20,8 +19,7 @@ constexpr std::array<double, 4> kRadius_mm = {11, 9, 8, 7};  // of a finger's li
 constexpr double kMark_mm = 3.5;
 
 Point along(Point from, double heading_deg, double length_mm) {
-  return {from.x + length_mm * std::cos(heading_deg * kRadians),
-          from.y + length_mm * std::sin(heading_deg * kRadians)};
+  return from + length_mm * Point(std::cos(heading_deg * kRadians), std::sin(heading_deg * kRadians));
 }
 
 cv::Point3d on_plane(Point p) { return {p.x, p.y, 0}; }
@@ -48,7 +46,7 @@ void Chain::marked_links(const std::vector<double>& length_mm, const std::vector
 }
 
 void Chain::print(Pattern pattern) {
-  pattern.centre = {(from_.x + at_.x) / 2, (from_.y + at_.y) / 2};
+  pattern.centre = (from_ + at_) / 2;
   pattern.turn_deg = heading_deg_;
   scene_.prints.push_back(std::move(pattern));
 }
@@ -63,9 +61,9 @@ Renderer::Renderer(const View& view, const Look& look, std::uint64_t seed)
   cv::Rodrigues(cv::Vec3d(0, view.turn_deg * kRadians, 0), turn_);
   cv::Rodrigues(cv::Vec3d(view.tilt_deg * kRadians, 0, 0), tilt);
   turn_ = turn_ * tilt;
-  std::vector<cv::Point2d> at;
+  std::vector<Point> at;
   for (int i = 0; i < canvas_.rows * canvas_.cols; ++i) at.emplace_back(i % canvas_.cols, i / canvas_.cols);
-  cv::undistortPoints(at, at, camera::matrix(view.lens), view.lens.distortion, cv::noArray(), cv::noArray(),
+  cv::undistortPoints(at, at, view.lens.matrix(), view.lens.distortion, cv::noArray(), cv::noArray(),
                       {cv::TermCriteria::COUNT, 20, 0});
   // The plane's first two axes and its origin, as the camera has them.
   cv::Matx33d seen = turn_;
@@ -84,14 +82,14 @@ void Renderer::set_light(double light) {
     light_.col(x) = cv::Scalar::all(light * (1 - look_.gradient * x / canvas_.cols));
 }
 
-// colour_at(x, y) of a point of the plane; null: the thing is not there.
+// colour_at(p) of a point of the plane; null: the thing is not there.
 template <class ColourAt>
 void Renderer::paint(std::vector<cv::Point3d> outline, const ColourAt& colour_at) {
   // No two of a lattice's points share a row or a column: an edge along the pixels is drawn as exactly as any other.
   constexpr int kPoints = 16;
   constexpr int kLattice = 7;
-  std::vector<cv::Point2d> seen;
-  cv::projectPoints(outline, turn_, cv::Vec3d(0, 0, view_.distance_mm), camera::matrix(view_.lens),
+  std::vector<Point> seen;
+  cv::projectPoints(outline, turn_, cv::Vec3d(0, 0, view_.distance_mm), view_.lens.matrix(),
                     view_.lens.distortion, seen);
   cv::Rect box = cv::boundingRect(std::vector<cv::Point2f>(seen.begin(), seen.end()));
   box = (box + cv::Size(4, 4) - cv::Point(2, 2)) & cv::Rect({}, canvas_.size());
@@ -111,7 +109,7 @@ void Renderer::paint(std::vector<cv::Point3d> outline, const ColourAt& colour_at
         const float u = (static_cast<float>(j) + 0.5F) / kPoints - 0.5F;
         const float v = (static_cast<float>(kLattice * j % kPoints) + 0.5F) / kPoints - 0.5F;
         const cv::Vec2f p = at + u * across + v * down;
-        const Bgr* colour = colour_at(static_cast<double>(p[0]), static_cast<double>(p[1]));
+        const Bgr* colour = colour_at(Point(cv::Point2f(p)));
         if (colour == nullptr) continue;
         ++hits;
         sum += cv::Vec3f(*colour);
@@ -129,15 +127,13 @@ void Renderer::paint(const Rod& rod) {
     for (const double deg : {45, 135, 225, 315})
       outline.push_back(on_plane(along(end, deg, 1.5 * rod.radius_mm)));
   }
-  const double dx = rod.b.x - rod.a.x;
-  const double dy = rod.b.y - rod.a.y;
-  const double length2 = std::max(1e-12, dx * dx + dy * dy);
+  const Point line = rod.b - rod.a;
+  const double length2 = std::max(1e-12, line.dot(line));
   const double radius2 = rod.radius_mm * rod.radius_mm;
-  paint(std::move(outline), [&](double x, double y) {
-    const double share = std::clamp(((x - rod.a.x) * dx + (y - rod.a.y) * dy) / length2, 0.0, 1.0);
-    const double ex = x - rod.a.x - share * dx;
-    const double ey = y - rod.a.y - share * dy;
-    return ex * ex + ey * ey <= radius2 ? &rod.colour : nullptr;
+  paint(std::move(outline), [&](Point p) {
+    const Point off = p - rod.a;
+    const Point beside = off - std::clamp(off.dot(line) / length2, 0.0, 1.0) * line;
+    return beside.dot(beside) <= radius2 ? &rod.colour : nullptr;
   });
 }
 
@@ -146,12 +142,11 @@ void Renderer::paint(const Pattern& p) {
   std::vector<cv::Point3d> outline;
   for (const double deg : {45, 135, 225, 315})
     outline.push_back(on_plane(along(p.centre, p.turn_deg + deg, p.cell_mm * std::max(p.columns, p.rows))));
-  paint(std::move(outline), [&](double x, double y) {
+  paint(std::move(outline), [&](Point at) {
     static const std::array<Bgr, 2> kInk = {Bgr(25, 25, 25), Bgr(235, 235, 235)};
-    const double dx = x - p.centre.x;
-    const double dy = y - p.centre.y;
-    const int column = cvFloor(right.x * dx + right.y * dy + p.columns / 2.0);
-    const int row = cvFloor(-right.y * dx + right.x * dy + p.rows / 2.0);
+    const Point off = at - p.centre;
+    const int column = cvFloor(right.dot(off) + p.columns / 2.0);
+    const int row = cvFloor(right.cross(off) + p.rows / 2.0);
     const bool inside = column >= 0 && row >= 0 && column < p.columns && row < p.rows;
     return inside ? &kInk[p.cells[static_cast<std::size_t>(row * p.columns + column)]] : nullptr;
   });

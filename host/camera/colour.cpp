@@ -6,7 +6,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "host/camera/opencv.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::camera {
@@ -39,15 +38,22 @@ struct Statistics {
   std::size_t count = 0;
 };
 
+// Pixel by pixel: of a large picture no copy fits beside the rest.
 Statistics statistics(const cv::Mat& bgr, const cv::Mat& mask) {
-  std::vector<float> of = values(bgr, mask);
   Statistics s;
-  s.count = of.size() / 3;
+  cv::Matx33d squares;
+  for (int y = 0; y < bgr.rows; ++y) {
+    for (int x = 0; x < bgr.cols; ++x) {
+      if (mask.at<std::uint8_t>(y, x) == 0) continue;
+      const cv::Vec3d v = bgr.at<cv::Vec3b>(y, x);
+      s.mean += v;
+      squares += v * v.t();
+      ++s.count;
+    }
+  }
   if (s.count == 0) return s;
-  cv::Mat mean;
-  cv::calcCovarMatrix(cv::Mat(of).reshape(1, static_cast<int>(s.count)), s.covariance, mean,
-                      cv::COVAR_NORMAL | cv::COVAR_ROWS | cv::COVAR_SCALE, CV_64F);
-  s.mean = mean;
+  s.mean /= static_cast<double>(s.count);
+  s.covariance = squares * (1.0 / static_cast<double>(s.count)) - s.mean * s.mean.t();
   return s;
 }
 
@@ -66,11 +72,9 @@ Statistics even(const Statistics& a, const Statistics& b) {
 
 // Fisher's discriminant of the pixels of `marks` against all others, of which those around the marks count as much as the
 // many more that are farther away: a mark is told from the skin that it lies on, not from the wall.
-ColourModel learn(const cv::Mat& picture, const cv::Mat& marks) {
+ColourModel learn(const cv::Mat& bgr, const cv::Mat& marks) {
   constexpr int kRim_px = 4;
   constexpr int kAround_px = 10;
-  cv::Mat bgr;
-  picture.convertTo(bgr, CV_32F);
   const cv::Mat near = grown(marks, kRim_px);
   const cv::Mat others = ~near;
   const Statistics m = statistics(bgr, marks);
@@ -90,10 +94,9 @@ ColourModel learn(const cv::Mat& picture, const cv::Mat& marks) {
   w /= cv::norm(w);
   ColourModel out;
   out.weight = {w[0], w[1], w[2]};
-  const cv::Mat score = scores(picture, out);
-  const std::vector<float> other_scores = values(score, others);
-  out.background = quantile(other_scores, 0.995);
-  out.level = quantile(values(score, marks), 0.5) - quantile(other_scores, 0.5);
+  const cv::Mat score = scores(bgr, out);
+  out.background = quantile(values(score, others), 0.995);
+  out.level = quantile(values(score, marks), 0.5) - quantile(values(score, others), 0.5);
   if (out.level < kMinContrast) {
     throw io::InputError(fmt::format(
         "the mark stands out by only {:.0f} grey levels; use a brighter colour or more light", out.level));
@@ -163,8 +166,13 @@ ColourModel learn_twice(const cv::Mat& bgr, const Blobs& rough, std::size_t mark
 
 // Pixels of chroma whose hue lies within kHueWidth_deg of `hue_deg`.
 cv::Mat hue_mask(const cv::Mat& hue, const cv::Mat& chroma, double hue_deg) {
-  const cv::Mat apart = cv::abs(hue - hue_deg);
-  return ((apart <= kHueWidth_deg) | (apart >= 360 - kHueWidth_deg)) & (chroma > kMinChroma);
+  cv::Mat out = cv::Mat::zeros(hue.size(), CV_8U);
+  for (const double turn : {-360.0, 0.0, 360.0}) {
+    cv::Mat one;
+    cv::inRange(hue, hue_deg + turn - kHueWidth_deg, hue_deg + turn + kHueWidth_deg, one);
+    out |= one;
+  }
+  return out & (chroma > kMinChroma);
 }
 
 void polar(const cv::Mat& lab_picture, cv::Mat& hue, cv::Mat& chroma) {
@@ -187,19 +195,21 @@ double mean_chroma(const Blobs& blobs, const cv::Mat& chroma, std::size_t count)
 }  // namespace
 
 cv::Mat scores(const cv::Mat& bgr, const ColourModel& colour) {
-  cv::Mat out;
-  bgr.convertTo(out, CV_32F);
-  cv::transform(out, out, cv::Matx13d(colour.weight.data()));
+  cv::Mat out(bgr.size(), CV_32F);
+  cv::Mat row;
+  for (int y = 0; y < bgr.rows; ++y) {
+    bgr.row(y).convertTo(row, CV_32F);
+    cv::transform(row, out.row(y), cv::Matx13d(colour.weight.data()));
+  }
   return out;
 }
 
-std::vector<float> values(const cv::Mat& of, const cv::Mat& mask) {
+std::vector<float> values(const cv::Mat& score, const cv::Mat& mask) {
   std::vector<float> out;
-  const int channels = of.channels();
-  for (int y = 0; y < of.rows; ++y) {
-    for (int x = 0; x < of.cols; ++x) {
-      const float* pixel = of.ptr<float>(y) + static_cast<std::ptrdiff_t>(channels) * x;
-      if (mask.at<std::uint8_t>(y, x) != 0) out.insert(out.end(), pixel, pixel + channels);
+  out.reserve(static_cast<std::size_t>(cv::countNonZero(mask)));
+  for (int y = 0; y < score.rows; ++y) {
+    for (int x = 0; x < score.cols; ++x) {
+      if (mask.at<std::uint8_t>(y, x) != 0) out.push_back(score.at<float>(y, x));
     }
   }
   return out;
@@ -253,7 +263,7 @@ ColourModel colour_like(const Picture& picture, const std::array<double, 3>& rgb
 
 ColourModel colour_automatic(const Picture& picture, const Window& region, std::size_t marks) {
   if (region.empty()) throw io::JobError("the picture is too small for the skeleton's region");
-  const cv::Mat bgr = mat(picture)(rect(region));
+  const cv::Mat bgr = mat(picture)(region);
   cv::Mat picture_lab;
   cv::cvtColor(bgr, picture_lab, cv::COLOR_BGR2Lab);
   cv::medianBlur(picture_lab, picture_lab, 3);

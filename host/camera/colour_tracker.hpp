@@ -15,11 +15,11 @@
 #include <vector>
 
 #include "host/camera/filter.hpp"
-#include "host/camera/follow.hpp"
 #include "host/camera/joints.hpp"
 #include "host/camera/labels.hpp"
 #include "host/camera/lens.hpp"
 #include "host/camera/marks.hpp"
+#include "host/camera/motion.hpp"
 
 namespace flexor::camera {
 
@@ -40,6 +40,28 @@ struct Observation {
 // The colour that the joint file tells, or the one that has the skeleton's number of dots. Throws as
 // colour_like and colour_automatic do.
 ColourModel learn_colour(const Skeleton& skeleton, const Picture& picture);
+
+// Where a mark will be in the next picture: Kalman's filter of both coordinates (motion.hpp). Its density q (px^2/s^3) follows the
+// innovations: after nu^2 / S on average 1 it stays, above it grows.
+class MarkPredictor {
+ public:
+  void begin(double t_s, Point at);
+
+  // Where it will be, and the standard deviation of that.
+  Point at(double t_s) const;
+  double sigma_px(double t_s) const;
+
+  void update(double t_s, Point measured);
+  // Nothing was seen: the velocity fades, so that a hidden mark does not fly away.
+  void skip(double t_s);
+
+ private:
+  Motion<2> after(double t_s) const { return motion_.after(t_s - t_s_, density_); }
+
+  double t_s_ = 0;
+  Motion<2> motion_;
+  double density_ = 0;
+};
 
 class ColourTracker {
  public:

@@ -44,7 +44,7 @@ class SkeletonReader {
       if (reader_.has("length_tolerance"))
         skeleton_.length_tolerance = reader_.number_within("length_tolerance", 0.001, 1000);
       if (reader_.has("first_link")) {
-        constexpr std::array<Point, 4> kWays = {{{0, -1}, {0, 1}, {-1, 0}, {1, 0}}};
+        static const std::array<Point, 4> kWays = {Point{0, -1}, {0, 1}, {-1, 0}, {1, 0}};
         skeleton_.first_link = kWays.at(choice(reader_, "first_link", {"up", "down", "left", "right"}));
       }
       read_positive(reader_.member("positive_turn"));
@@ -60,12 +60,11 @@ class SkeletonReader {
  private:
   std::size_t mark(const Json& name, io::JsonReader& reader) const {
     if (!name.is_string()) reader.fail(fmt::format("{} must be a mark's name in quotes", name.dump()));
-    const auto it = std::ranges::find(skeleton_.marks, name.get<std::string>());
-    if (it == skeleton_.marks.end()) {
-      reader.fail(
-          fmt::format("no mark is called {}; there are: {}", name.dump(), fmt::join(skeleton_.marks, ", ")));
+    try {
+      return skeleton_.mark(name.get<std::string>());
+    } catch (const io::InputError& error) {
+      reader.fail(error.what());
     }
-    return static_cast<std::size_t>(it - skeleton_.marks.begin());
   }
 
   void read_marks(const Json& json) {

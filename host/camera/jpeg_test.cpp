@@ -4,7 +4,6 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "host/camera/opencv.hpp"
 #include "host/io/expect_test.hpp"
 
 namespace flexor::camera {

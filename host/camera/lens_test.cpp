@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "host/camera/test_pictures.hpp"
+#include "host/camera/pictures_test.hpp"
 #include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"

@@ -6,8 +6,6 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "host/camera/opencv.hpp"
-
 namespace flexor::camera {
 namespace {
 
@@ -46,8 +44,8 @@ class Patch {
       : expected_(expected), own_(expected[k]) {
     const Window w = around(picture, own_.at, own_.reach_px + 1.6 * radius(own_.area_px) + 3);
     if (w.empty()) return;
-    corner_ = {w.x, w.y};
-    score_ = scores(mat(picture)(rect(w)), colour);
+    corner_ = w.tl();
+    score_ = scores(mat(picture)(w), colour);
     // Every third pixel is plenty for a median.
     const auto* score = score_.ptr<float>();
     std::vector<float> some;
@@ -71,7 +69,7 @@ class Patch {
         return std::nullopt;
     }
     const bool near = std::ranges::any_of(expected_, [&](const Expected& other) {
-      const double apart = std::hypot(other.at.x - own_.at.x, other.at.y - own_.at.y);
+      const double apart = cv::norm(other.at - own_.at);
       return &other != &own_ && apart < radius(own_.area_px) + radius(other.area_px) + kRim;
     });
     const bool merged = own_.area_px > 0 && area > (near ? kOverlapArea : kTouchingArea) * own_.area_px;
@@ -99,7 +97,7 @@ class Patch {
     cv::Mat centres;
     const int n = cv::connectedComponentsWithStats(score_ > threshold, labels, stats, centres, 4, CV_32S);
     std::vector<double> distance(static_cast<std::size_t>(n), std::numeric_limits<double>::infinity());
-    const cv::Point2d expected = inside(own_.at);
+    const Point expected = own_.at - corner_;
     for (int y = 0; y < labels.rows; ++y) {
       for (int x = 0; x < labels.cols; ++x) {
         double& nearest = distance[static_cast<std::size_t>(labels.at<int>(y, x))];
@@ -127,10 +125,10 @@ class Patch {
 
   // Of a blob that several marks share, keeps the pixels that are nearest to this one.
   void part() {
-    std::vector<cv::Point2d> centre;
+    std::vector<Point> centre;
     std::size_t own = 0;
     for (const Expected& e : expected_) {
-      const cv::Point2d p = inside(e.at);
+      const Point p = e.at - corner_;
       if (&e == &own_) own = centre.size();
       if (&e == &own_ || (p.x > 0 && p.y > 0 && p.x < score_.cols && p.y < score_.rows)) centre.push_back(p);
     }
@@ -140,8 +138,8 @@ class Patch {
     for (int round = 0; round <= kRounds; ++round) {
       std::vector<cv::Vec3d> sum(centre.size());
       for (const cv::Point& p : pixels) {
-        const auto nearest = std::ranges::min_element(
-            centre, {}, [&](const cv::Point2d& c) { return squared(p.x - c.x) + squared(p.y - c.y); });
+        const auto nearest =
+            std::ranges::min_element(centre, {}, [&](const Point& c) { return cv::norm(c - Point(p)); });
         const auto at = static_cast<std::size_t>(nearest - centre.begin());
         sum[at] += cv::Vec3d(1, p.x, p.y);
         if (round < kRounds || at == own) continue;
@@ -173,17 +171,17 @@ class Patch {
     return out;
   }
 
-  static cv::Point2d gravity(const cv::Moments& m) { return {m.m10 / m.m00, m.m01 / m.m00}; }
+  static Point gravity(const cv::Moments& m) { return {m.m10 / m.m00, m.m01 / m.m00}; }
 
   Mark centre(double level) const {
     const double half = background_ + level / 2;
     const cv::Mat weight = weights(half, level);
     const cv::Moments all = cv::moments(weight);
     const cv::Moments edge = cv::moments((weight > 0) & (weight < 1), true);
-    const cv::Point2d at = gravity(all);
+    const Point at = gravity(all);
     Mark out;
     out.level = level;
-    out.centre = {corner_.x + at.x, corner_.y + at.y};
+    out.centre = corner_ + at;
     out.area_px = all.m00;
     const double edge_width_px = edge.m00 / (2 * kPi * radius(out.area_px));
     // The clamp swallows some of the noise, 0.75 v^1.5 of its variance v over an edge; and noise softens the
@@ -193,21 +191,19 @@ class Patch {
         kSampling * (1 - 1.5 * noise) * std::pow(kSharpEdge_px / std::max(edge_width_px, kSharpEdge_px), 3.5);
     const double variance = (squared(noise) * (1 - 0.75 * noise) + sampling) / squared(out.area_px);
     // The edge's spread is around the centre.
-    const cv::Point2d off = edge.m00 > 0 ? gravity(edge) - at : cv::Point2d();
+    const Point off = edge.m00 > 0 ? gravity(edge) - at : Point();
     // An irregular mark has no one centre: its faint outline has another than its core.
-    const cv::Point2d d = gravity(cv::moments(weights(half - level / 8, level))) -
-                          gravity(cv::moments(weights(half + level / 8, level)));
+    const Point d = gravity(cv::moments(weights(half - level / 8, level))) -
+                    gravity(cv::moments(weights(half + level / 8, level)));
     out.covariance = {variance * (edge.mu20 + edge.m00 * off.x * off.x) + d.x * d.x / 12,
                       variance * (edge.mu11 + edge.m00 * off.x * off.y) + d.x * d.y / 12,
                       variance * (edge.mu02 + edge.m00 * off.y * off.y) + d.y * d.y / 12};
     return out;
   }
 
-  cv::Point2d inside(Point p) const { return {p.x - corner_.x, p.y - corner_.y}; }
-
   const std::vector<Expected>& expected_;
   const Expected& own_;
-  cv::Point corner_;
+  Point corner_;
   cv::Mat score_;
   cv::Mat mark_;   // masks: the mark, with add_rim() its rim,
   cv::Mat other_;  // what else is of this colour,
@@ -229,7 +225,7 @@ std::vector<Mark> find_marks(const Picture& picture, const ColourModel& colour, 
   constexpr double kZero = 128;
   const auto weight = [&](std::size_t k) { return static_cast<float>(kUnit * colour.weight.at(k)); };
   cv::Mat bytes;
-  cv::transform(mat(picture)(rect(region)), bytes, cv::Matx14f(weight(0), weight(1), weight(2), kZero));
+  cv::transform(mat(picture)(region), bytes, cv::Matx14f(weight(0), weight(1), weight(2), kZero));
   std::vector<float> some;
   constexpr int kStep = 16;
   for (int y = 0; y < bytes.rows; y += kStep) {
@@ -253,9 +249,7 @@ std::vector<Mark> find_marks(const Picture& picture, const ColourModel& colour, 
          colour.level}};
     const std::optional<Mark> mark = Patch(picture, colour, expected, 0).measure();
     if (!mark || mark->area_px < min_area_px) continue;
-    const auto same = [&](const Mark& m) {
-      return std::hypot(m.centre.x - mark->centre.x, m.centre.y - mark->centre.y) < 2;
-    };
+    const auto same = [&](const Mark& m) { return cv::norm(m.centre - mark->centre) < 2; };
     if (std::ranges::none_of(out, same)) out.push_back(*mark);
   }
   return out;

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "host/camera/test_pictures.hpp"
+#include "host/camera/pictures_test.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::camera {

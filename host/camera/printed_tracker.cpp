@@ -7,8 +7,6 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "host/camera/opencv.hpp"
-
 namespace flexor::camera {
 namespace {
 
@@ -201,7 +199,7 @@ std::vector<std::optional<Found>> detect(const Skeleton& skeleton, const Lens& l
     std::vector<cv::Vec3d> turns;
     std::vector<cv::Vec3d> shifts;
     std::vector<double> errors;
-    cv::solvePnPGeneric(square, f.corners, matrix(lens), lens.distortion, turns, shifts, false,
+    cv::solvePnPGeneric(square, f.corners, lens.matrix(), lens.distortion, turns, shifts, false,
                         cv::SOLVEPNP_IPPE_SQUARE, cv::noArray(), cv::noArray(), errors);
     for (std::size_t p = 0; p < turns.size(); ++p) {
       Pose pose;
@@ -247,7 +245,7 @@ std::vector<Measurement> measure(const Skeleton& skeleton, const std::vector<std
 
 }  // namespace
 
-Observation PrintedTracker::step(const Picture& picture) {
+Observation PrintedTracker::step(const Picture& picture, double) {
   std::vector<std::optional<Found>> found = detect(skeleton_, lens_, picture);
   choose(found);
   Observation out;

@@ -25,7 +25,7 @@ class PrintedTracker {
  public:
   PrintedTracker(const Skeleton& skeleton, const Lens& lens) : skeleton_(skeleton), lens_(lens) {}
 
-  Observation step(const Picture& picture);
+  Observation step(const Picture& picture, double t_s);
   const std::string& trouble() const { return trouble_; }
 
  private:

@@ -9,8 +9,7 @@
 #include <map>
 
 #include "host/camera/mark_proposal.hpp"
-#include "host/camera/opencv.hpp"
-#include "host/camera/test_pictures.hpp"
+#include "host/camera/pictures_test.hpp"
 #include "host/io/io.hpp"
 #include "host/io/numbers.hpp"
 #include "host/recording/csv.hpp"

@@ -6,8 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "host/camera/jpeg.hpp"
-#include "host/camera/opencv.hpp"
-#include "host/camera/test_pictures.hpp"
+#include "host/camera/pictures_test.hpp"
 #include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
 

@@ -5,8 +5,8 @@
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "apps/camera/pinch_test.hpp"
 #include "host/camera/tracker.hpp"
-#include "host/twin/hand_view.hpp"
 
 namespace {
 
@@ -20,17 +20,14 @@ constexpr int kFrames = 60;
 const std::vector<camera::Picture>& film() {
   static const std::vector<camera::Picture> pictures = [] {
     cv::setNumThreads(1);
-    twin::View view;
-    twin::Look look;
+    filming::Look look;
     look.noise = 3;
-    twin::Renderer renderer(view, look, 1);
+    filming::Renderer renderer(filming::pinch_view(), look, 1);
     std::vector<camera::Picture> out;
     for (int k = 0; k < kFrames; ++k) {
       const double bend = 30.0 * (k < kFrames / 2 ? k : kFrames - k) / (kFrames / 2);
-      camera::Picture& p = out.emplace_back(kWidth, kHeight);
-      renderer.draw(
-          twin::draw_pinch({5 + bend, 8 + bend, 5 + bend, 52, 5 + bend / 2, 5 + bend / 2}, {}).scene,
-          static_cast<std::uint64_t>(k), p.bgr);
+      const filming::PinchPose pose = {5 + bend, 8 + bend, 5 + bend, 52, 5 + bend / 2, 5 + bend / 2};
+      out.push_back(renderer.draw(filming::draw_pinch(pose, {}), static_cast<std::uint64_t>(k)));
     }
     return out;
   }();

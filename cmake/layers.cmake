@@ -26,7 +26,7 @@ set(ALLOWED_cli export live posture report study listen)
 set(ALLOWED_python export posture report study listen)
 set(ALLOWED_cosim deploy study twin)
 set(ALLOWED_examples recording study)
-set(ALLOWED_benchmarks camera study)
+set(ALLOWED_benchmarks filming study)
 set(ROOMS core compensator hand link sensor glove firmware io model deploy recording score identify posture twin camera study report filming cli cosim examples benchmarks listen export live python)
 
 set(FOLDER_core runtime/core)
@@ -63,7 +63,7 @@ set(KEEPER_CLI cli)
 set(KEEPER_simavr cosim)
 set(KEEPER_nanobind python)
 set(KEEPER_kainjow report)
-set(KEEPER_opencv2 camera benchmarks)
+set(KEEPER_opencv2 camera filming benchmarks)
 set(KEEPER_boost/beast live)
 
 # The room that a path, relative to the root, lies in, however deep; empty: in none.

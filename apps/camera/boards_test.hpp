@@ -7,20 +7,20 @@
 #include <filesystem>
 #include <vector>
 
+#include "apps/camera/picture.hpp"
 #include "host/camera/video.hpp"
-#include "host/twin/picture.hpp"
 
 namespace flexor::filming {
 
 // board0.png to board8.png.
-inline std::vector<std::filesystem::path> board_pictures(const twin::View& bent,
+inline std::vector<std::filesystem::path> board_pictures(const View& bent,
                                                          const std::filesystem::path& folder) {
-  twin::Pattern board;
+  Pattern board;
   board.columns = 10;
   board.rows = 7;
   board.cell_mm = 22;
   for (int i = 0; i < 70; ++i) board.cells.push_back((i / 10 + i % 10) % 2 == 0 ? 1 : 0);
-  twin::Look look;
+  Look look;
   look.background = {235, 235, 235};
   look.noise = 2;
   std::vector<std::filesystem::path> pictures;
@@ -34,17 +34,16 @@ inline std::vector<std::filesystem::path> board_pictures(const twin::View& bent,
                                                        {25, -15, 500, 50, -25},
                                                        {-25, 15, 500, -50, 25}}};
   for (const auto& [turn, tilt, distance, x, y] : poses) {
-    twin::View v = bent;
+    View v = bent;
     v.turn_deg = turn;
     v.tilt_deg = tilt;
     v.distance_mm = distance;
-    twin::Scene scene;
+    Scene scene;
     board.centre = {x, y};
-    scene.patterns.push_back(board);
-    camera::Picture picture(v.width, v.height);
-    twin::Renderer(v, look, pictures.size()).draw(scene, 0, picture.bgr);
-    pictures.push_back(folder / fmt::format("board{}.png", pictures.size()));
-    camera::write_picture(pictures.back(), picture);
+    scene.prints.push_back(board);
+    const std::size_t number = pictures.size();
+    pictures.push_back(folder / fmt::format("board{}.png", number));
+    camera::write_picture(pictures.back(), Renderer(v, look, number).draw(scene, 0));
   }
   return pictures;
 }

@@ -15,7 +15,6 @@
 #include "host/io/json.hpp"
 #include "host/io/output.hpp"
 #include "host/recording/csv.hpp"
-#include "host/twin/hand_view.hpp"
 #include "host/twin/random.hpp"
 
 namespace flexor::filming {
@@ -82,7 +81,7 @@ double typical_bone_px(const camera::Joints& joints, const std::vector<camera::O
       const camera::ObservedMark& a = seen[s].marks[l.from];
       const camera::ObservedMark& b = seen[s].marks[l.to];
       if (!a.measured || !b.measured) continue;
-      sum += std::hypot(a.at.x - b.at.x, a.at.y - b.at.y);
+      sum += cv::norm(a.at - b.at);
       ++count;
     }
   }
@@ -299,7 +298,7 @@ std::size_t film(const FilmRequest& request, const TrackProgress& progress) {
   for (std::size_t k = 0; k < truth.t_s.size(); ++k) {
     twin::PerFinger pose{};
     for (std::size_t i = 0; i < twin::kFingers; ++i) pose[i] = truth.columns[i].value[k];
-    video.add(hand.shoot(pose, k, twin::kGreen));
+    video.add(hand.shoot(pose, k));
     if (progress && !progress(k + 1, truth.t_s.size())) throw io::Cancelled("stopped");
   }
   video.finish();

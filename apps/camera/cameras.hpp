@@ -11,7 +11,20 @@
 #include "host/camera/lens.hpp"
 #include "host/camera/mark_proposal.hpp"
 #include "host/camera/tracker.hpp"
+#include "host/io/pipe_json.hpp"
+#include "host/io/worker.hpp"
 #include "host/twin/simulation.hpp"
+
+// Bytes, whatever they are in a name.
+template <>
+struct nlohmann::adl_serializer<std::filesystem::path> {
+  static void to_json(ordered_json& json, const std::filesystem::path& path) {
+    json = flexor::io::bytes_to_json(path.string());
+  }
+  static void from_json(const ordered_json& json, std::filesystem::path& path) {
+    path = flexor::io::bytes_from_json(json);
+  }
+};
 
 namespace flexor::filming {
 
@@ -24,6 +37,7 @@ struct TrackRequest {
   std::filesystem::path report;   // a folder; empty: none
   double seconds = 0;             // stop after these; 0: at the end
 };
+FLEXOR_PIPE(TrackRequest, video, joints, lens, out, preview, report, seconds)
 
 struct Tracked {
   camera::Summary summary;

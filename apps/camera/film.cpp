@@ -7,30 +7,48 @@
 #include "host/camera/tracker.hpp"
 #include "host/io/io.hpp"
 #include "host/model/model.hpp"
-#include "host/twin/hand_view.hpp"
+#include "host/twin/simulation.hpp"
 
 namespace flexor::filming {
 namespace {
 
-twin::View film_view() {
-  twin::View view;
-  view.width = HandFilm::kWidth;
-  view.height = HandFilm::kHeight;
-  view.focal_px = 1000;
-  view.distance_mm = 541;  // the fifths of the picture are the columns of draw_spread
-  view.centre_px = {(HandFilm::kWidth - 1) / 2.0, (HandFilm::kHeight - 1) / 2.0};
+View film_view() {
+  View view;
+  view.lens = camera::ordinary_lens(HandFilm::kWidth, HandFilm::kHeight);
+  view.lens.focal_px = {1000, 1000};
+  view.distance_mm = 541;  // the fifths of the picture are the columns of spread()
   return view;
 }
 
-twin::Look film_look() {
-  twin::Look look;
+Look film_look() {
+  Look look;
   look.gradient = 0.3;
   look.noise = 2;
   return look;
 }
 
+Scene spread(const twin::PerFinger& mcp_deg, Bgr paint) {
+  constexpr double kColumn_mm = 104;
+  constexpr double kLeft_mm = 38;  // of the column's middle: bent fingers reach to the right
+  constexpr double kBase_mm = 50;
+  constexpr double kStraightThumb_deg = 90;
+  Scene out;
+  for (int i = 0; i < twin::kFingers; ++i) {
+    const bool is_thumb = i == 0;
+    const twin::Posture joints =
+        twin::posture(i, mcp_deg[static_cast<std::size_t>(i)] - (is_thumb ? kStraightThumb_deg : 0));
+    Chain chain(out, {(i - 2) * kColumn_mm - kLeft_mm, kBase_mm}, -90, paint);
+    chain.mark();
+    if (is_thumb)
+      chain.marked_links({30, 32, 24}, {0, joints.mcp_deg, joints.pip_deg});
+    else
+      chain.marked_links({30, 40, 23, 20}, {0, joints.mcp_deg, joints.pip_deg, joints.dip_deg});
+  }
+  return out;
+}
+
 void track_drawn(const camera::Joints& joints, HandFilm& film, FingerAngles& angles, double rate_hz,
-                 twin::Bgr paint) {
+                 Bgr paint) {
   camera::Tracker tracker(joints, std::nullopt, HandFilm::kWidth, HandFilm::kHeight);
   std::array<std::size_t, twin::kFingers> column{};
   for (std::size_t i = 0; i < twin::kFingers; ++i) {
@@ -62,12 +80,10 @@ void track_drawn(const camera::Joints& joints, HandFilm& film, FingerAngles& ang
 
 }  // namespace
 
-HandFilm::HandFilm(std::uint64_t seed)
-    : renderer_(film_view(), film_look(), seed), picture_(kWidth, kHeight) {}
+HandFilm::HandFilm(std::uint64_t seed) : renderer_(film_view(), film_look(), seed) {}
 
-const camera::Picture& HandFilm::shoot(const twin::PerFinger& mcp_deg, std::uint64_t frame, twin::Bgr paint) {
-  renderer_.draw(twin::draw_spread(mcp_deg, paint).scene, frame, picture_.bgr);
-  return picture_;
+const camera::Picture& HandFilm::shoot(const twin::PerFinger& mcp_deg, std::uint64_t frame, Bgr paint) {
+  return renderer_.draw(spread(mcp_deg, paint), frame);
 }
 
 camera::Joints drawn_hand(camera::Joints joints) {
@@ -78,8 +94,8 @@ camera::Joints drawn_hand(camera::Joints joints) {
 
 Sight see(const camera::Joints& joints, Sight exact, double rate_hz, std::uint64_t seed) {
   HandFilm film(seed);
-  track_drawn(joints, film, exact.glove_deg, rate_hz, twin::kGreen);
-  track_drawn(joints, film, exact.hand_deg, rate_hz, twin::kBlue);
+  track_drawn(joints, film, exact.glove_deg, rate_hz, kGreen);
+  track_drawn(joints, film, exact.hand_deg, rate_hz, kBlue);
   return exact;
 }
 

@@ -4,14 +4,18 @@
 #include <array>
 #include <vector>
 
+#include "apps/camera/picture.hpp"
 #include "host/camera/joints.hpp"
-#include "host/camera/picture.hpp"
 #include "host/twin/parameters.hpp"
-#include "host/twin/picture.hpp"
 
 namespace flexor::filming {
 
-// Five fingers side by side before an ordinary camera: a little noise, light that falls off to one side.
+inline const Bgr kGreen = {50, 150, 40};
+inline const Bgr kBlue = {190, 90, 30};
+
+// Five fingers side by side, each in a fifth of the picture, before an ordinary camera: a little noise, light that falls off to
+// one side. No real hand shows itself like that; a laboratory would use a camera for every finger that another one hides. Marks
+// on palm and joints as in models/joints/paper_hand.json, link lengths of an adult, bones are rods, joints pins.
 class HandFilm {
  public:
   static constexpr int kWidth = 960;
@@ -19,12 +23,12 @@ class HandFilm {
 
   explicit HandFilm(std::uint64_t seed);
 
-  // The article's five MCP angles. The picture is valid until the next call.
-  const camera::Picture& shoot(const twin::PerFinger& mcp_deg, std::uint64_t frame, twin::Bgr paint);
+  // Five MCP angles in the article's convention (thumb 90 when straight, others 0); the other joints follow by its eqs. 4 and 5.
+  // The picture is valid until the next call.
+  const camera::Picture& shoot(const twin::PerFinger& mcp_deg, std::uint64_t frame, Bgr paint = kGreen);
 
  private:
-  twin::Renderer renderer_;
-  camera::Picture picture_;
+  Renderer renderer_;
 };
 
 // A joint file of the drawn hand (models/joints/paper_hand.json), with lengths that are known.

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <optional>
+#include <thread>
 
 #include "host/camera/jpeg.hpp"
+#include "host/camera/tracker.hpp"
 #include "host/io/base64.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
-#include "host/twin/hand_view.hpp"
 
 namespace flexor::filming {
 namespace {
@@ -16,6 +19,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t kSeed = 1;
+constexpr double kLeastStep_s = 1e-3;
+constexpr double kMost_s = 1e9;
 
 Json rows_of(const std::vector<camera::FilteredRow>& rows) {
   Json out = Json::array();
@@ -32,12 +37,6 @@ Json rows_of(const std::vector<camera::FilteredRow>& rows) {
   return out;
 }
 
-Json seen(const Watch& watch, const std::vector<camera::FilteredRow>& rows) {
-  return {{"rows", rows_of(rows)},           {"marks_found", watch.marks_found().size()},
-          {"marks_at", watch.marks_found()}, {"marks", watch.marks()},
-          {"width", watch.width()},          {"height", watch.height()}};
-}
-
 std::string bytes_of(io::JsonReader& arguments, const char* key) {
   const std::string& text = arguments.member(key).get_ref<const std::string&>();
   std::optional<std::string> bytes;
@@ -48,7 +47,60 @@ std::string bytes_of(io::JsonReader& arguments, const char* key) {
 
 }  // namespace
 
-Watch& LiveJobs::watch() {
+// Pictures one after the other as somebody sends them, or as a camera gives them.
+struct LiveJobs::Watch {
+  camera::Joints joints;
+  std::optional<camera::Lens> lens;
+  std::optional<camera::Tracker> tracker = {};  // from the first picture on
+  int width = 0;
+  int height = 0;
+  double last_s = -1;
+  std::string device = {};
+  std::unique_ptr<camera::VideoReader> video = {};
+  std::chrono::steady_clock::time_point begin = {};
+  camera::Picture taken = {};
+
+  // One more picture, taken at t_s; of what is refused the watch goes on.
+  std::vector<camera::FilteredRow> push(const camera::Picture& picture, double t_s) {
+    if (!(t_s >= 0 && t_s <= kMost_s && (!tracker || t_s >= last_s + kLeastStep_s))) {
+      throw io::InputError(fmt::format(
+          "picture: taken at {:.6f} s; times must lie between 0 and {:g} s and grow by a millisecond or more",
+          t_s, kMost_s));
+    }
+    if (tracker && (picture.width != width || picture.height != height)) {
+      throw io::InputError(
+          fmt::format("picture: {} x {} pixels, those before it {} x {}: begin anew to change the size",
+                      picture.width, picture.height, width, height));
+    }
+    if (!tracker) tracker.emplace(joints, lens, picture.width, picture.height);
+    width = picture.width;
+    height = picture.height;
+    last_s = t_s;
+    return tracker->push(picture, t_s);
+  }
+
+  Json seen(const std::vector<camera::FilteredRow>& rows) const {
+    std::vector<std::array<double, 2>> found;
+    std::size_t marks = 0;
+    for (const camera::Skeleton& skeleton : joints.skeletons) marks += skeleton.marks.size();
+    for (const camera::Observation& one : tracker ? tracker->seen() : std::vector<camera::Observation>()) {
+      for (const camera::ObservedMark& mark : one.marks) {
+        if (mark.measured) found.push_back({mark.at.x / width, mark.at.y / height});
+      }
+    }
+    return {{"rows", rows_of(rows)},
+            {"marks_found", found.size()},
+            {"marks_at", found},
+            {"marks", marks},
+            {"width", width},
+            {"height", height}};
+  }
+};
+
+LiveJobs::LiveJobs() = default;
+LiveJobs::~LiveJobs() = default;
+
+LiveJobs::Watch& LiveJobs::watch() {
   if (!watch_) throw io::InputError("nothing is watched: watch_open comes first");
   return *watch_;
 }
@@ -64,8 +116,8 @@ Json LiveJobs::open(const Json& json) {
       arguments.has("lens") ? io::bytes_from_json(arguments.member("lens")) : std::string();
   if (!path.empty()) lens = camera::load_lens(path);
   arguments.done();
-  watch_.emplace(std::move(joints), std::move(lens));
-  return {{"angles", watch_->angles()}};
+  watch_ = std::make_unique<Watch>(Watch{std::move(joints), std::move(lens)});
+  return {{"angles", camera::angle_names(watch_->joints)}};
 }
 
 Json LiveJobs::picture(const Json& json) {
@@ -74,7 +126,7 @@ Json LiveJobs::picture(const Json& json) {
   const double t_s = arguments.number("t_s");
   const std::string bytes = bytes_of(arguments, "jpeg");
   arguments.done();
-  return seen(open, open.push(camera::from_jpeg(bytes), t_s));
+  return open.seen(open.push(camera::from_jpeg(bytes), t_s));
 }
 
 Json LiveJobs::camera(const Json& json) {
@@ -82,17 +134,30 @@ Json LiveJobs::camera(const Json& json) {
   Watch& open = watch();
   const std::string device = io::bytes_from_json(arguments.member("device"));
   arguments.done();
-  const std::optional<Watch::Taken> taken = open.take(device);
-  Json out = seen(open, taken ? taken->rows : std::vector<camera::FilteredRow>());
-  out["t_s"] = taken ? taken->t_s : 0;
-  out["ended"] = !taken;
+  if (!open.video) {
+    open.video = std::make_unique<camera::VideoReader>(device);
+    open.device = device;
+    open.begin = std::chrono::steady_clock::now();
+  }
+  if (device != open.device)
+    throw io::InputError(fmt::format("{}: {} is watched already: begin anew", device, open.device));
+  double t_s = 0;
+  const bool ended = !open.video->next(open.taken, t_s);
+  if (!ended && !std::filesystem::is_character_file(device))
+    std::this_thread::sleep_until(open.begin + std::chrono::duration<double>(t_s));
+  std::vector<camera::FilteredRow> rows;
+  if (!ended && t_s >= open.last_s + kLeastStep_s) rows = open.push(open.taken, t_s);
+  Json out = open.seen(rows);
+  out["t_s"] = ended ? 0 : t_s;
+  out["ended"] = ended;
   return out;
 }
 
 Json LiveJobs::close(const Json& json) {
   io::JsonReader(json, "watch_close").done();
   Watch& open = watch();
-  Json out = {{"rows", rows_of(open.flush())}};
+  const auto rows = open.tracker ? open.tracker->flush() : std::vector<camera::FilteredRow>();
+  Json out = {{"rows", rows_of(rows)}};
   watch_.reset();
   return out;
 }
@@ -106,17 +171,20 @@ Json LiveJobs::draw(const Json& json) {
   arguments.done();
   twin::PerFinger pose{};
   std::ranges::copy(angles, pose.begin());
-  if (!film_) film_.emplace(kSeed);
-  const camera::Picture& picture = film_->shoot(pose, static_cast<std::uint64_t>(frame), twin::kGreen);
+  if (!film_) film_ = std::make_unique<HandFilm>(kSeed);
+  const camera::Picture& picture = film_->shoot(pose, static_cast<std::uint64_t>(frame));
   return {{"jpeg", io::base64(camera::to_jpeg(picture))}};
 }
 
 std::map<std::string, io::Job> LiveJobs::jobs() {
-  return {{"watch_open", [this](const Json& json, const io::JobProgress&) { return open(json); }},
-          {"watch_picture", [this](const Json& json, const io::JobProgress&) { return picture(json); }},
-          {"watch_camera", [this](const Json& json, const io::JobProgress&) { return camera(json); }},
-          {"watch_close", [this](const Json& json, const io::JobProgress&) { return close(json); }},
-          {"draw_picture", [this](const Json& json, const io::JobProgress&) { return draw(json); }}};
+  const auto bound = [this](Json (LiveJobs::*job)(const Json&)) {
+    return [this, job](const Json& json, const io::JobProgress&) { return (this->*job)(json); };
+  };
+  return {{"watch_open", bound(&LiveJobs::open)},
+          {"watch_picture", bound(&LiveJobs::picture)},
+          {"watch_camera", bound(&LiveJobs::camera)},
+          {"watch_close", bound(&LiveJobs::close)},
+          {"draw_picture", bound(&LiveJobs::draw)}};
 }
 
 }  // namespace flexor::filming

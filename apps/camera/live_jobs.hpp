@@ -13,17 +13,19 @@
 #pragma once
 
 #include <map>
-#include <optional>
+#include <memory>
 #include <string>
 
 #include "apps/camera/film.hpp"
-#include "apps/camera/watch.hpp"
 #include "host/io/worker.hpp"
 
 namespace flexor::filming {
 
 class LiveJobs {
  public:
+  LiveJobs();
+  ~LiveJobs();
+
   nlohmann::ordered_json open(const nlohmann::ordered_json& json);
   nlohmann::ordered_json picture(const nlohmann::ordered_json& json);
   nlohmann::ordered_json camera(const nlohmann::ordered_json& json);
@@ -34,10 +36,11 @@ class LiveJobs {
   std::map<std::string, io::Job> jobs();
 
  private:
+  struct Watch;
   Watch& watch();
 
-  std::optional<Watch> watch_;
-  std::optional<HandFilm> film_;
+  std::unique_ptr<Watch> watch_;
+  std::unique_ptr<HandFilm> film_;
 };
 
 }  // namespace flexor::filming

@@ -5,16 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
+#include <opencv2/imgproc.hpp>
 #include <random>
 
 #include "host/camera/jpeg.hpp"
 #include "host/io/base64.hpp"
+#include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
-#include "host/io/refusal_test.hpp"
 #include "host/model/model.hpp"
-#include "host/twin/hand_view.hpp"
 
 namespace flexor::filming {
 namespace {
@@ -40,17 +39,8 @@ Json picture(LiveJobs& jobs, int k) {
 // As a canvas draws 960 pixels into 640: the mean over one and a half of them each way.
 camera::Picture at_two_thirds(const camera::Picture& large) {
   camera::Picture out(2 * large.width / 3, 2 * large.height / 3);
-  for (int i = 0; i < static_cast<int>(out.bgr.size()); ++i) {
-    const int x = i / 3 % out.width;
-    const int y = i / 3 / out.width;
-    double sum = 0;
-    for (const int dx : {0, 1}) {
-      for (const int dy : {0, 1})
-        sum += (dx == x % 2 ? 1 : 0.5) * (dy == y % 2 ? 1 : 0.5) *
-               large.at(3 * x / 2 + dx, 3 * y / 2 + dy)[i % 3];
-    }
-    out.bgr[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(std::lround(sum / 2.25));
-  }
+  cv::Mat small = camera::mat(out);
+  cv::resize(camera::mat(large), small, small.size(), 0, 0, cv::INTER_AREA);
   return out;
 }
 
@@ -61,65 +51,28 @@ std::size_t knuckle(const Json& opened, std::size_t finger) {
   return static_cast<std::size_t>(found - names.begin());
 }
 
-void expect_fault(const std::function<void()>& job, const std::string& says) {
-  const std::string text = io::refusal_of(job);
-  EXPECT_NE(text.find(says), std::string::npos) << text;
-}
-
-TEST(LiveJobs, WhatIsDrawnIsSeen) {
-  LiveJobs jobs;
-  const Json opened = jobs.open({{"joints", joints()}, {"lens", ""}});
-  EXPECT_EQ(opened.at("angles").size(), 14U);
-  std::vector<Json> rows;
-  constexpr int kFrames = 45;
-  for (int k = 0; k < kFrames; ++k) {
-    const Json seen = jobs.picture(picture(jobs, k));
-    EXPECT_EQ(seen.at("width"), HandFilm::kWidth);
-    EXPECT_EQ(seen.at("marks"), 24);
-    EXPECT_EQ(seen.at("marks_found"), 24) << k;
-    rows.insert(rows.end(), seen.at("rows").begin(), seen.at("rows").end());
-  }
-  EXPECT_GE(rows.size(), kFrames - camera::kLag - 1);
-  const Json end = jobs.close(Json::object());
-  rows.insert(rows.end(), end.at("rows").begin(), end.at("rows").end());
-  ASSERT_EQ(rows.size(), static_cast<std::size_t>(kFrames));
-  double squares = 0;
-  for (const Json& row : rows) {
-    const std::vector<double> truth = pose(row.at("t_s"));
-    for (std::size_t i = 0; i < truth.size(); ++i) {
-      const std::size_t at = knuckle(opened, i);
-      EXPECT_EQ(row.at("quality").at(at), 0);
-      const double error = row.at("deg").at(at).get<double>() - truth[i];
-      EXPECT_LT(std::abs(error), 1) << model::finger_names()[i] << " at " << row.at("t_s");
-      squares += error * error / static_cast<double>(truth.size() * rows.size());
-    }
-  }
-  EXPECT_LT(std::sqrt(squares), 0.35);
-  EXPECT_GT(std::sqrt(squares), 0.005);  // noise and JPEG leave something
-}
-
 TEST(LiveJobs, WhatIsRefusedEndsNothing) {
   LiveJobs jobs;
-  expect_fault([&] { jobs.picture(picture(jobs, 0)); }, "watch_open comes first");
+  io::expect_refused([&] { jobs.picture(picture(jobs, 0)); }, "watch_open comes first");
   jobs.open({{"joints", joints()}});
   for (int k = 0; k < 3; ++k) jobs.picture(picture(jobs, k));
   Json bad = picture(jobs, 3);
   bad["jpeg"] = "no base64";
-  expect_fault([&] { jobs.picture(bad); }, "base64");
+  io::expect_refused([&] { jobs.picture(bad); }, "base64");
   bad["jpeg"] = io::base64("hello");
-  expect_fault([&] { jobs.picture(bad); }, "no JPEG");
+  io::expect_refused([&] { jobs.picture(bad); }, "no JPEG");
   bad["jpeg"] = std::string(3 * camera::kMostJpegBytes, 'A');
-  expect_fault([&] { jobs.picture(bad); }, "base64");
+  io::expect_refused([&] { jobs.picture(bad); }, "base64");
   const Json small = {{"t_s", 3 / kRate_hz},
                       {"jpeg", io::base64(camera::to_jpeg(camera::Picture(640, 360)))}};
-  expect_fault([&] { jobs.picture(small); }, "640 x 360 pixels, those before it 960 x 540");
-  expect_fault([&] { jobs.picture(picture(jobs, 2)); }, "grow by a millisecond");
+  io::expect_refused([&] { jobs.picture(small); }, "640 x 360 pixels, those before it 960 x 540");
+  io::expect_refused([&] { jobs.picture(picture(jobs, 2)); }, "grow by a millisecond");
   Json early = picture(jobs, 3);
   early["t_s"] = -1;
-  expect_fault([&] { jobs.picture(early); }, "between 0 and");
+  io::expect_refused([&] { jobs.picture(early); }, "between 0 and");
   for (int k = 3; k < 6; ++k) jobs.picture(picture(jobs, k));
   EXPECT_EQ(jobs.close(Json::object()).at("rows").size(), 6U);
-  expect_fault([&] { jobs.close(Json::object()); }, "watch_open comes first");
+  io::expect_refused([&] { jobs.close(Json::object()); }, "watch_open comes first");
 }
 
 TEST(LiveJobs, APictureWithoutAHandHasNoAngles) {

@@ -9,7 +9,6 @@
 #include "apps/camera/cameras.hpp"
 #include "apps/camera/film.hpp"
 #include "apps/camera/live_jobs.hpp"
-#include "host/io/json.hpp"
 #include "host/io/worker.hpp"
 #include "host/twin/exact_json.hpp"
 
@@ -18,13 +17,8 @@ namespace {
 using namespace flexor;
 using Json = nlohmann::ordered_json;
 
-// A file name; empty: none.
-std::filesystem::path path_of(io::JsonReader& arguments, const char* key) {
-  return io::bytes_from_json(arguments.member(key));
-}
-
-camera::Joints joints_of(io::JsonReader& arguments) {
-  return filming::drawn_hand(camera::joints_from_json(arguments.member("joints").dump(), "joints"));
+camera::Joints joints_of(const Json& arguments) {
+  return filming::drawn_hand(camera::joints_from_json(arguments.at("joints").dump(), "joints"));
 }
 
 // A picture or a video may state any size, and its decoder asks nobody: memory that it does not get is the video's end. Each
@@ -37,38 +31,25 @@ void bound_memory() {
   setrlimit(RLIMIT_DATA, &most);
 }
 
-Json track(const Json& json, const io::JobProgress& progress) {
-  io::JsonReader arguments(json, "track");
-  filming::TrackRequest request;
-  request.video = path_of(arguments, "video");
-  request.joints = path_of(arguments, "joints");
-  request.lens = path_of(arguments, "lens");
-  request.out = path_of(arguments, "out");
-  request.preview = path_of(arguments, "preview");
-  request.report = path_of(arguments, "report");
-  request.seconds = arguments.number("seconds");
-  arguments.done();
+Json track(const Json& arguments, const io::JobProgress& progress) {
+  const auto request = arguments.get<filming::TrackRequest>();
   return filming::to_json(filming::track(request, progress), request);
 }
 
-Json propose_marks(const Json& json, const io::JobProgress&) {
-  io::JsonReader arguments(json, "propose_marks");
+Json propose_marks(const Json& arguments, const io::JobProgress&) {
   filming::MarkProposalRequest request;
-  request.video = path_of(arguments, "video");
-  request.joints = path_of(arguments, "joints");
-  request.at_s = arguments.number("at_s");
-  request.skeleton = io::bytes_from_json(arguments.member("skeleton"));
-  if (arguments.has("colour_at_px")) {
-    const std::vector<double> v = arguments.numbers("colour_at_px");
-    if (v.size() != 2) arguments.fail("\"colour_at_px\" must be x and y");
-    request.mark = camera::Point{v[0], v[1]};
+  arguments.at("video").get_to(request.video);
+  arguments.at("joints").get_to(request.joints);
+  arguments.at("at_s").get_to(request.at_s);
+  request.skeleton = io::bytes_from_json(arguments.at("skeleton"));
+  if (arguments.contains("colour_at_px")) {
+    const auto [x, y] = arguments.at("colour_at_px").get<std::array<double, 2>>();
+    request.mark = camera::Point{x, y};
   }
-  for (const Json& pair : arguments.member("assigned")) {
+  for (const Json& pair : arguments.at("assigned"))
     request.assigned.emplace(pair.at("number").get<int>(), io::bytes_from_json(pair.at("mark")));
-  }
-  request.picture = path_of(arguments, "picture");
-  request.save = path_of(arguments, "save");
-  arguments.done();
+  arguments.at("picture").get_to(request.picture);
+  arguments.at("save").get_to(request.save);
   return filming::to_json(filming::propose_marks(request), request);
 }
 
@@ -85,26 +66,18 @@ camera::Board board_of(const std::string& text) {
   return board;
 }
 
-Json fit_lens(const Json& json, const io::JobProgress& progress) {
-  io::JsonReader arguments(json, "fit_lens");
-  filming::LensFitRequest request;
-  request.board = board_of(io::bytes_from_json(arguments.member("board")));
-  for (const Json& picture : arguments.member("pictures"))
-    request.pictures.emplace_back(io::bytes_from_json(picture));
-  request.out = path_of(arguments, "out");
-  arguments.done();
+Json fit_lens(const Json& arguments, const io::JobProgress& progress) {
+  const filming::LensFitRequest request = {arguments.at("pictures").get<std::vector<std::filesystem::path>>(),
+                                           board_of(io::bytes_from_json(arguments.at("board"))),
+                                           arguments.at("out").get<std::filesystem::path>()};
   progress(0, request.pictures.size());
   return filming::to_json(filming::fit_lens(request), request);
 }
 
-Json film(const Json& json, const io::JobProgress& progress) {
-  io::JsonReader arguments(json, "film");
-  filming::FilmRequest request;
-  for (const Json& input : arguments.list("inputs")) request.inputs.push_back(input.get<twin::TrialInput>());
-  request.joints = joints_of(arguments);
-  request.seed = arguments.member("seed").get<std::uint64_t>();
-  request.folder = path_of(arguments, "folder");
-  arguments.done();
+Json film(const Json& arguments, const io::JobProgress& progress) {
+  const filming::FilmRequest request = {arguments.at("inputs").get<std::vector<twin::TrialInput>>(),
+                                        joints_of(arguments), arguments.at("seed").get<std::uint64_t>(),
+                                        arguments.at("folder").get<std::filesystem::path>()};
   return {{"folder", request.folder.string()},
           {"frames", filming::film(request, progress)},
           {"seed", request.seed},
@@ -112,14 +85,12 @@ Json film(const Json& json, const io::JobProgress& progress) {
 }
 
 // Exact angles in, tracked angles out.
-Json see(const Json& json, const io::JobProgress&) {
-  io::JsonReader arguments(json, "see");
-  filming::Sight exact{arguments.member("glove_deg").get<filming::FingerAngles>(),
-                       arguments.member("hand_deg").get<filming::FingerAngles>()};
+Json see(const Json& arguments, const io::JobProgress&) {
+  filming::Sight exact{arguments.at("glove_deg").get<filming::FingerAngles>(),
+                       arguments.at("hand_deg").get<filming::FingerAngles>()};
   const filming::Sight seen =
-      filming::see(joints_of(arguments), std::move(exact), arguments.number("rate_hz"),
-                   arguments.member("seed").get<std::uint64_t>());
-  arguments.done();
+      filming::see(joints_of(arguments), std::move(exact), arguments.at("rate_hz").get<double>(),
+                   arguments.at("seed").get<std::uint64_t>());
   return {{"glove_deg", seen.glove_deg}, {"hand_deg", seen.hand_deg}};
 }
 

@@ -6,11 +6,11 @@
 
 #include "apps/camera/boards_test.hpp"
 #include "apps/camera/film.hpp"
+#include "apps/camera/pinch_test.hpp"
 #include "host/camera/jpeg.hpp"
 #include "host/camera/video.hpp"
 #include "host/io/io.hpp"
 #include "host/io/output.hpp"
-#include "host/twin/hand_view.hpp"
 
 namespace {
 
@@ -26,7 +26,7 @@ void film(const fs::path& folder) {
     flexor::twin::PerFinger mcp_deg{};
     mcp_deg.fill(10 + k);
     mcp_deg[0] = 100 + k;
-    video.add(hand.shoot(mcp_deg, static_cast<std::uint64_t>(k), flexor::twin::kGreen));
+    video.add(hand.shoot(mcp_deg, static_cast<std::uint64_t>(k)));
   }
   video.finish();
   flexor::io::write_file(folder / "joints.json",
@@ -55,5 +55,5 @@ int main(int argc, char** argv) {
   }
   const fs::path folder = argv[1];
   film(folder);
-  flexor::filming::board_pictures({}, folder);
+  flexor::filming::board_pictures(flexor::filming::pinch_view(), folder);
 }

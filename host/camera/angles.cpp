@@ -8,23 +8,18 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-Point minus(Point a, Point b) { return {a.x - b.x, a.y - b.y}; }
-double cross(Point a, Point b) { return a.x * b.y - a.y * b.x; }
-double dot(Point a, Point b) { return a.x * b.x + a.y * b.y; }
-
 double quadratic(Point g, const Covariance& c) {
   return g.x * g.x * c[0] + 2 * g.x * g.y * c[1] + g.y * g.y * c[2];
 }
 
 // How a line's direction follows its end.
-Point direction_gradient(Point u) { return {-u.y / dot(u, u), u.x / dot(u, u)}; }
+Point direction_gradient(Point u) { return Point(-u.y, u.x) / u.dot(u); }
 
 }  // namespace
 
 double turn_sign(const PositiveTurn& rule, std::span<const Point> marks) {
   if (!rule.by_marks) return rule.clockwise ? 1 : -1;
-  const Point line = minus(marks[rule.to], marks[rule.from]);
-  return cross(line, minus(marks[rule.toward], marks[rule.from])) >= 0 ? 1 : -1;
+  return (marks[rule.to] - marks[rule.from]).cross(marks[rule.toward] - marks[rule.from]) >= 0 ? 1 : -1;
 }
 
 std::optional<Angle> measure_angle(const AngleRule& rule, double sign, std::span<const Point> marks,
@@ -34,20 +29,20 @@ std::optional<Angle> measure_angle(const AngleRule& rule, double sign, std::span
                                    rule.marks[three ? 2 : 3]};
   // An opening is between b -> a and b -> c.
   if (rule.opening) std::swap(at[0], at[1]);
-  const Point u = minus(marks[at[1]], marks[at[0]]);
-  const Point v = minus(marks[at[3]], marks[at[2]]);
-  if (dot(u, u) < 1 || dot(v, v) < 1) return std::nullopt;
+  const Point u = marks[at[1]] - marks[at[0]];
+  const Point v = marks[at[3]] - marks[at[2]];
+  if (u.dot(u) < 1 || v.dot(v) < 1) return std::nullopt;
   Angle out;
-  const double turn = std::atan2(cross(u, v), dot(u, v)) * kDegrees;
+  const double turn = std::atan2(u.cross(v), u.dot(v)) * kDegrees;
   out.deg = (rule.opening ? std::abs(turn) : (rule.negative ? -sign : sign) * turn) + rule.offset_deg;
   const Point gu = direction_gradient(u);
   const Point gv = direction_gradient(v);
-  std::array<Point, 4> gradient = {gu, {-gu.x, -gu.y}, {-gv.x, -gv.y}, gv};
+  std::array<Point, 4> gradient = {gu, -gu, -gv, gv};
   // Marks that end one line and begin the other count once, with both parts together.
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t j = i + 1; j < 4; ++j) {
       if (at[i] != at[j]) continue;
-      gradient[i] = {gradient[i].x + gradient[j].x, gradient[i].y + gradient[j].y};
+      gradient[i] += gradient[j];
       gradient[j] = {};
     }
     out.variance_deg2 += kDegrees * kDegrees * quadratic(gradient[i], covariances[at[i]]);

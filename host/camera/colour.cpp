@@ -2,14 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 
-#include "host/camera/opencv.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::camera {
@@ -37,55 +33,28 @@ void require_inside(const Picture& picture, double x, double y) {
 }
 
 struct Statistics {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  double count = 0;
+  cv::Vec3d mean;
+  cv::Matx33d covariance;
+  std::size_t count = 0;
 };
 
+// Pixel by pixel: of a large picture no copy fits beside the rest.
 Statistics statistics(const cv::Mat& bgr, const cv::Mat& mask) {
   Statistics s;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  cv::Matx33d squares;
   for (int y = 0; y < bgr.rows; ++y) {
-    const auto* pixel = bgr.ptr<cv::Vec3b>(y);
-    const auto* use = mask.ptr<std::uint8_t>(y);
     for (int x = 0; x < bgr.cols; ++x) {
-      if (!use[x]) continue;
-      const Eigen::Vector3d v(pixel[x][0], pixel[x][1], pixel[x][2]);
-      sum += v;
-      squares += v * v.transpose();
+      if (mask.at<std::uint8_t>(y, x) == 0) continue;
+      const cv::Vec3d v = bgr.at<cv::Vec3b>(y, x);
+      s.mean += v;
+      squares += v * v.t();
       ++s.count;
     }
   }
-  if (s.count < 1) return s;
-  s.mean = sum / s.count;
-  s.covariance = squares / s.count - s.mean * s.mean.transpose();
+  if (s.count == 0) return s;
+  s.mean /= static_cast<double>(s.count);
+  s.covariance = squares * (1.0 / static_cast<double>(s.count)) - s.mean * s.mean.t();
   return s;
-}
-
-cv::Mat scores(const cv::Mat& bgr, const ColourModel& model) {
-  cv::Mat out;
-  const cv::Matx13f weight(static_cast<float>(model.weight[0]), static_cast<float>(model.weight[1]),
-                           static_cast<float>(model.weight[2]));
-  cv::transform(bgr, out, weight);
-  cv::Mat single;
-  out.convertTo(single, CV_32F);
-  return single;
-}
-
-double quantile(const cv::Mat& score, const cv::Mat& mask, double share) {
-  std::vector<float> values;
-  values.reserve(static_cast<std::size_t>(cv::countNonZero(mask)));
-  for (int y = 0; y < score.rows; ++y) {
-    for (int x = 0; x < score.cols; ++x) {
-      if (mask.at<std::uint8_t>(y, x)) values.push_back(score.at<float>(y, x));
-    }
-  }
-  if (values.empty()) return 0;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, at);
-  return static_cast<double>(*at);
 }
 
 cv::Mat grown(const cv::Mat& mask, int by_px) {
@@ -96,8 +65,8 @@ cv::Mat grown(const cv::Mat& mask, int by_px) {
 
 // Of both together, as if either had half of the pixels.
 Statistics even(const Statistics& a, const Statistics& b) {
-  const Eigen::Vector3d between = a.mean - b.mean;
-  return {(a.mean + b.mean) / 2, (a.covariance + b.covariance) / 2 + between * between.transpose() / 4,
+  const cv::Vec3d between = a.mean - b.mean;
+  return {(a.mean + b.mean) / 2, (a.covariance + b.covariance) * 0.5 + between * between.t() * 0.25,
           a.count + b.count};
 }
 
@@ -107,29 +76,27 @@ ColourModel learn(const cv::Mat& bgr, const cv::Mat& marks) {
   constexpr int kRim_px = 4;
   constexpr int kAround_px = 10;
   const cv::Mat near = grown(marks, kRim_px);
-  const cv::Mat around = grown(marks, kAround_px) & ~near;
   const cv::Mat others = ~near;
   const Statistics m = statistics(bgr, marks);
   const Statistics far = statistics(bgr, others);
-  const Statistics close = statistics(bgr, around);
+  const Statistics close = statistics(bgr, grown(marks, kAround_px) & others);
   const Statistics b = close.count > 0 ? even(close, far) : far;
   if (m.count < 4 || b.count < 16) {
     throw io::InputError("the mark fills the picture: there is nothing beside it to tell it from");
   }
   // The regularisation is sensor noise of two grey levels: a weight that needs less of it would trust noise.
-  const Eigen::Matrix3d within = m.covariance + b.covariance + 4 * Eigen::Matrix3d::Identity();
+  const cv::Matx33d within = m.covariance + b.covariance + 4 * cv::Matx33d::eye();
   // Basis of the plane of weights that sum to zero.
-  Eigen::Matrix<double, 3, 2> plane;
-  plane << 1, 1, -1, 1, 0, -2;
-  const Eigen::Matrix2d seen = plane.transpose() * within * plane;
-  Eigen::Vector3d w = plane * seen.ldlt().solve(plane.transpose() * (m.mean - b.mean));
-  if (!(w.norm() > 0)) throw io::InputError("the mark has the colour of what is around it");
-  w.normalize();
+  const cv::Matx<double, 3, 2> plane(1, 1, -1, 1, 0, -2);
+  const cv::Matx22d seen = plane.t() * within * plane;
+  cv::Vec3d w = plane * seen.solve(plane.t() * (m.mean - b.mean), cv::DECOMP_CHOLESKY);
+  if (!(cv::norm(w) > 0)) throw io::InputError("the mark has the colour of what is around it");
+  w /= cv::norm(w);
   ColourModel out;
-  out.weight = {w(0), w(1), w(2)};
+  out.weight = {w[0], w[1], w[2]};
   const cv::Mat score = scores(bgr, out);
-  out.background = quantile(score, others, 0.995);
-  out.level = quantile(score, marks, 0.5) - quantile(score, others, 0.5);
+  out.background = quantile(values(score, others), 0.995);
+  out.level = quantile(values(score, marks), 0.5) - quantile(values(score, others), 0.5);
   if (out.level < kMinContrast) {
     throw io::InputError(fmt::format(
         "the mark stands out by only {:.0f} grey levels; use a brighter colour or more light", out.level));
@@ -137,11 +104,15 @@ ColourModel learn(const cv::Mat& bgr, const cv::Mat& marks) {
   return out;
 }
 
+struct Blob {
+  int label = 0;
+  double area = 0;
+};
+
 struct Blobs {
   cv::Mat labels;
-  std::vector<int> label;  // of compact blobs of a mark's size, largest first
-  std::vector<double> area;
-  double other_px = 0;  // in things that are no blobs
+  std::vector<Blob> compact;  // of a mark's size, largest first
+  double other_px = 0;        // in things that are no blobs
 };
 
 Blobs find_blobs(const cv::Mat& mask) {
@@ -158,60 +129,50 @@ Blobs find_blobs(const cv::Mat& mask) {
     const bool compact = area <= kMaxBlobShare * pixels && area >= kMinFill * width * height &&
                          std::max(width, height) <= kMaxAspect * std::min(width, height);
     if (compact) {
-      out.label.push_back(i);
-      out.area.push_back(area);
+      out.compact.push_back({i, area});
     } else {
       out.other_px += area;
     }
   }
-  std::vector<std::size_t> order(out.label.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return out.area[a] > out.area[b]; });
-  const Blobs unsorted = out;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    out.label[i] = unsorted.label[order[i]];
-    out.area[i] = unsorted.area[order[i]];
-  }
+  std::ranges::stable_sort(out.compact, std::greater<>(), &Blob::area);
   return out;
 }
 
 // The cores of the `count` largest blobs.
 cv::Mat cores(const Blobs& blobs, std::size_t count) {
   cv::Mat out = cv::Mat::zeros(blobs.labels.size(), CV_8U);
-  for (std::size_t i = 0; i < std::min(count, blobs.label.size()); ++i) out |= blobs.labels == blobs.label[i];
+  for (std::size_t i = 0; i < std::min(count, blobs.compact.size()); ++i)
+    out |= blobs.labels == blobs.compact[i].label;
   cv::Mat eroded;
-  cv::erode(out, eroded, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
+  cv::erode(out, eroded, cv::Mat::ones(3, 3, CV_8U));
   return cv::countNonZero(eroded) > 20 ? eroded : out;
 }
 
 double typical_area(const Blobs& blobs, std::size_t count) {
-  const std::size_t n = std::min(count, blobs.area.size());
-  return n == 0 ? 0 : blobs.area[n / 2];
+  const std::size_t n = std::min(count, blobs.compact.size());
+  return n == 0 ? 0 : blobs.compact[n / 2].area;
 }
 
 // Learns from a rough mask, finds the marks with what was learnt, and learns again from those.
 ColourModel learn_twice(const cv::Mat& bgr, const Blobs& rough, std::size_t marks) {
   ColourModel model = learn(bgr, cores(rough, marks));
   const cv::Mat score = scores(bgr, model);
-  const cv::Mat all(score.size(), CV_8U, cv::Scalar(255));
-  const double threshold = std::max(quantile(score, all, 0.5) + model.level / 2, model.background);
-  const Blobs found = find_blobs(score > threshold);
-  if (found.label.size() >= std::max<std::size_t>(1, marks / 2)) model = learn(bgr, cores(found, marks));
-  model.area_px = typical_area(found.label.empty() ? rough : found, marks);
+  const double middle = quantile(score.reshape(1, 1), 0.5);
+  const Blobs found = find_blobs(score > std::max(middle + model.level / 2, model.background));
+  if (found.compact.size() >= std::max<std::size_t>(1, marks / 2)) model = learn(bgr, cores(found, marks));
+  model.area_px = typical_area(found.compact.empty() ? rough : found, marks);
   return model;
 }
 
 // Pixels of chroma whose hue lies within kHueWidth_deg of `hue_deg`.
 cv::Mat hue_mask(const cv::Mat& hue, const cv::Mat& chroma, double hue_deg) {
-  cv::Mat out;
-  cv::inRange(hue, hue_deg - kHueWidth_deg, hue_deg + kHueWidth_deg, out);
-  for (const double turn : {-360.0, 360.0}) {
-    cv::Mat other;
-    cv::inRange(hue, hue_deg + turn - kHueWidth_deg, hue_deg + turn + kHueWidth_deg, other);
-    out |= other;
+  cv::Mat out = cv::Mat::zeros(hue.size(), CV_8U);
+  for (const double turn : {-360.0, 0.0, 360.0}) {
+    cv::Mat one;
+    cv::inRange(hue, hue_deg + turn - kHueWidth_deg, hue_deg + turn + kHueWidth_deg, one);
+    out |= one;
   }
-  out &= chroma > kMinChroma;
-  return out;
+  return out & (chroma > kMinChroma);
 }
 
 void polar(const cv::Mat& lab_picture, cv::Mat& hue, cv::Mat& chroma) {
@@ -226,12 +187,41 @@ void polar(const cv::Mat& lab_picture, cv::Mat& hue, cv::Mat& chroma) {
 
 double mean_chroma(const Blobs& blobs, const cv::Mat& chroma, std::size_t count) {
   double sum = 0;
-  const std::size_t n = std::min(count, blobs.label.size());
-  for (std::size_t i = 0; i < n; ++i) sum += cv::mean(chroma, blobs.labels == blobs.label[i])[0];
+  const std::size_t n = std::min(count, blobs.compact.size());
+  for (std::size_t i = 0; i < n; ++i) sum += cv::mean(chroma, blobs.labels == blobs.compact[i].label)[0];
   return n == 0 ? 0 : sum / static_cast<double>(n);
 }
 
 }  // namespace
+
+cv::Mat scores(const cv::Mat& bgr, const ColourModel& colour) {
+  cv::Mat out(bgr.size(), CV_32F);
+  cv::Mat row;
+  for (int y = 0; y < bgr.rows; ++y) {
+    bgr.row(y).convertTo(row, CV_32F);
+    cv::transform(row, out.row(y), cv::Matx13d(colour.weight.data()));
+  }
+  return out;
+}
+
+std::vector<float> values(const cv::Mat& score, const cv::Mat& mask) {
+  std::vector<float> out;
+  out.reserve(static_cast<std::size_t>(cv::countNonZero(mask)));
+  for (int y = 0; y < score.rows; ++y) {
+    for (int x = 0; x < score.cols; ++x) {
+      if (mask.at<std::uint8_t>(y, x) != 0) out.push_back(score.at<float>(y, x));
+    }
+  }
+  return out;
+}
+
+double quantile(std::vector<float> values, double share) {
+  if (values.empty()) return 0;
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, at);
+  return static_cast<double>(*at);
+}
 
 ColourModel colour_at(const Picture& picture, Point at) {
   require_inside(picture, at.x, at.y);
@@ -267,14 +257,13 @@ ColourModel colour_like(const Picture& picture, const std::array<double, 3>& rgb
   cv::Mat told_chroma;
   polar(lab(one), told_hue, told_chroma);
   const Blobs blobs = find_blobs(hue_mask(hue, chroma, static_cast<double>(told_hue.at<float>(0, 0))));
-  if (blobs.label.empty()) throw io::InputError("no mark of the given colour is in the picture");
-  return learn_twice(mat(picture), blobs, blobs.label.size());
+  if (blobs.compact.empty()) throw io::InputError("no mark of the given colour is in the picture");
+  return learn_twice(mat(picture), blobs, blobs.compact.size());
 }
 
 ColourModel colour_automatic(const Picture& picture, const Window& region, std::size_t marks) {
   if (region.empty()) throw io::JobError("the picture is too small for the skeleton's region");
-  const cv::Rect part(region.x, region.y, region.width, region.height);
-  const cv::Mat bgr = mat(picture)(part);
+  const cv::Mat bgr = mat(picture)(region);
   cv::Mat picture_lab;
   cv::cvtColor(bgr, picture_lab, cv::COLOR_BGR2Lab);
   cv::medianBlur(picture_lab, picture_lab, 3);
@@ -286,10 +275,10 @@ ColourModel colour_automatic(const Picture& picture, const Window& region, std::
   Blobs best;
   for (int i = 0; i < kHues; ++i) {
     Blobs blobs = find_blobs(hue_mask(hue, chroma, 360.0 * i / kHues));
-    most = std::max(most, blobs.label.size());
-    if (blobs.label.size() < marks) continue;
-    const double excess = static_cast<double>(blobs.label.size() - marks) / static_cast<double>(marks);
-    const double spread = blobs.area.front() / blobs.area[marks - 1];
+    most = std::max(most, blobs.compact.size());
+    if (blobs.compact.size() < marks) continue;
+    const double excess = static_cast<double>(blobs.compact.size() - marks) / static_cast<double>(marks);
+    const double spread = blobs.compact.front().area / blobs.compact[marks - 1].area;
     const double area = typical_area(blobs, marks) * static_cast<double>(marks);
     const double score = mean_chroma(blobs, chroma, marks) / (1 + excess) / (1 + std::log(spread)) /
                          (1 + blobs.other_px / (10 * area));
@@ -297,7 +286,7 @@ ColourModel colour_automatic(const Picture& picture, const Window& region, std::
     best_score = score;
     best = std::move(blobs);
   }
-  if (best.label.empty()) {
+  if (best.compact.empty()) {
     throw io::JobError(fmt::format(
         "no colour has {} dots of a mark's size in this picture (the best has {}): more light, one "
         "bright colour that nothing else has, or tell the colour with --colour X,Y",

@@ -24,6 +24,12 @@ struct ColourModel {
   double area_px = 0;              // of a typical mark; 0: not known
 };
 
+// Of every pixel, in floats.
+cv::Mat scores(const cv::Mat& bgr, const ColourModel& colour);
+// Those where the mask is not zero.
+std::vector<float> values(const cv::Mat& score, const cv::Mat& mask);
+double quantile(std::vector<float> values, double share);  // 0: there are none
+
 // From a click on a mark: the pixels around `at` that look alike are the mark.
 // Throws io::InputError: outside the picture, or nothing that differs from its surroundings.
 ColourModel colour_at(const Picture& picture, Point at);

@@ -24,9 +24,47 @@ constexpr double kBoneOfLost = 0.25;  // tolerance for a mark that comes back
 constexpr double kBoneOfJump = 0.15;  // likewise for marks that are named anew while others are followed
 constexpr double kSame_px = 3;
 
-double distance(Point a, Point b) { return std::hypot(a.x - b.x, a.y - b.y); }
+constexpr double kMeasured_px2 = 0.25;        // a mark's centre wanders by half a pixel as it turns
+constexpr double kFirstSpeed_px_s = 300;      // standard deviation
+constexpr double kLeastDensity_px2_s3 = 1e4;  // px^2/s^3
+constexpr double kMostDensity = 1e8;
+constexpr double kLearn = 0.15;
+constexpr double kFade_s = 0.3;
+
+double distance(Point a, Point b) { return cv::norm(a - b); }
 
 }  // namespace
+
+void MarkPredictor::begin(double t_s, Point at) {
+  t_s_ = t_s;
+  motion_.state << at.x, at.y, 0, 0;
+  motion_.covariance = Eigen::Vector2d(kMeasured_px2, kFirstSpeed_px_s * kFirstSpeed_px_s).asDiagonal();
+  density_ = 10 * kLeastDensity_px2_s3;
+}
+
+Point MarkPredictor::at(double t_s) const {
+  const Motion<2>::Place place = after(t_s).state.row(0);
+  return {place(0), place(1)};
+}
+
+double MarkPredictor::sigma_px(double t_s) const { return std::sqrt(after(t_s).covariance(0, 0)); }
+
+void MarkPredictor::update(double t_s, Point z) {
+  const Motion<2>::Place measured(z.x, z.y);
+  motion_ = after(t_s);
+  t_s_ = t_s;
+  const double variance = motion_.covariance(0, 0) + kMeasured_px2;
+  const double surprise = (measured - motion_.state.row(0)).squaredNorm() / (2 * variance) - 1;
+  density_ = std::clamp(density_ * std::exp(kLearn * std::clamp(surprise, -1.0, 4.0)), kLeastDensity_px2_s3,
+                        kMostDensity);
+  motion_.update(measured, kMeasured_px2);
+}
+
+void MarkPredictor::skip(double t_s) {
+  motion_ = after(t_s);
+  motion_.state.row(1) *= std::exp(-(t_s - t_s_) / kFade_s);
+  t_s_ = t_s;
+}
 
 bool Observation::labelled() const {
   return std::ranges::all_of(marks, [](const ObservedMark& m) { return m.measured; });
@@ -113,52 +151,40 @@ void ColourTracker::search(const Picture& picture, double t_s) {
     marks_[m].area_px = seen.area_px;
     marks_[m].level = seen.level;
     marks_[m].predictor.begin(t_s, seen.centre);
-    take(m, seen, t_s);
+    marks_[m].take(seen, t_s);
   }
   trouble_.clear();
   following_ = true;
   ++searches_;
 }
 
-void ColourTracker::take(std::size_t mark, const Mark& seen, double t_s) {
-  Followed& m = marks_[mark];
-  if (m.lost()) {
-    m.predictor.begin(t_s, seen.centre);
+void ColourTracker::Followed::take(const Mark& mark, double t_s) {
+  if (lost()) {
+    predictor.begin(t_s, mark.centre);
   } else {
-    m.predictor.update(t_s, seen.centre);
+    predictor.update(t_s, mark.centre);
   }
-  m.hidden = 0;
-  m.seen = seen;
-  if (seen.touching) return;
-  m.area_px += kArea * (seen.area_px - m.area_px);
-  m.level += kArea * (seen.level - m.level);
+  hidden = 0;
+  seen = mark;
+  if (mark.touching) return;
+  area_px += kArea * (mark.area_px - area_px);
+  level += kArea * (mark.level - level);
 }
 
 void ColourTracker::follow(const Picture& picture, double t_s) {
-  expected_.clear();
-  expected_mark_.clear();
-  for (std::size_t k = 0; k < marks_.size(); ++k) {
-    const Followed& m = marks_[k];
+  std::vector<Expected> expected;
+  std::vector<Followed*> mark;
+  for (Followed& m : marks_) {
     if (m.lost()) continue;
     const double reach = std::min(kMost_px, kLeast_px + kSigmas * m.predictor.sigma_px(t_s));
-    expected_.push_back({m.predictor.at(t_s), reach, m.area_px, m.level});
-    expected_mark_.push_back(k);
+    expected.push_back({m.predictor.at(t_s), reach, m.area_px, m.level});
+    mark.push_back(&m);
   }
-  meter_.measure(picture, *colour_, expected_, measured_);
-  accept(measured_, expected_mark_, t_s);
-  for (Followed& m : marks_) {
-    if (m.seen) continue;
-    if (!m.lost()) m.predictor.skip(t_s);
-    ++m.hidden;
-  }
-}
-
-void ColourTracker::accept(const std::vector<std::optional<Mark>>& measured,
-                           const std::vector<std::size_t>& mark, double t_s) {
-  const auto surprise = [&](std::size_t i) { return distance(measured[i]->centre, expected_[i].at); };
+  const std::vector<std::optional<Mark>> measured = measure_marks(picture, *colour_, expected);
+  const auto surprise = [&](std::size_t i) { return distance(measured[i]->centre, expected[i].at); };
   for (std::size_t i = 0; i < measured.size(); ++i) {
     if (!measured[i]) continue;
-    const Expected& e = expected_[i];
+    const Expected& e = expected[i];
     const bool plausible = surprise(i) <= e.reach_px + kLeast_px &&
                            (measured[i]->touching || measured[i]->area_px < kMaxGrowth * e.area_px);
     // Two marks cannot be the same dot: it belongs to the one that it was nearer to.
@@ -167,7 +193,12 @@ void ColourTracker::accept(const std::vector<std::optional<Mark>>& measured,
       taken = j != i && measured[j] && distance(measured[i]->centre, measured[j]->centre) < kSame_px &&
               (surprise(j) < surprise(i) || (surprise(j) == surprise(i) && j < i));
     }
-    if (plausible && !taken) take(mark[i], *measured[i], t_s);
+    if (plausible && !taken) mark[i]->take(*measured[i], t_s);
+  }
+  for (Followed& m : marks_) {
+    if (m.seen) continue;
+    if (!m.lost()) m.predictor.skip(t_s);
+    ++m.hidden;
   }
 }
 
@@ -242,7 +273,7 @@ void ColourTracker::name_anew(const std::vector<Mark>& candidates, double t_s) {
   for (std::size_t m = 0; m < marks_.size(); ++m) {
     if (stays(m)) continue;
     marks_[m].predictor.begin(t_s, place(m));
-    take(m, candidates[found->candidate[m]], t_s);
+    marks_[m].take(candidates[found->candidate[m]], t_s);
   }
 }
 
@@ -255,7 +286,7 @@ void ColourTracker::find_lost(const std::vector<Mark>& candidates, double t_s) {
   for (std::size_t k = 0; k < marks_.size(); ++k) {
     if (!marks_[k].lost()) continue;
     if (const auto c = only_candidate(k, free)) {
-      take(k, free[*c], t_s);
+      marks_[k].take(free[*c], t_s);
       free.erase(free.begin() + static_cast<std::ptrdiff_t>(*c));
     }
   }

@@ -15,11 +15,11 @@
 #include <vector>
 
 #include "host/camera/filter.hpp"
-#include "host/camera/follow.hpp"
 #include "host/camera/joints.hpp"
 #include "host/camera/labels.hpp"
 #include "host/camera/lens.hpp"
 #include "host/camera/marks.hpp"
+#include "host/camera/motion.hpp"
 
 namespace flexor::camera {
 
@@ -41,6 +41,28 @@ struct Observation {
 // colour_like and colour_automatic do.
 ColourModel learn_colour(const Skeleton& skeleton, const Picture& picture);
 
+// Where a mark will be in the next picture: Kalman's filter of both coordinates (motion.hpp). Its density q (px^2/s^3) follows the
+// innovations: after nu^2 / S on average 1 it stays, above it grows.
+class MarkPredictor {
+ public:
+  void begin(double t_s, Point at);
+
+  // Where it will be, and the standard deviation of that.
+  Point at(double t_s) const;
+  double sigma_px(double t_s) const;
+
+  void update(double t_s, Point measured);
+  // Nothing was seen: the velocity fades, so that a hidden mark does not fly away.
+  void skip(double t_s);
+
+ private:
+  Motion<2> after(double t_s) const { return motion_.after(t_s - t_s_, density_); }
+
+  double t_s_ = 0;
+  Motion<2> motion_;
+  double density_ = 0;
+};
+
 class ColourTracker {
  public:
   ColourTracker(const Skeleton& skeleton, std::optional<Lens> lens);
@@ -58,14 +80,12 @@ class ColourTracker {
     std::size_t hidden = kMaxHidden + 1;
     std::optional<Mark> seen;
     bool lost() const { return hidden > kMaxHidden; }
+    void take(const Mark& mark, double t_s);
   };
 
   void search(const Picture& picture, double t_s);
   std::optional<std::vector<std::size_t>> by_start(const std::vector<Mark>& candidates) const;
-  void take(std::size_t mark, const Mark& seen, double t_s);
   void follow(const Picture& picture, double t_s);
-  void accept(const std::vector<std::optional<Mark>>& measured, const std::vector<std::size_t>& mark,
-              double t_s);
   void name_anew(const std::vector<Mark>& candidates, double t_s);
   void find_lost(const std::vector<Mark>& candidates, double t_s);
   void find_missing(const Picture& picture, double t_s);
@@ -82,10 +102,6 @@ class ColourTracker {
   bool following_ = false;
   std::vector<Followed> marks_;
   std::vector<double> bone_px_;  // 0: not known yet
-  std::vector<Expected> expected_;
-  std::vector<std::size_t> expected_mark_;
-  std::vector<std::optional<Mark>> measured_;
-  MarkMeter meter_;
   std::string trouble_;
   std::size_t frame_ = 0;
   int searches_ = 0;

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "host/camera/opencv.hpp"
-
 namespace flexor::camera {
 namespace {
 
@@ -15,8 +13,6 @@ const cv::Scalar kWhite(255, 255, 255);
 const cv::Scalar kBlack(0, 0, 0);
 const cv::Scalar kOrange(0, 94, 213);
 const cv::Scalar kBoneColour(230, 180, 86);
-
-cv::Point pixel(Point p) { return {static_cast<int>(std::lround(p.x)), static_cast<int>(std::lround(p.y))}; }
 
 // Dark outline, so that it can be read on anything.
 void write(cv::Mat& on, const std::string& text, cv::Point at, double size, const cv::Scalar& colour) {
@@ -37,14 +33,14 @@ void draw_skeleton(cv::Mat& on, const Skeleton& s, const Observation& seen, doub
     const ObservedMark& a = seen.marks[l.from];
     const ObservedMark& b = seen.marks[l.to];
     if (a.lost || b.lost) continue;
-    cv::line(on, pixel(a.at), pixel(b.at), kBlack, 4, cv::LINE_AA);
-    cv::line(on, pixel(a.at), pixel(b.at), kBoneColour, 2, cv::LINE_AA);
+    cv::line(on, a.at, b.at, kBlack, 4, cv::LINE_AA);
+    cv::line(on, a.at, b.at, kBoneColour, 2, cv::LINE_AA);
   }
   for (const ObservedMark& m : seen.marks) {
     if (m.lost) continue;
     const int r = std::max(4, static_cast<int>(std::lround(std::sqrt(m.area_px / 3.14))));
-    cv::circle(on, pixel(m.at), r, m.measured ? kWhite : kOrange, 2, cv::LINE_AA);
-    cv::circle(on, pixel(m.at), 2, m.measured ? kWhite : kOrange, cv::FILLED, cv::LINE_AA);
+    cv::circle(on, m.at, r, m.measured ? kWhite : kOrange, 2, cv::LINE_AA);
+    cv::circle(on, m.at, 2, m.measured ? kWhite : kOrange, cv::FILLED, cv::LINE_AA);
   }
   for (std::size_t k = 0; k < s.angles.size(); ++k) {
     const AngleRule& rule = s.angles[k];
@@ -54,8 +50,7 @@ void draw_skeleton(cv::Mat& on, const Skeleton& s, const Observation& seen, doub
     const std::string value =
         m.angle ? fmt::format("{:.1f}{}", m.angle->deg, m.doubtful ? "?" : "") : "hidden";
     const double r = std::sqrt(corner.area_px / 3.14) + 6;
-    write(on, value, pixel({corner.at.x + r, corner.at.y - r / 2}), size,
-          m.angle && !m.doubtful ? kWhite : kOrange);
+    write(on, value, corner.at + Point(r, -r / 2), size, m.angle && !m.doubtful ? kWhite : kOrange);
   }
 }
 
@@ -71,13 +66,12 @@ Picture draw_proposal(const Picture& picture, const MarkProposal& proposal) {
     const Mark& m = proposal.candidates[i];
     const int r = static_cast<int>(std::lround(std::sqrt(m.area_px / 3.14))) + 4;
     const bool named = !proposal.name[i].empty();
-    cv::circle(on, pixel(m.centre), r, kBlack, 4, cv::LINE_AA);
-    cv::circle(on, pixel(m.centre), r, named ? kWhite : kOrange, 2, cv::LINE_AA);
-    write(on, std::to_string(i + 1), pixel({m.centre.x + r + 3, m.centre.y + 5}), size,
-          named ? kWhite : kOrange);
+    cv::circle(on, m.centre, r, kBlack, 4, cv::LINE_AA);
+    cv::circle(on, m.centre, r, named ? kWhite : kOrange, 2, cv::LINE_AA);
+    write(on, std::to_string(i + 1), m.centre + Point(r + 3, 5), size, named ? kWhite : kOrange);
     const auto line = static_cast<double>(i + 1);
-    write(on, fmt::format("{}  {}", i + 1, named ? proposal.name[i] : "-"), pixel({10, line * 40 * size}),
-          size, named ? kWhite : kOrange);
+    write(on, fmt::format("{}  {}", i + 1, named ? proposal.name[i] : "-"), Point(10, line * 40 * size), size,
+          named ? kWhite : kOrange);
   }
   return out;
 }

@@ -18,18 +18,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Way {
-  const char* name;
-  Point direction;
-};
-constexpr std::array<Way, 4> kWays = {
-    {{"up", {0, -1}}, {"down", {0, 1}}, {"left", {-1, 0}}, {"right", {1, 0}}}};
-
 // What a camera's pictures and a hand can have.
 constexpr double kFarthest_px = 1e6;
 constexpr double kLongestLink = 1e6;
 constexpr double kLeastLevel = 1e-6;
 constexpr double kMostLevel = 1000;
+
+// Which of `words` a member is; the first where it is left out.
+std::size_t choice(io::JsonReader& reader, const char* key, const std::vector<std::string>& words) {
+  if (!reader.has(key)) return 0;
+  const auto it = std::ranges::find(words, reader.text(key));
+  if (it == words.end()) reader.fail(fmt::format("\"{}\" must be \"{}\"", key, fmt::join(words, "\" or \"")));
+  return static_cast<std::size_t>(it - words.begin());
+}
 
 class SkeletonReader {
  public:
@@ -42,7 +43,10 @@ class SkeletonReader {
       read_links(reader_.list("links"));
       if (reader_.has("length_tolerance"))
         skeleton_.length_tolerance = reader_.number_within("length_tolerance", 0.001, 1000);
-      if (reader_.has("first_link")) read_first_link(reader_.text("first_link"));
+      if (reader_.has("first_link")) {
+        static const std::array<Point, 4> kWays = {Point{0, -1}, {0, 1}, {-1, 0}, {1, 0}};
+        skeleton_.first_link = kWays.at(choice(reader_, "first_link", {"up", "down", "left", "right"}));
+      }
       read_positive(reader_.member("positive_turn"));
     }
     const Json& angles = reader_.list("angles");
@@ -56,20 +60,19 @@ class SkeletonReader {
  private:
   std::size_t mark(const Json& name, io::JsonReader& reader) const {
     if (!name.is_string()) reader.fail(fmt::format("{} must be a mark's name in quotes", name.dump()));
-    const auto it = std::ranges::find(skeleton_.marks, name.get<std::string>());
-    if (it == skeleton_.marks.end()) {
-      reader.fail(
-          fmt::format("no mark is called {}; there are: {}", name.dump(), fmt::join(skeleton_.marks, ", ")));
+    try {
+      return skeleton_.mark(name.get<std::string>());
+    } catch (const io::InputError& error) {
+      reader.fail(error.what());
     }
-    return static_cast<std::size_t>(it - skeleton_.marks.begin());
   }
 
   void read_marks(const Json& json) {
     io::JsonReader reader(json, place_ + ": marks");
-    const std::string kind = reader.text("kind");
-    if (kind != "colour" && kind != "printed") reader.fail("\"kind\" must be \"colour\" or \"printed\"");
-    skeleton_.kind = kind == "colour" ? MarkKind::colour : MarkKind::printed;
-    if (kind == "printed") {
+    (void)reader.member("kind");
+    skeleton_.kind =
+        choice(reader, "kind", {"colour", "printed"}) == 0 ? MarkKind::colour : MarkKind::printed;
+    if (skeleton_.kind == MarkKind::printed) {
       read_ids(reader);
     } else {
       for (const Json& name : reader.list("names")) {
@@ -87,8 +90,8 @@ class SkeletonReader {
   }
 
   void read_ids(io::JsonReader& reader) {
-    if (reader.text("dictionary") != "apriltag_36h11")
-      reader.fail("\"dictionary\" must be \"apriltag_36h11\"");
+    (void)reader.member("dictionary");
+    (void)choice(reader, "dictionary", {"apriltag_36h11"});
     skeleton_.size_mm = reader.number_within("size_mm", 0.1, 10000);
     const Json ids = reader.member("ids");
     if (!ids.is_object() || ids.size() < 2)
@@ -177,31 +180,17 @@ class SkeletonReader {
       if (!known.insert(link.to).second) reader.fail(fmt::format("{} is reached twice", l[1].dump()));
       skeleton_.links.push_back(link);
     }
-    if (known.size() != skeleton_.marks.size()) {
-      for (std::size_t m = 0; m < skeleton_.marks.size(); ++m) {
-        if (!known.contains(m)) {
-          throw io::InputError(
-              fmt::format("{}: no link reaches mark \"{}\"; add one", place_, skeleton_.marks[m]));
-        }
-      }
+    for (std::size_t m = 0; m < skeleton_.marks.size(); ++m) {
+      if (!known.contains(m))
+        reader_.fail(fmt::format("no link reaches mark \"{}\"; add one", skeleton_.marks[m]));
     }
-  }
-
-  void read_first_link(const std::string& way) {
-    const auto it = std::ranges::find(kWays, way, &Way::name);
-    if (it == kWays.end()) reader_.fail("\"first_link\" must be \"up\", \"down\", \"left\" or \"right\"");
-    skeleton_.first_link = it->direction;
   }
 
   void read_positive(const Json& json) {
     io::JsonReader reader(json, place_ + ": positive_turn");
     PositiveTurn& p = skeleton_.positive;
     if (reader.has("view")) {
-      const std::string view = reader.text("view");
-      if (view != "clockwise" && view != "counterclockwise") {
-        reader.fail("\"view\" must be \"clockwise\" or \"counterclockwise\"");
-      }
-      p.clockwise = view == "clockwise";
+      p.clockwise = choice(reader, "view", {"clockwise", "counterclockwise"}) == 0;
     } else {
       p.by_marks = true;
       p.from = mark(reader.member("from"), reader);
@@ -226,18 +215,12 @@ class SkeletonReader {
     } else if (rule.marks.size() != 3 && rule.marks.size() != 4) {
       reader.fail("\"marks\" must be three marks, or four: two lines");
     }
-    const std::string measure = reader.has("measure") ? reader.text("measure") : "turn";
-    if (measure != "turn" && measure != "opening") reader.fail("\"measure\" must be \"turn\" or \"opening\"");
-    rule.opening = measure == "opening";
+    rule.opening = choice(reader, "measure", {"turn", "opening"}) == 1;
     if (rule.opening && rule.marks.size() != 3) reader.fail("an opening has three marks: [a, corner, c]");
-    const std::string turn = reader.has("turn") ? reader.text("turn") : "positive";
-    if (turn != "positive" && turn != "negative")
-      reader.fail("\"turn\" must be \"positive\" or \"negative\"");
-    rule.negative = turn == "negative";
+    rule.negative = choice(reader, "turn", {"positive", "negative"}) == 1;
     if (reader.has("offset_deg")) rule.offset_deg = reader.number_within("offset_deg", -360, 360);
-    const std::vector<double> range =
-        reader.has("range_deg") ? reader.numbers_within("range_deg", -1000, 1000) : std::vector<double>();
-    if (!range.empty()) {
+    if (reader.has("range_deg")) {
+      const std::vector<double> range = reader.numbers_within("range_deg", -1000, 1000);
       if (range.size() != 2 || !(range[0] < range[1]))
         reader.fail("\"range_deg\" must be [smallest, largest]");
       rule.min_deg = range[0];
@@ -251,60 +234,6 @@ class SkeletonReader {
   std::string place_;
   Skeleton skeleton_;
 };
-
-Json marks_json(const Skeleton& s) {
-  Json out;
-  if (s.kind == MarkKind::printed) {
-    out = {{"kind", "printed"}, {"dictionary", "apriltag_36h11"}, {"size_mm", s.size_mm}};
-    for (std::size_t m = 0; m < s.marks.size(); ++m) out["ids"][s.marks[m]] = s.ids[m];
-    return out;
-  }
-  out = {{"kind", "colour"}, {"names", s.marks}};
-  if (s.colour) {
-    out["colour"] = {{"weight_bgr", s.colour->weight},
-                     {"level", s.colour->level},
-                     {"background", s.colour->background},
-                     {"area_px", s.colour->area_px}};
-  } else if (s.rgb) {
-    out["colour"] = fmt::format("#{:02x}{:02x}{:02x}", static_cast<int>((*s.rgb)[0]),
-                                static_cast<int>((*s.rgb)[1]), static_cast<int>((*s.rgb)[2]));
-  } else {
-    out["colour"] = "automatic";
-  }
-  if (s.region != std::array<double, 4>{0, 0, 1, 1}) out["region"] = s.region;
-  for (std::size_t m = 0; m < s.start.size(); ++m) {
-    if (s.start[m]) out["start"][s.marks[m]] = {s.start[m]->x, s.start[m]->y};
-  }
-  return out;
-}
-
-Json skeleton_json(const Skeleton& s) {
-  Json out = {{"name", s.name}, {"marks", marks_json(s)}};
-  for (const Link& l : s.links) out["links"].push_back({s.marks[l.from], s.marks[l.to], l.length});
-  if (s.kind == MarkKind::colour) out["length_tolerance"] = s.length_tolerance;
-  if (s.first_link) {
-    for (const Way& way : kWays) {
-      if (way.direction.x == s.first_link->x && way.direction.y == s.first_link->y)
-        out["first_link"] = way.name;
-    }
-  }
-  if (s.kind == MarkKind::colour) {
-    const PositiveTurn& p = s.positive;
-    out["positive_turn"] =
-        p.by_marks ? Json{{"from", s.marks[p.from]}, {"to", s.marks[p.to]}, {"toward", s.marks[p.toward]}}
-                   : Json{{"view", p.clockwise ? "clockwise" : "counterclockwise"}};
-  }
-  for (const AngleRule& rule : s.angles) {
-    Json angle = {{"name", rule.name}};
-    for (const std::size_t m : rule.marks) angle["marks"].push_back(s.marks[m]);
-    if (rule.opening) angle["measure"] = "opening";
-    if (rule.negative) angle["turn"] = "negative";
-    if (rule.offset_deg != 0) angle["offset_deg"] = rule.offset_deg;
-    if (rule.min_deg != -180 || rule.max_deg != 180) angle["range_deg"] = {rule.min_deg, rule.max_deg};
-    out["angles"].push_back(std::move(angle));
-  }
-  return out;
-}
 
 }  // namespace
 
@@ -337,8 +266,9 @@ Joints joints_from_json(const std::string& text, const std::string& source) {
   reader.schema("flexor-joints", 1);
   Joints out;
   out.source = source;
+  out.document = text;
   out.name = reader.text("name");
-  out.description = reader.text_or_empty("description");
+  (void)reader.text_or_empty("description");
   const Json& skeletons = reader.list("skeletons");
   std::set<std::string> angles;
   for (std::size_t i = 0; i < skeletons.size(); ++i) {
@@ -358,9 +288,22 @@ Joints load_joints(const std::filesystem::path& path) {
 }
 
 std::string to_json(const Joints& joints) {
-  Json out = {{"schema", "flexor-joints"}, {"schema_version", 1}, {"name", joints.name}};
-  if (!joints.description.empty()) out["description"] = joints.description;
-  for (const Skeleton& s : joints.skeletons) out["skeletons"].push_back(skeleton_json(s));
+  Json out = Json::parse(joints.document);
+  for (std::size_t i = 0; i < joints.skeletons.size(); ++i) {
+    const Skeleton& s = joints.skeletons[i];
+    if (s.kind == MarkKind::printed) continue;
+    out["skeletons"][i]["length_tolerance"] = s.length_tolerance;
+    Json& marks = out["skeletons"][i]["marks"];
+    if (s.colour) {
+      marks["colour"] = {{"weight_bgr", s.colour->weight},
+                         {"level", s.colour->level},
+                         {"background", s.colour->background},
+                         {"area_px", s.colour->area_px}};
+    }
+    for (std::size_t m = 0; m < s.start.size(); ++m) {
+      if (s.start[m]) marks["start"][s.marks[m]] = {s.start[m]->x, s.start[m]->y};
+    }
+  }
   return io::dump(out);
 }
 

@@ -94,14 +94,15 @@ Window region_of(const Skeleton& skeleton, const Picture& picture);
 
 struct Joints {
   std::string source;
+  std::string document;  // what was read
   std::string name;
-  std::string description;
   std::vector<Skeleton> skeletons;
 };
 
 // Throws io::InputError naming file and place.
 Joints load_joints(const std::filesystem::path& path);
 Joints joints_from_json(const std::string& text, const std::string& source);
+// The document with what is learnt about a video: colours, start positions, tolerances of lengths.
 std::string to_json(const Joints& joints);
 
 }  // namespace flexor::camera

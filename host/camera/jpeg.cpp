@@ -6,7 +6,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 
-#include "host/camera/opencv.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::camera {

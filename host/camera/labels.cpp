@@ -87,8 +87,8 @@ class Search {
     const Point from = at(p, l.from);
     for (std::size_t c = 0; c < candidates_.size(); ++c) {
       if (std::ranges::find(p.candidate, static_cast<int>(c)) != p.candidate.end()) continue;
-      const Point to = candidates_[c].centre;
-      const double length = std::hypot(to.x - from.x, to.y - from.y);
+      const Point line = candidates_[c].centre - from;
+      const double length = cv::norm(line);
       if (length < 2) continue;
       const double ratio = std::log(length / lengths_[link]);
       if (link > 0 && std::abs(ratio - p.ratio_sum / static_cast<double>(link)) > kMaxLogRatio) continue;
@@ -97,7 +97,7 @@ class Search {
       q.ratio_sum += ratio;
       q.ratio_squares += ratio * ratio;
       q.other_cost += look_cost_[c] + angle_cost(p, q);
-      if (link == 0) q.other_cost += heading_cost({(to.x - from.x) / length, (to.y - from.y) / length});
+      if (link == 0) q.other_cost += heading_cost(line / length);
       const auto n = static_cast<double>(link + 1);
       q.cost =
           q.other_cost + (q.ratio_squares - q.ratio_sum * q.ratio_sum / n) / (2 * tolerance_ * tolerance_);
@@ -107,7 +107,7 @@ class Search {
 
   double heading_cost(Point direction) const {
     if (!skeleton_.first_link) return 0;
-    const double cosine = direction.x * skeleton_.first_link->x + direction.y * skeleton_.first_link->y;
+    const double cosine = direction.dot(*skeleton_.first_link);
     const double off_deg = std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
     return half_square(std::max(0.0, off_deg - kHeading_deg) / kAngleTolerance_deg);
   }

@@ -44,35 +44,9 @@ struct Expected {
   double level = 0;
 };
 
-// Measures what was found before, in windows around where it is expected. Keeps its memory from one picture
-// to the next.
-class MarkMeter {
- public:
-  // nullopt: nothing there that looks like it. Marks that share a blob are parted by which expected centre is
-  // nearest.
-  void measure(const Picture& picture, const ColourModel& colour, const std::vector<Expected>& expected,
-               std::vector<std::optional<Mark>>& out);
-
- private:
-  struct Patch {
-    Window window;
-    std::vector<float> score;
-    std::vector<std::uint8_t> label;
-    double background = 0;
-    double noise = 0;
-  };
-  std::optional<Mark> measure_one(const Picture& picture, const ColourModel& colour,
-                                  const std::vector<Expected>& expected, std::size_t k);
-  void look(const Picture& picture, const ColourModel& colour, const Expected& expected);
-  int find_blob(const Expected& expected, double threshold);
-  double level() const;
-  void part(const std::vector<Expected>& expected, std::size_t k);
-  bool add_rim();
-  Mark centre(double level) const;
-  Point centre_at(double middle, double level) const;
-  bool at_border() const;
-
-  Patch patch_;
-};
+// What was found before, in windows around where it is expected; nullopt: nothing there that looks like it. Marks that share a
+// blob are parted by which expected centre is nearest.
+std::vector<std::optional<Mark>> measure_marks(const Picture& picture, const ColourModel& colour,
+                                               const std::vector<Expected>& expected);
 
 }  // namespace flexor::camera

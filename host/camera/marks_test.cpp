@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "host/camera/test_pictures.hpp"
+#include "host/camera/pictures_test.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::camera {
@@ -103,9 +103,8 @@ TEST(Marks, ThatTouchArePartedAndFlagged) {
   const Picture apart = dots(200, 120, kWall, {{{80, 60}}, {{120, 60}}});
   const ColourModel model = colour_at(apart, {80, 60});
   const Picture touching = dots(200, 120, kWall, {{{90.5, 60}}, {{108.5, 60}}});
-  MarkMeter meter;
-  std::vector<std::optional<Mark>> out;
-  meter.measure(touching, model, {{{89, 61}, 12, 314, model.level}, {{110, 59}, 12, 314, model.level}}, out);
+  const auto out =
+      measure_marks(touching, model, {{{89, 61}, 12, 314, model.level}, {{110, 59}, 12, 314, model.level}});
   ASSERT_TRUE(out[0] && out[1]);
   EXPECT_TRUE(out[0]->touching && out[1]->touching);
   EXPECT_NEAR(out[0]->centre.x, 90.5, 1);
@@ -116,23 +115,19 @@ TEST(Marks, ThatTouchArePartedAndFlagged) {
 TEST(Marks, OneThatIsGoneOrMostlyHiddenIsNotMeasured) {
   const Picture whole = dots(120, 120, kWall, {{{60, 60}}});
   const ColourModel model = colour_at(whole, {60, 60});
-  MarkMeter meter;
-  std::vector<std::optional<Mark>> out;
-  const std::vector<Expected> expected = {{{60, 60}, 10, 314, model.level}};
-  meter.measure(whole, model, expected, out);
-  EXPECT_TRUE(out[0]);
-  meter.measure(dots(120, 120, kWall, {}), model, expected, out);
-  EXPECT_FALSE(out[0]);
-  meter.measure(dots(120, 120, kWall, {{{60, 60}}, {{66, 60}, 10, {60, 60, 60}}}), model, expected, out);
-  EXPECT_FALSE(out[0]);
+  const auto is_measured = [&](const Picture& picture) {
+    return measure_marks(picture, model, {{{60, 60}, 10, 314, model.level}}).front().has_value();
+  };
+  EXPECT_TRUE(is_measured(whole));
+  EXPECT_FALSE(is_measured(dots(120, 120, kWall, {})));
+  EXPECT_FALSE(is_measured(dots(120, 120, kWall, {{{60, 60}}, {{66, 60}, 10, {60, 60, 60}}})));
 }
 
 TEST(Marks, AtThePicturesEdgeAreFlaggedAndWindowsOutsideAreEmpty) {
   const Picture picture = dots(120, 120, kWall, {{{2, 60}}, {{60, 60}}});
   const ColourModel model = colour_at(picture, {60, 60});
-  MarkMeter meter;
-  std::vector<std::optional<Mark>> out;
-  meter.measure(picture, model, {{{4, 60}, 8, 200, model.level}, {{400, 400}, 8, 314, model.level}}, out);
+  const auto out =
+      measure_marks(picture, model, {{{4, 60}, 8, 200, model.level}, {{400, 400}, 8, 314, model.level}});
   ASSERT_TRUE(out[0]);
   EXPECT_TRUE(out[0]->at_edge);
   EXPECT_FALSE(out[1]);

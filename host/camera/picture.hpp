@@ -7,14 +7,13 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <opencv2/core.hpp>
 #include <vector>
 
 namespace flexor::camera {
 
-struct Point {
-  double x = 0;
-  double y = 0;
-};
+using Point = cv::Point2d;
+using Window = cv::Rect;
 
 struct Picture {
   int width = 0;
@@ -31,16 +30,12 @@ struct Picture {
   }
 };
 
-// Pixels x .. x + width - 1, likewise y.
-struct Window {
-  int x = 0;
-  int y = 0;
-  int width = 0;
-  int height = 0;
-  bool empty() const { return width <= 0 || height <= 0; }
-};
-
 // Covariance of a point: xx, xy, yy, px^2.
 using Covariance = std::array<double, 3>;
+
+// No copy: the picture outlives the matrix. Write only to what belongs to a picture that is not constant.
+inline cv::Mat mat(const Picture& picture) {
+  return {picture.height, picture.width, CV_8UC3, const_cast<std::uint8_t*>(picture.bgr.data())};
+}
 
 }  // namespace flexor::camera

@@ -7,8 +7,6 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "host/camera/opencv.hpp"
-
 namespace flexor::camera {
 namespace {
 
@@ -176,21 +174,14 @@ std::vector<std::uint8_t> print_cells(int id) {
   return out;
 }
 
-struct PrintedMarkDetector {
-  cv::Ptr<cv::aruco::Dictionary> codes = dictionary();
-  cv::Ptr<cv::aruco::DetectorParameters> parameters = cv::aruco::DetectorParameters::create();
-  cv::Mat grey;
-  cv::Mat matrix;
-};
-
 namespace {
 
-std::vector<std::optional<Found>> detect(PrintedMarkDetector& detector, const Skeleton& skeleton,
-                                         const Lens& lens, const Picture& picture) {
-  cv::cvtColor(mat(picture), detector.grey, cv::COLOR_BGR2GRAY);
+std::vector<std::optional<Found>> detect(const Skeleton& skeleton, const Lens& lens, const Picture& picture) {
+  cv::Mat grey;
+  cv::cvtColor(mat(picture), grey, cv::COLOR_BGR2GRAY);
   std::vector<std::vector<cv::Point2f>> corners;
   std::vector<int> ids;
-  cv::aruco::detectMarkers(detector.grey, detector.codes, corners, ids, detector.parameters);
+  cv::aruco::detectMarkers(grey, dictionary(), corners, ids);
   const auto half = static_cast<float>(skeleton.size_mm / 2);
   const std::vector<cv::Point3f> square = {
       {-half, half, 0}, {half, half, 0}, {half, -half, 0}, {-half, -half, 0}};
@@ -200,15 +191,15 @@ std::vector<std::optional<Found>> detect(PrintedMarkDetector& detector, const Sk
     if (it == skeleton.ids.end()) continue;
     Found f;
     f.corners = corners[i];
-    if (!refine(detector.grey, f.corners, true)) continue;
-    const auto variance = refine(detector.grey, f.corners, false);
+    if (!refine(grey, f.corners, true)) continue;
+    const auto variance = refine(grey, f.corners, false);
     if (!variance) continue;
     f.corner_variance_px2 = *variance;
     f.side_px = std::sqrt(cv::contourArea(f.corners));
     std::vector<cv::Vec3d> turns;
     std::vector<cv::Vec3d> shifts;
     std::vector<double> errors;
-    cv::solvePnPGeneric(square, f.corners, detector.matrix, lens.distortion, turns, shifts, false,
+    cv::solvePnPGeneric(square, f.corners, lens.matrix(), lens.distortion, turns, shifts, false,
                         cv::SOLVEPNP_IPPE_SQUARE, cv::noArray(), cv::noArray(), errors);
     for (std::size_t p = 0; p < turns.size(); ++p) {
       Pose pose;
@@ -254,17 +245,8 @@ std::vector<Measurement> measure(const Skeleton& skeleton, const std::vector<std
 
 }  // namespace
 
-PrintedTracker::PrintedTracker(const Skeleton& skeleton, const Lens& lens)
-    : skeleton_(skeleton), lens_(lens), detector_(std::make_unique<PrintedMarkDetector>()) {
-  detector_->matrix = (cv::Mat_<double>(3, 3) << lens.focal_px.x, 0, lens.centre_px.x, 0, lens.focal_px.y,
-                       lens.centre_px.y, 0, 0, 1);
-}
-
-PrintedTracker::~PrintedTracker() = default;
-PrintedTracker::PrintedTracker(PrintedTracker&&) noexcept = default;
-
-Observation PrintedTracker::step(const Picture& picture) {
-  std::vector<std::optional<Found>> found = detect(*detector_, skeleton_, lens_, picture);
+Observation PrintedTracker::step(const Picture& picture, double) {
+  std::vector<std::optional<Found>> found = detect(skeleton_, lens_, picture);
   choose(found);
   Observation out;
   for (const auto& f : found) {

@@ -21,21 +21,16 @@ namespace flexor::camera {
 inline constexpr int kPrintCells = 10;
 std::vector<std::uint8_t> print_cells(int id);
 
-struct PrintedMarkDetector;
-
 class PrintedTracker {
  public:
-  PrintedTracker(const Skeleton& skeleton, const Lens& lens);
-  ~PrintedTracker();
-  PrintedTracker(PrintedTracker&&) noexcept;
+  PrintedTracker(const Skeleton& skeleton, const Lens& lens) : skeleton_(skeleton), lens_(lens) {}
 
-  Observation step(const Picture& picture);
+  Observation step(const Picture& picture, double t_s);
   const std::string& trouble() const { return trouble_; }
 
  private:
   Skeleton skeleton_;
   Lens lens_;
-  std::unique_ptr<PrintedMarkDetector> detector_;
   std::string trouble_;
 };
 

@@ -30,11 +30,7 @@ std::vector<FilteredRow> Tracker::push(const Picture& picture, double t_s) {
   std::vector<Measurement> measurements;
   bool labelled = true;
   for (std::size_t i = 0; i < trackers_.size(); ++i) {
-    if (auto* colour = std::get_if<ColourTracker>(&trackers_[i])) {
-      seen_[i] = colour->step(picture, t_s);
-    } else {
-      seen_[i] = std::get<PrintedTracker>(trackers_[i]).step(picture);
-    }
+    seen_[i] = std::visit([&](auto& tracker) { return tracker.step(picture, t_s); }, trackers_[i]);
     labelled = labelled && seen_[i].labelled();
     for (std::size_t m = 0; m < seen_[i].marks.size(); ++m) {
       if (seen_[i].marks[m].measured) found_[i][m] = true;

@@ -9,8 +9,9 @@
 #include <map>
 
 #include "host/camera/mark_proposal.hpp"
-#include "host/camera/test_pictures.hpp"
+#include "host/camera/pictures_test.hpp"
 #include "host/io/io.hpp"
+#include "host/io/numbers.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::camera {
@@ -29,21 +30,13 @@ Picture same(const Picture& picture) { return picture; }
 
 Picture mirrored(const Picture& from) {
   Picture to(from.width, from.height);
-  for (int y = 0; y < from.height; ++y) {
-    for (int x = 0; x < from.width; ++x) {
-      std::copy_n(from.at(from.width - 1 - x, y), 3, const_cast<std::uint8_t*>(to.at(x, y)));
-    }
-  }
+  cv::flip(mat(from), mat(to), 1);
   return to;
 }
 
 Picture quarter_turned(const Picture& from) {
   Picture to(from.height, from.width);
-  for (int y = 0; y < to.height; ++y) {
-    for (int x = 0; x < to.width; ++x) {
-      std::copy_n(from.at(y, from.height - 1 - x), 3, const_cast<std::uint8_t*>(to.at(x, y)));
-    }
-  }
+  cv::rotate(mat(from), mat(to), cv::ROTATE_90_CLOCKWISE);
   return to;
 }
 
@@ -76,11 +69,6 @@ std::vector<double> column(const Result& run, const std::string& name) {
   return out;
 }
 
-double median(std::vector<double> v) {
-  std::ranges::nth_element(v, v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2));
-  return v[v.size() / 2];
-}
-
 // The other tracker writes 180 degrees for a straight joint; its opening is ours.
 class RealVideo : public testing::Test {
  protected:
@@ -103,7 +91,7 @@ class RealVideo : public testing::Test {
     for (int k = 5; k + 5 < static_cast<int>(ours.size()); ++k) {
       d.push_back(sign * ours[static_cast<std::size_t>(k + lag)] - other[static_cast<std::size_t>(k)]);
     }
-    const double middle = median(d);
+    const double middle = io::median(d);
     double squares = 0;
     for (const double v : d) squares += (v - middle) * (v - middle);
     return std::sqrt(squares / static_cast<double>(d.size()));
@@ -223,9 +211,6 @@ TEST(Hostile, PicturesWithoutAHandGiveNoAngleAndAReason) {
         return dots(160, 120, {0, 0, 0}, {});
       },
       [](int) {
-        return dots(160, 120, {255, 255, 255}, {});
-      },
-      [](int) {
         return dots(160, 120, {40, 150, 50}, {});
       },
       [](int) { return Picture(1, 1); },
@@ -234,9 +219,8 @@ TEST(Hostile, PicturesWithoutAHandGiveNoAngleAndAReason) {
       },
       [](int k) {
         Picture noise(160, 120);
-        unsigned state = 1 + static_cast<unsigned>(k);
-        for (std::uint8_t& v : noise.bgr)
-          v = static_cast<std::uint8_t>((state = state * 1664525U + 1013904223U) >> 24U);
+        cv::Mat pixels = mat(noise);
+        cv::RNG(static_cast<unsigned>(k + 1)).fill(pixels, cv::RNG::UNIFORM, 0, 256);
         return noise;
       },
   };

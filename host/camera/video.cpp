@@ -11,11 +11,8 @@
 #include <new>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/videoio.hpp>
 
-#include "host/camera/opencv.hpp"
 #include "host/io/numbers.hpp"
-#include "host/io/output.hpp"
 
 namespace flexor::camera {
 namespace {
@@ -82,14 +79,7 @@ void copy(const cv::Mat& from, Picture& to) {
 
 }  // namespace
 
-struct VideoReader::Capture {
-  cv::VideoCapture capture;
-  cv::Mat frame;
-  Picture still;  // of a file that is no video, but a picture
-};
-
-VideoReader::VideoReader(const std::filesystem::path& path)
-    : capture_(std::make_unique<Capture>()), source_(path.string()) {
+VideoReader::VideoReader(const std::filesystem::path& path) : source_(path.string()) {
   be_silent();
   live_ = std::filesystem::is_character_file(path);
   if (!live_) {
@@ -99,16 +89,16 @@ VideoReader::VideoReader(const std::filesystem::path& path)
   }
   bool open = false;
   try {
-    open = capture_->capture.open(source_, live_ ? cv::CAP_V4L2 : cv::CAP_FFMPEG);
+    open = capture_.open(source_, live_ ? cv::CAP_V4L2 : cv::CAP_FFMPEG);
   } catch (const std::exception& error) {
     reason_ = reason(error);
   }
   if (!open && std::filesystem::is_regular_file(path)) {
     std::array<char, 12> begin{};
     std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
-    if (is_picture({begin.data(), begin.size()})) capture_->still = read_picture(path);
+    if (is_picture({begin.data(), begin.size()})) still_ = read_picture(path);
   }
-  if (!open && capture_->still.width == 0) {
+  if (!open && still_.width == 0) {
     throw io::InputError(
         live_
             ? fmt::format("{}: this camera cannot be opened{}: is it plugged in, free, and yours to read?",
@@ -118,26 +108,23 @@ VideoReader::VideoReader(const std::filesystem::path& path)
                   "with H.264 always works",
                   source_, reason_));
   }
-  const auto codec = static_cast<std::uint32_t>(capture_->capture.get(cv::CAP_PROP_FOURCC));
+  const auto codec = static_cast<std::uint32_t>(capture_.get(cv::CAP_PROP_FOURCC));
   constexpr std::uint32_t kCase = 0x20202020;
   if ((codec | kCase) == ('m' | 'p' << 8 | 'n' << 16 | 'g' << 24) ||
       (codec | kCase) == ('p' | 'n' << 8 | 'g' << 16 | ' ' << 24))
     throw io::InputError(fmt::format(
         "{}: its frames are PNG pictures, which are not taken: MP4 with H.264 always works", source_));
-  const double pixels =
-      capture_->capture.get(cv::CAP_PROP_FRAME_WIDTH) * capture_->capture.get(cv::CAP_PROP_FRAME_HEIGHT);
+  const double pixels = capture_.get(cv::CAP_PROP_FRAME_WIDTH) * capture_.get(cv::CAP_PROP_FRAME_HEIGHT);
   require_few_pixels(pixels, "frames", source_);
 }
 
-VideoReader::~VideoReader() = default;
-
 double VideoReader::nominal_rate_hz() const {
-  const double rate = capture_->capture.get(cv::CAP_PROP_FPS);
+  const double rate = capture_.get(cv::CAP_PROP_FPS);
   return std::isfinite(rate) && rate > 0 && rate < 1e5 ? rate : 0;
 }
 
 std::size_t VideoReader::declared_frames() const {
-  const double n = live_ ? 0 : capture_->capture.get(cv::CAP_PROP_FRAME_COUNT);
+  const double n = live_ ? 0 : capture_.get(cv::CAP_PROP_FRAME_COUNT);
   return std::isfinite(n) && n > 0 && n < 1e9 ? static_cast<std::size_t>(n) : 0;
 }
 
@@ -146,7 +133,7 @@ double VideoReader::time_s() {
     if (read_ == 1) start_s_ = now_s();
     return now_s() - start_s_;
   }
-  const double t = capture_->capture.get(cv::CAP_PROP_POS_MSEC) / 1000;
+  const double t = capture_.get(cv::CAP_PROP_POS_MSEC) / 1000;
   // Streams without a container say 0 for ever, or FFmpeg's mark for "no time", the least 64-bit number.
   if (t < -kMost_s || (read_ == 2 && t == last_s_)) no_clock_ = true;
   const double rate = nominal_rate_hz() > 0 ? nominal_rate_hz() : 25;
@@ -157,9 +144,9 @@ bool VideoReader::next(Picture& picture, double& t_s) {
   while (!ended_) {
     bool got = false;
     try {
-      const bool still = frames_ == 0 && capture_->still.width > 0;
-      if (still) capture_->frame = mat(capture_->still);
-      got = still || (capture_->capture.read(capture_->frame) && !capture_->frame.empty());
+      const bool still = frames_ == 0 && still_.width > 0;
+      if (still) frame_ = mat(still_);
+      got = still || (capture_.read(frame_) && !frame_.empty());
     } catch (const std::exception& error) {
       reason_ = reason(error);
     }
@@ -167,14 +154,14 @@ bool VideoReader::next(Picture& picture, double& t_s) {
       ended_ = true;
       break;
     }
-    const cv::Mat& frame = capture_->frame;
-    if (frame.type() != CV_8UC3) throw io::JobError(fmt::format("{}: its pictures have no colours", source_));
+    if (frame_.type() != CV_8UC3)
+      throw io::JobError(fmt::format("{}: its pictures have no colours", source_));
     if (frames_ == 0) {
-      width_ = frame.cols;
-      height_ = frame.rows;
-    } else if (frame.cols != width_ || frame.rows != height_) {
+      width_ = frame_.cols;
+      height_ = frame_.rows;
+    } else if (frame_.cols != width_ || frame_.rows != height_) {
       throw io::JobError(fmt::format("{}: frame {} is {} x {} pixels, those before it {} x {}", source_,
-                                     read_ + 1, frame.cols, frame.rows, width_, height_));
+                                     read_ + 1, frame_.cols, frame_.rows, width_, height_));
     }
     ++read_;
     double t = time_s();
@@ -190,8 +177,8 @@ bool VideoReader::next(Picture& picture, double& t_s) {
     step_s_ = t - last_s_;
     last_s_ = t_s = t;
     ++frames_;
-    copy(frame, picture);
-    capture_->still = {};
+    copy(frame_, picture);
+    still_ = {};
     return true;
   }
   if (frames_ == 0)
@@ -229,11 +216,8 @@ int DropFinder::add(double t_s) {
     const double usual = io::median(steps_);
     if (step > 1.5 * usual) missing = static_cast<int>(std::lround(step / usual)) - 1;
   }
-  if (steps_.size() < kSteps) {
-    steps_.push_back(step);
-  } else {
-    steps_[next_++ % kSteps] = step;
-  }
+  steps_.push_back(step);
+  if (steps_.size() > kSteps) steps_.erase(steps_.begin());
   dropped_ += missing;
   return missing;
 }
@@ -253,28 +237,21 @@ std::size_t packets(const std::filesystem::path& path) {
 
 }  // namespace
 
-struct VideoWriter::Writer {
-  explicit Writer(const std::filesystem::path& p) : path(p), output(p) {}
-  std::filesystem::path path;
-  io::Output output;
-  cv::VideoWriter writer;
-  std::size_t frames = 0;
-};
-
-VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz) {
+VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz)
+    : path_(path) {
   be_silent();
   if (path.extension() != ".mp4")
     throw io::InputError(fmt::format("{}: a video's name must end in .mp4", path.string()));
   io::require_file(path);
-  writer_ = std::make_unique<Writer>(path);
+  output_ = std::make_unique<io::Output>(path);
   bool open = false;
   try {
-    open = writer_->writer.open(writer_->output.name().string(), cv::CAP_FFMPEG,
-                                cv::VideoWriter::fourcc('a', 'v', 'c', '1'), rate_hz, {width, height});
+    open = writer_.open(output_->name().string(), cv::CAP_FFMPEG,
+                        cv::VideoWriter::fourcc('a', 'v', 'c', '1'), rate_hz, {width, height});
   } catch (const cv::Exception&) {
   }
   if (!open) {
-    writer_->output.require_room();
+    output_->require_room();
     throw io::InputError(fmt::format(
         "{}: cannot be written as a video of {} x {} pixels: is the codec installed, and is there memory for "
         "pictures of this size?",
@@ -282,25 +259,23 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
   }
 }
 
-VideoWriter::~VideoWriter() = default;
-
 void VideoWriter::add(const Picture& picture) {
-  writer_->writer.write(mat(picture));
-  ++writer_->frames;
+  writer_.write(mat(picture));
+  ++frames_;
 }
 
 // FFmpeg does not say what the disk refused, such as the index at the end, but a disk that did has no room for more.
 void VideoWriter::finish() {
-  writer_->writer.release();
-  const std::filesystem::path& name = writer_->output.name();
+  writer_.release();
+  const std::filesystem::path& name = output_->name();
   std::error_code ignored;
   const std::uintmax_t size = std::filesystem::file_size(name, ignored);
-  writer_->output.require_room();
+  output_->require_room();
   std::filesystem::resize_file(name, size, ignored);
-  if (const std::size_t n = packets(name); n != writer_->frames)
-    throw io::JobError(fmt::format("{}: cannot be written: holds {} of {} frames", writer_->path.string(), n,
-                                   writer_->frames));
-  writer_->output.commit();
+  if (const std::size_t n = packets(name); n != frames_)
+    throw io::JobError(
+        fmt::format("{}: cannot be written: holds {} of {} frames", path_.string(), n, frames_));
+  output_->commit();
 }
 
 Picture read_picture(const std::filesystem::path& path) {

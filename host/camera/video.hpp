@@ -6,10 +6,12 @@
 
 #include <filesystem>
 #include <memory>
+#include <opencv2/videoio.hpp>
 #include <string>
 #include <vector>
 
 #include "host/camera/picture.hpp"
+#include "host/io/output.hpp"
 
 namespace flexor::camera {
 
@@ -18,9 +20,6 @@ class VideoReader {
   // A file, or a camera device: /dev/video0. Throws io::InputError: missing, not a video, no picture in it,
   // a codec that this machine does not have.
   explicit VideoReader(const std::filesystem::path& path);
-  ~VideoReader();
-  VideoReader(const VideoReader&) = delete;
-  VideoReader& operator=(const VideoReader&) = delete;
 
   // False at the end. Times increase strictly: a frame whose time does not is left out and counted. Throws
   // io::JobError when the picture's size changes.
@@ -33,10 +32,11 @@ class VideoReader {
   std::vector<std::string> warnings() const;
 
  private:
-  struct Capture;
   double time_s();
 
-  std::unique_ptr<Capture> capture_;
+  cv::VideoCapture capture_;
+  cv::Mat frame_;
+  Picture still_;  // of a file that is no video, but a picture
   std::string source_;
   std::string reason_;  // why OpenCV gave no picture; empty: it does not say
   bool live_ = false;
@@ -62,7 +62,6 @@ class DropFinder {
 
  private:
   std::vector<double> steps_;
-  std::size_t next_ = 0;
   double last_s_ = -1;
   int dropped_ = 0;
 };
@@ -72,16 +71,15 @@ class VideoWriter {
   // .mp4 as H.264, which browsers play. By the rules and with the errors of
   // host/io/output.hpp; finish() counts the frames in the file. Left out, nothing is left behind.
   VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz);
-  ~VideoWriter();
-  VideoWriter(const VideoWriter&) = delete;
-  VideoWriter& operator=(const VideoWriter&) = delete;
 
   void add(const Picture& picture);
   void finish();
 
  private:
-  struct Writer;
-  std::unique_ptr<Writer> writer_;
+  std::filesystem::path path_;
+  std::unique_ptr<io::Output> output_;
+  cv::VideoWriter writer_;
+  std::size_t frames_ = 0;
 };
 
 // PNG, JPEG, BMP, WebP or TIFF of at most 36 million pixels, 16 bits brought to 8. Throws io::InputError.

@@ -27,39 +27,6 @@ double ramp_integral(double x, double r) {
   return x < r ? x * x / 2 : r * r / 2 + r * (x - r);
 }
 
-class GestureReader {
- public:
-  GestureReader(const Json& json, const std::string& source) : reader_(json, source) {}
-
-  io::JsonReader& reader() { return reader_; }
-
-  // A number, or the name of a pose.
-  double angle(const Json& value, std::size_t finger) {
-    if (value.is_number()) return in_range(value.get<double>(), "angle", finger);
-    const Json poses = reader_.object_or_empty("poses");
-    if (!value.is_string() || !poses.contains(value.get<std::string>())) {
-      reader_.fail(fmt::format("{} is neither an angle in degrees nor a pose in \"poses\"", value.dump()));
-    }
-    const Json& pose = poses.at(value.get<std::string>());
-    const std::string& name = model::finger_names()[finger];
-    if (!pose.is_object() || !pose.contains(name) || !pose.at(name).is_number()) {
-      reader_.fail(fmt::format("pose {} has no angle for {}", value.dump(), name));
-    }
-    return in_range(pose.at(name).get<double>(), value.dump().c_str(), finger);
-  }
-
- private:
-  double in_range(double angle_deg, const char* what, std::size_t finger) const {
-    if (!(angle_deg >= 0 && angle_deg <= 180)) {
-      reader_.fail(fmt::format("{} of {} is {:g} degrees; it must lie between 0 and 180", what,
-                               model::finger_names()[finger], angle_deg));
-    }
-    return angle_deg;
-  }
-
-  io::JsonReader reader_;
-};
-
 constexpr double kLeastSpeed_deg_s = 0.1;
 constexpr double kMostSpeed_deg_s = 10000;
 
@@ -74,23 +41,43 @@ std::size_t finger_of(const std::string& name, const io::JsonReader& reader) {
 }  // namespace
 
 struct Motion::Reader {
-  GestureReader& gesture;
+  io::JsonReader document;
   Motion& motion;
+  Json poses = document.object_or_empty("poses");
   double usual_speed_deg_s = 0;
 
+  // A number, or the name of a pose.
+  double angle(const Json& value, std::size_t finger) const {
+    const std::string& name = model::finger_names()[finger];
+    const Json* number = &value;
+    if (!value.is_number()) {
+      if (!value.is_string() || !poses.contains(value.get<std::string>()))
+        document.fail(fmt::format("{} is neither an angle in degrees nor a pose in \"poses\"", value.dump()));
+      const Json& pose = poses.at(value.get<std::string>());
+      if (!pose.is_object() || !pose.contains(name) || !pose.at(name).is_number())
+        document.fail(fmt::format("pose {} has no angle for {}", value.dump(), name));
+      number = &pose.at(name);
+    }
+    const double angle_deg = number->get<double>();
+    if (!(angle_deg >= 0 && angle_deg <= 180)) {
+      document.fail(fmt::format("{} of {} is {:g} degrees; it must lie between 0 and 180",
+                                value.is_number() ? "angle" : value.dump(), name, angle_deg));
+    }
+    return angle_deg;
+  }
+
   void settings() {
-    io::JsonReader& reader = gesture.reader();
-    motion.name_ = reader.text("name");
-    motion.description_ = reader.text_or_empty("description");
-    motion.number_ = reader.has("number") ? reader.whole_within("number", 0, 6) : 0;
-    motion.duration_s_ = reader.number_within("duration_s", 0.01, kMaxDuration_s);
-    motion.corner_s_ = reader.number_within("corner_s", 0.001, kMaxDuration_s);
-    usual_speed_deg_s = reader.number_within("speed_deg_s", kLeastSpeed_deg_s, kMostSpeed_deg_s);
-    const Json& start = reader.member("start");
+    motion.name_ = document.text("name");
+    motion.description_ = document.text_or_empty("description");
+    motion.number_ = document.has("number") ? document.whole_within("number", 0, 6) : 0;
+    motion.duration_s_ = document.number_within("duration_s", 0.01, kMaxDuration_s);
+    motion.corner_s_ = document.number_within("corner_s", 0.001, kMaxDuration_s);
+    usual_speed_deg_s = document.number_within("speed_deg_s", kLeastSpeed_deg_s, kMostSpeed_deg_s);
+    const Json& start = document.member("start");
     for (std::size_t i = 0; i < kFingers; ++i) {
       const std::string& name = model::finger_names()[i];
-      if (start.is_object() && !start.contains(name)) reader.fail(fmt::format("\"start\" has no {}", name));
-      motion.start_deg_[i] = gesture.angle(start.is_object() ? start.at(name) : start, i);
+      if (start.is_object() && !start.contains(name)) document.fail(fmt::format("\"start\" has no {}", name));
+      motion.start_deg_[i] = angle(start.is_object() ? start.at(name) : start, i);
     }
   }
 
@@ -98,8 +85,8 @@ struct Motion::Reader {
     std::array<double, kFingers> busy_until{};
     std::array<double, kFingers> at = motion.start_deg_;
     double first_move_s = kMaxDuration_s;
-    const Json& list = gesture.reader().member("moves");
-    if (!list.is_array()) gesture.reader().fail("\"moves\" must be a list");
+    const Json& list = document.member("moves");
+    if (!list.is_array()) document.fail("\"moves\" must be a list");
     for (const Json& entry : list) {
       io::JsonReader move(entry, fmt::format("{}: moves", source));
       const double start_s = move.number_within("start_s", 0, motion.duration_s_);
@@ -110,7 +97,7 @@ struct Motion::Reader {
       for (const Json& finger : move.list("fingers")) {
         if (!finger.is_string()) move.fail("\"fingers\" must be names");
         const std::size_t i = finger_of(finger.get<std::string>(), move);
-        const double target = gesture.angle(to, i);
+        const double target = angle(to, i);
         if (std::abs(target - at[i]) < kLeastTurn_deg) continue;
         if (start_s < busy_until[i]) {
           move.fail(fmt::format(
@@ -131,17 +118,14 @@ struct Motion::Reader {
 
 Motion Motion::from_json(const std::string& text, const std::string& source) {
   const Json json = io::parse_json(text, source);
-  GestureReader gesture(json, source);
-  io::JsonReader& reader = gesture.reader();
-  reader.schema("flexor-gesture", 1);
   Motion m;
   m.document_ = text;
-  Reader read{gesture, m};
+  Reader read{io::JsonReader(json, source), m};
+  read.document.schema("flexor-gesture", 1);
+  (void)read.document.has("choices");
   read.settings();
-  if (reader.has("choices")) (void)reader.member("choices");
-  (void)reader.has("poses");
   read.moves(source);
-  reader.done();
+  read.document.done();
   return m;
 }
 

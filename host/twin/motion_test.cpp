@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
-#include "host/io/refusal_test.hpp"
 
 namespace flexor::twin {
 namespace {
@@ -15,10 +15,6 @@ namespace {
 Motion gesture(const std::string& name) {
   const std::string path = std::string(FLEXOR_SOURCE_DIR) + "/models/gestures/" + name + ".json";
   return Motion::from_json(io::read_file(path), path);
-}
-
-std::string message(const std::string& text) {
-  return io::refusal_of([&] { (void)Motion::from_json(text, "g.json"); });
 }
 
 constexpr const char* kStart =
@@ -68,15 +64,10 @@ TEST(Motion, EveryGestureStaysInsideTheHandsLimits) {
   }
 }
 
-TEST(Motion, AQuickPersonStartsWithTheOthersAndEndsSooner) {
-  const Motion grab = gesture("1");
-  Variation quick;
-  quick.speed = 1.25;
-  EXPECT_DOUBLE_EQ(grab.angle(1, 3.5, quick), 112);
-  EXPECT_LT(grab.angle(1, 4, quick), grab.angle(1, 4, {}));
+TEST(Motion, ALatePersonIsLate) {
   Variation late;
   late.delay_s = 0.2;
-  EXPECT_DOUBLE_EQ(grab.angle(1, 4.2, late), grab.angle(1, 4, {}));
+  EXPECT_DOUBLE_EQ(gesture("1").angle(1, 4.2, late), gesture("1").angle(1, 4, {}));
 }
 
 // A person of another speed starts the first move when the plan says so: at 0 s as well as later.
@@ -93,64 +84,36 @@ TEST(Motion, AMoveAtZeroSecondsStartsAtZeroForAQuickPersonToo) {
   EXPECT_GT(m.angle(2, 1.7, quick), 40);
 }
 
-TEST(Motion, RefusesAbsurdNumbersInOneLineThatNamesThem) {
-  const auto with = [](const std::string& key, const std::string& value) {
+TEST(Motion, RefusesWhatMakesNoSenseInOneLineThatNamesIt) {
+  const auto with = [](const char* key, const std::string& value) {
     nlohmann::json json =
         nlohmann::json::parse(std::string(kStart) + R"({"start_s":1,"fingers":["index"],"to":90}]})");
     json[key] = nlohmann::json::parse(value);
-    return message(json.dump());
+    return json.dump();
   };
-  const auto moved = [&](const std::string& move) { return with("moves", "[" + move + "]"); };
-  struct Case {
-    std::string says;
-    std::string expected;
-  };
-  const Case cases[] = {
+  const auto moved = [&](const std::string& moves) { return with("moves", "[" + moves + "]"); };
+  const std::pair<std::string, const char*> cases[] = {
+      {"{}", "flexor-gesture"},
       {with("duration_s", "1e308"), "duration_s"},
-      {with("duration_s", "-1"), "duration_s"},
-      {with("duration_s", "0"), "duration_s"},
-      {with("corner_s", "1e308"), "corner_s"},
       {with("corner_s", "1e-300"), "corner_s"},
-      {with("speed_deg_s", "1e308"), "speed_deg_s"},
       {with("speed_deg_s", "1e-300"), "speed_deg_s"},
-      {with("number", "1e308"), "number"},
       {with("number", "2.5"), "number"},
-      {with("number", "-3"), "number"},
-      {with("start", "1e308"), "1e+308 degrees"},
       {with("start", "-200"), "-200 degrees"},
       {with("start", "null"), "neither an angle"},
       {with("moves", "{}"), "must be a list"},
-      {with("moves", "7"), "must be a list"},
-      {with("name", "7"), "must be a text"},
       {moved(R"({"start_s":1e308,"fingers":["index"],"to":90})"), "\"start_s\" is 1e+308"},
-      {moved(R"({"start_s":-1,"fingers":["index"],"to":90})"), "\"start_s\" is -1"},
       {moved(R"({"start_s":1,"fingers":["index"],"to":1e308})"), "1e+308 degrees"},
+      {moved(R"({"start_s":1,"fingers":["index"],"to":"fist"})"), "neither an angle"},
       {moved(R"({"start_s":1,"fingers":["index"],"to":90,"speed_deg_s":1e-300})"), "speed_deg_s"},
-      {moved(R"({"start_s":1,"fingers":"index","to":90})"), "must be a list"},
-      {moved("[]"), "must be an object"},
+      {moved(R"({"start_s":1,"fingers":["toe"],"to":90})"), "moves: unknown finger \"toe\""},
+      {moved(R"({"start_s":1,"fingers":["index"],"to":90,"sped":3})"), "unknown key"},
+      {moved(R"({"start_s":1,"fingers":["index"],"to":90},{"start_s":1.2,"fingers":["index"],"to":40})"),
+       "start later"},
   };
-  for (const Case& c : cases) {
-    EXPECT_NE(c.says.find(c.expected), std::string::npos) << c.expected << ": " << c.says;
-    EXPECT_TRUE(c.says.starts_with("g.json: ")) << c.says;
-    EXPECT_EQ(c.says.find('\n'), std::string::npos);
+  for (const auto& [text, says] : cases) {
+    io::expect_refused([&] { (void)Motion::from_json(text, "g.json"); }, says);
+    EXPECT_TRUE(io::refusal_of([&] { (void)Motion::from_json(text, "g.json"); }).starts_with("g.json: "));
   }
-}
-
-TEST(Motion, RefusesWhatMakesNoSense) {
-  const std::string start = kStart;
-  EXPECT_NE(message("{}").find("flexor-gesture"), std::string::npos);
-  EXPECT_EQ(message(start + R"({"start_s":1,"fingers":["toe"],"to":90}]})")
-                .find("g.json: moves: unknown finger \"toe\""),
-            0U);
-  EXPECT_NE(message(start + R"({"start_s":1,"fingers":["index"],"to":"fist"}]})").find("neither an angle"),
-            std::string::npos);
-  EXPECT_NE(
-      message(start +
-              R"({"start_s":1,"fingers":["index"],"to":90},{"start_s":1.2,"fingers":["index"],"to":40}]})")
-          .find("start later"),
-      std::string::npos);
-  EXPECT_NE(message(start + R"({"start_s":1,"fingers":["index"],"to":90,"sped":3}]})").find("unknown key"),
-            std::string::npos);
 }
 
 TEST(Motion, RecordedMotionRunsThroughItsSamplesAndHoldsItsEnds) {

@@ -127,9 +127,6 @@ void check(const Parameters& p) {
       p.frame_rate_hz * airtime_s <= 1,
       fmt::format("radio.frame_rate_hz: {} frames of {} bytes a second do not fit {} baud; at most {:.0f}",
                   p.frame_rate_hz, p.frame_bytes, p.baud, 1 / airtime_s));
-  for (const Fault& f : p.faults) {
-    require(f.start_s >= 0 && f.duration_s >= 0, "faults: start_s and duration_s must not be negative");
-  }
 }
 
 Parameters from_json(const std::string& text, const std::string& source) {

@@ -5,8 +5,8 @@
 #include <set>
 #include <string>
 
+#include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
-#include "host/io/refusal_test.hpp"
 
 namespace flexor::twin {
 namespace {
@@ -27,13 +27,6 @@ TEST(Parameters, EveryEntryHasAnotherNameAUnitASourceAndALegalDefault) {
     EXPECT_LT(e.min, e.max) << e.name;
   }
   EXPECT_NO_THROW(check(Parameters()));
-}
-
-TEST(Parameters, AFaultLastsNoLongerThanThereIsTime) {
-  const std::string why =
-      refusal(R"({},"faults":[{"finger":"ring","kind":"open","start_s":1e308,"duration_s":1.7e308}])");
-  EXPECT_TRUE(why.starts_with("t.json: faults: \"start_s\" is 1e+308; it must lie between 0 and 1e+09"))
-      << why;
 }
 
 TEST(Parameters, AFileThatIsCalledLikeAParameterIsNamedAllTheSame) {
@@ -81,24 +74,13 @@ TEST(Parameters, RefusesTheImpossibleByName) {
 }
 
 TEST(Parameters, RefusesAbsurdDocumentsInOneLine) {
-  const auto whole = [](const std::string& rest) {
-    return io::refusal_of(
-        [&] { (void)from_json(R"({"schema":"flexor-twin","schema_version":1,)" + rest + "}", "t.json"); });
-  };
   for (const char* rest :
-       {R"("parameters":[])", R"("parameters":{"radio.loss":0.1})",
-        R"("parameters":{"radio.loss":{"value":1e308}})", R"("parameters":{"radio.loss":{"value":-1e308}})",
-        R"("parameters":{"radio.loss":{"value":1e999}})", R"("parameters":{"radio.loss":{"value":[1]}})",
-        R"("parameters":{"radio.loss":{"value":{"index":1}}})",
-        R"("parameters":{"hand.lower_deg":{"value":{"toe":1}}})",
-        R"("parameters":{"hand.lower_deg":{"value":null}})", R"("parameters":{"":{"value":1}})",
-        R"("faults":{"a":{}})", R"("faults":7)", R"("faults":[7])",
-        R"("faults":[{"finger":"index","kind":"open","start_s":-1,"duration_s":1}])",
-        R"("faults":[{"finger":"index","kind":"gone","start_s":1,"duration_s":1}])",
-        R"("faults":[{"finger":"index","kind":"open","start_s":1,"duration_s":1e999}])"}) {
-    const std::string says = whole(rest);
-    EXPECT_TRUE(says.starts_with("t.json: ")) << rest << ": " << says;
-    EXPECT_EQ(says.find('\n'), std::string::npos) << says;
+       {R"([])", R"({"radio.loss":0.1})", R"({"radio.loss":{"value":1e308}})",
+        R"({"hand.lower_deg":{"value":{"toe":1}}})", R"({},"faults":{"a":{}})", R"({},"faults":[7])",
+        R"({},"faults":[{"finger":"index","kind":"gone","start_s":1,"duration_s":1}])",
+        R"({},"faults":[{"finger":"index","kind":"open","start_s":-1,"duration_s":1}])"}) {
+    EXPECT_TRUE(refusal(rest).starts_with("t.json: ")) << refusal(rest);
+    io::expect_line(refusal(rest), "");
   }
 }
 

@@ -17,19 +17,11 @@ Wearer::Wearer(const Variation& variation, const Motion& pose) : variation_(vari
   for (int i = 0; i < kFingers; ++i) rest_deg_[place(i)] = from_deg_[place(i)] = pose.angle(i, -1, variation);
 }
 
-void Wearer::play(Motion motion, std::int64_t now_ms) {
+void Wearer::go_to(std::optional<Motion> motion, std::int64_t now_ms) {
   PerFinger here{};
   for (int i = 0; i < kFingers; ++i) here[place(i)] = angle(i, now_ms);
   from_deg_ = here;
   motion_ = std::move(motion);
-  begin(now_ms);
-}
-
-void Wearer::rest(std::int64_t now_ms) {
-  PerFinger here{};
-  for (int i = 0; i < kFingers; ++i) here[place(i)] = angle(i, now_ms);
-  from_deg_ = here;
-  motion_.reset();
   begin(now_ms);
 }
 

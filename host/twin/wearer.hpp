@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "host/twin/motion.hpp"
 
@@ -22,8 +23,8 @@ class Wearer {
   Wearer(const Variation& variation, const Motion& pose);
 
   // Times are multiples of kBlock_ms, and do not go back.
-  void play(Motion motion, std::int64_t now_ms);
-  void rest(std::int64_t now_ms);
+  void play(Motion motion, std::int64_t now_ms) { go_to(std::move(motion), now_ms); }
+  void rest(std::int64_t now_ms) { go_to(std::nullopt, now_ms); }
   // Before a motion's t = 0, this once so much longer.
   void postpone(std::int64_t ms) { before_ms_ += ms; }
 
@@ -33,6 +34,7 @@ class Wearer {
   std::optional<std::int64_t> start_ms() const;
 
  private:
+  void go_to(std::optional<Motion> motion, std::int64_t now_ms);
   void begin(std::int64_t now_ms);
   double at(int finger, std::int64_t t_ms) const;
   double first(int finger) const;

@@ -469,6 +469,8 @@ TEST_F(Cli, SetupProposesTakesAnAssignmentAndSavesAJointFile) {
 TEST_F(Cli, CameraCommandsRefuseBadInputInOneLineAndLeaveNothingBehind) {
   make(FLEXOR_TEST_INPUTS);
   write("text.mp4", "no video");
+  fs::create_directory(path("own"));
+  fs::copy_file(path("joints.json"), path("own/angles.csv"));
   write("empty.mp4", "");
   ASSERT_EQ(::mkfifo(path("pipe.mp4").c_str(), 0600), 0);
   fs::create_directory(path("rep"));
@@ -493,6 +495,8 @@ TEST_F(Cli, CameraCommandsRefuseBadInputInOneLineAndLeaveNothingBehind) {
       {"identify --sensor simulated_glove.csv --reference simulated_camera.csv --report rep",
        "another run works"},
       {"track" + picture + joints + out + " --report rep", "another run works"},
+      {"track video.mp4 --joints own/angles.csv --report own" + out,
+       "own/angles.csv: cannot be written: it is an input"},
       {"track /dev/null" + joints + out, "camera cannot be opened"},
       {"track" + picture + joints + out + " --colour 1,1", "--setup"},
       {setup + " --colour one", "--colour: At least 2"},

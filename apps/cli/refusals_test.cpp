@@ -138,6 +138,16 @@ TEST_F(Refusals, MotionsWhoseNamesATableCannotHold) {
   expect_no_motion(gesture("four.json", "okay sign") + ",4", "have the same name");
 }
 
+TEST_F(Refusals, OnePoseThatIsNamedTwice) {
+  const std::string log = file("poses.csv",
+                               "t_s,thumb_alpha,index_alpha,middle_alpha,ring_alpha,pinky_alpha\n"
+                               "0,1,1,1,1,1\n0.1,1,1,1,1,1\n");
+  const std::string model =
+      "recalibrate '" FLEXOR_SOURCE_DIR "/models/published_hw.json' --out " + path("n.json");
+  expect_refused(model + " --poses ", {"open,open ", "fist,fist,fist "}, log,
+                 "or both as they follow: open,fist");
+}
+
 // One stray time stamp must neither fill the memory nor go unnamed.
 TEST_F(Refusals, MotionsOfAStrayTimeStampOrCell) {
   const std::string header = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";

@@ -112,7 +112,8 @@ Output run(const Options& o) {
   // A camera has no end of its own: Ctrl-C is how its recording is finished.
   std::optional<io::StopOnSignal> stop;
   std::optional<io::FolderLock> lock;
-  if (!o.track.report.empty()) lock.emplace(o.track.report, "tracking");
+  const std::vector<std::string_view> written = {"angles.csv", "frame.jpg"};
+  if (!o.track.report.empty()) lock.emplace(o.track.report, "tracking", written);
   if (std::filesystem::is_character_file(o.track.video)) stop.emplace();
   Json result = track_video(camera, o.track, [&] { return !stop || !*stop->flag(); });
   if (!o.track.report.empty()) report::render(o.track.report);

@@ -268,6 +268,10 @@ Held poses_in(const std::vector<std::string>& poses, const recording::Recording&
   const auto is_known = [](const std::string& pose) { return pose == "open" || pose == "fist"; };
   if (poses.empty() || !std::ranges::all_of(poses, is_known))
     throw io::InputError(fmt::format("unknown poses \"{}\"; known: open, fist", fmt::join(poses, ",")));
+  if (poses.size() > 1 && std::ranges::count(poses, poses.front()) == std::ssize(poses))
+    throw io::InputError(
+        fmt::format("poses \"{}\": name a pose that is held alone once, or both as they follow: open,fist",
+                    fmt::join(poses, ",")));
   if (std::ranges::none_of(model.inputs, [](const auto& input) { return input.poses.has_value(); }))
     throw io::InputError(fmt::format(
         "{}: the model does not say what its sensors read at the open hand and at the fist: identify it anew",

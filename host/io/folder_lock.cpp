@@ -49,8 +49,13 @@ bool is_still_there(int file, const fs::path& path) {
 
 }  // namespace
 
-FolderLock::FolderLock(fs::path folder, std::string_view kind) : folder_(std::move(folder)) {
+FolderLock::FolderLock(fs::path folder, std::string_view kind, const std::vector<std::string_view>& files)
+    : folder_(std::move(folder)) {
   require_folder(folder_, kind);
+  std::vector<std::string_view> written = files;
+  if (!kind.empty()) written.insert(written.end(), {"results.json", "report.html"});
+  for (const std::string_view file : written)
+    if (fs::exists(folder_ / file)) require_writable(folder_ / file);
   std::error_code error;
   made_ = !fs::exists(folder_, error);
   make_folder(folder_);

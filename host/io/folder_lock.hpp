@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string_view>
+#include <vector>
 
 #include "host/io/descriptor.hpp"
 
@@ -12,9 +13,10 @@ namespace flexor::io {
 // away again if nothing was put into it.
 class FolderLock {
  public:
-  // Throws InputError: the folder cannot be made or written, it has the results of another job than `kind`, or somebody,
-  // who is named, works in it.
-  explicit FolderLock(std::filesystem::path folder, std::string_view kind = "");
+  // Throws InputError: the folder cannot be made or written, it has the results of another job than `kind`, an input has the
+  // name of its results, its page or one of `files` that the job writes, or somebody, who is named, works in it.
+  explicit FolderLock(std::filesystem::path folder, std::string_view kind = "",
+                      const std::vector<std::string_view>& files = {});
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;

@@ -60,9 +60,7 @@ Output run(const Options& o) {
   if (!o.out.empty() && !o.clock_offset_s && aligned.alignment)
     identify::refuse_unsure(pair.sensor.source, aligned.clock_offset_s, aligned.alignment->confidence);
   if (!o.out.empty()) io::write_file(o.out, recording::to_csv(recording::to_recording(aligned, pair)));
-  if (!o.json) {
-    for (const std::string& warning : aligned.warnings) log_warning(warning);
-  }
+  if (!o.json) log_warnings(aligned.warnings);
   return {to_json(aligned), in_words(o, aligned)};
 }
 

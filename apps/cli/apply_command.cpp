@@ -68,10 +68,10 @@ template <class Estimator>
 void start_tracking(const Options& o, Estimator& estimator) {
   estimator.track({});
   if (estimator.trackers()->any()) return;
-  throw io::InputError(fmt::format(
-      "{}: no input says what its strip reads at the open hand and at the fist, against which --track works: "
-      "identify the model anew from a recording with both, or leave out --track",
-      o.model));
+  throw io::InputError(
+      fmt::format("{}: no input says what its strip reads at the open hand and at the fist, against which "
+                  "--track works: identify the model anew from a recording with both, or leave out --track",
+                  o.model));
 }
 
 struct Done {
@@ -201,10 +201,9 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
 void require_accuracy(const Options& o, const model::Model& model) {
   for (const model::Joint& joint : model.joints) {
     if (joint.accuracy) continue;
-    throw io::InputError(
-        fmt::format("{}: {} does not say how accurate it is: identify it with --pair, or leave out "
-                    "--intervals",
-                    o.model, joint.name));
+    throw io::InputError(fmt::format(
+        "{}: {} does not say how accurate it is: identify it with --pair, or leave out --intervals", o.model,
+        joint.name));
   }
 }
 
@@ -231,8 +230,7 @@ void add_apply(CLI::App& app) {
       add_command(app, "apply", "Turn sensor readings into angles: wide CSV on standard output", run,
                   "one JSON object instead, when the recording has ended");
   command->footer(
-      "For each joint a column <joint>_deg and <joint>_status: 0 ok, 1 below and 2 above the valid "
-      "range,\n"
+      "For each joint a column <joint>_deg and <joint>_status: 0 ok, 1 below and 2 above the valid range,\n"
       "3 not a number, 4 pause of the log. With anything but 0 the last good reading is held.\n"
       "Exit status 3: all is written, but readings of a column are not what the model knows; the message "
       "says how.");

@@ -56,11 +56,7 @@ TEST_F(Cli, NoOutputTakesThePlaceOfAnInput) {
 }
 
 TEST_F(Cli, AReadingInAnotherUnitThanTheModelsIsRefusedEverywhere) {
-  ASSERT_EQ(run("identify " + kPair +
-                "--structure linear "
-                "--input-unit count --model m.json")
-                .exit,
-            0);
+  ASSERT_EQ(run("identify " + kPair + "--structure linear --input-unit count --model m.json").exit, 0);
   const model::Model m = model::load(path("m.json"));
   model::Model renamed = m;
   renamed.inputs[0].column = "flex_V";
@@ -143,9 +139,7 @@ TEST_F(Cli, AStandardErrorThatCannotBeWrittenCostsNothingButItsLines) {
 }
 
 TEST_F(Cli, OnlyTheFilesOfAReportNeedGnuplot) {
-  EXPECT_EQ(run("identify " + kPair +
-                    "--structure "
-                    "linear-dynamic --model m.json --report report",
+  EXPECT_EQ(run("identify " + kPair + "--structure linear-dynamic --model m.json --report report",
                 "/dev/null", "PATH=none")
                 .exit,
             0);
@@ -159,9 +153,8 @@ TEST_F(Cli, OnlyTheFilesOfAReportNeedGnuplot) {
 }
 
 TEST_F(Cli, TheWholeChainRuns) {
-  const Finished identified = run("identify " + kPair +
-                                  "--structure hw --json "
-                                  "--model m.json --report report");
+  const Finished identified =
+      run("identify " + kPair + "--structure hw --json --model m.json --report report");
   ASSERT_EQ(identified.exit, 0) << identified.err;
   const auto json = nlohmann::json::parse(identified.out);
   EXPECT_TRUE(fs::exists(path("report/report.html")));
@@ -208,17 +201,15 @@ TEST_F(Cli, ApplyTracksAStripThatMovesAndSaysByHowMuch) {
                        alpha - 6, alpha);
   }
   io::write_file(path("log.csv"), log);
-  const std::string apply = "apply poses.json log.csv --track";
   for (const std::string arithmetic : {"double", "float", "fixed"}) {
-    const Finished r = run(apply + " --arithmetic " + arithmetic);
+    const Finished r = run("apply poses.json log.csv --track --json --arithmetic " + arithmetic);
     ASSERT_EQ(r.exit, 0) << r.err;
-    EXPECT_NE(r.err.find("tracked: thumb_alpha not"), std::string::npos) << r.err;
-    EXPECT_NE(r.err.find("tracked: index_alpha shifted by -"), std::string::npos) << r.err;
-    EXPECT_NE(r.err.find("tracked: ring_alpha shifted by +"), std::string::npos);
-    EXPECT_EQ(r.err.find("ALARM"), std::string::npos);
+    const auto tracking = nlohmann::json::parse(r.out).at("tracking");
+    EXPECT_EQ(tracking.size(), 4U) << "the thumb's poses are not known";
+    EXPECT_LT(tracking.at("index_alpha").at("shift_deg"), 0);
+    EXPECT_GT(tracking.at("ring_alpha").at("shift_deg"), 0);
+    EXPECT_FALSE(tracking.at("ring_alpha").at("alarm"));
   }
-  const auto json = nlohmann::json::parse(run(apply + " --json").out);
-  EXPECT_EQ(json.at("tracking").size(), 4U);
   expect_refused("apply " + kPublished + " log.csv --track", 2, "leave out --track");
 }
 
@@ -299,9 +290,7 @@ TEST_F(Cli, ScorePairsTheColumnsOfOneNameAndWarnsOfTwoClocks) {
 TEST_F(Cli, ExperimentPrintsTheTableAndOneJsonObject) {
   const Finished text = run("experiment --gestures 2,4 --trials 2");
   EXPECT_EQ(text.exit, 0) << text.err;
-  for (const char* part :
-       {"2 number two", "956.0", "one constant for each compensator", "large fluctuations"})
-    EXPECT_NE(text.out.find(part), std::string::npos) << part;
+  EXPECT_NE(text.out.find("published-hw, here"), std::string::npos) << text.out;
   const auto json = nlohmann::json::parse(run("experiment --gestures 2,4 --trials 2 --json").out);
   ASSERT_EQ(json.at("cells").size(), 6U);
   const auto& cell = json.at("cells").at(0);

@@ -25,6 +25,9 @@ struct Output {
 };
 void print(Output output, bool as_json);
 
+// "report   rep/report.html" at the end of a command's words; nothing where it was not asked for.
+std::string line_of(const char* what, const std::filesystem::path& folder, const char* file = "");
+
 // A command; its options live until `run` gets them. `json`: what --json prints, where they have it.
 template <class Options, class Result>
 std::pair<std::remove_const_t<Options>*, CLI::App*> add_command(
@@ -48,33 +51,39 @@ int run(int argc, char** argv);
 // All commands of `app`, as run() parses them.
 void add_commands(CLI::App& app);
 
-void add_align(CLI::App& app);
-void add_protocol(CLI::App& app);
-void add_camera(CLI::App& app);
-void add_deploy(CLI::App& app);
-void add_experiment(CLI::App& app);
-void add_export(CLI::App& app);
-void add_flash(CLI::App& app);
-void add_latency(CLI::App& app);
-void add_live(CLI::App& app);
-void add_monitor(CLI::App& app);
-void add_pair(CLI::App& app);
-void add_posture(CLI::App& app);
-void add_ports(CLI::App& app);
-void add_record(CLI::App& app);
-void add_track(CLI::App& app);
-void add_twin(CLI::App& app);
+// Every command of `flexor`: its name, where help lists it, and an example.
+#define FLEXOR_COMMANDS(X)                                                                            \
+  X(live, "See it", "flexor live --demo")                                                             \
+  X(monitor, "See it", "flexor monitor --from twin")                                                  \
+  X(wiring, "A glove", "flexor wiring --hardware lucidgloves --out wiring/")                          \
+  X(ports, "A glove", "flexor ports")                                                                 \
+  X(record, "A glove", "flexor record glove.csv")                                                     \
+  X(protocol, "A glove", "flexor protocol")                                                           \
+  X(identify, "Logs", "flexor identify --pair glove.csv camera.csv --model hand.json")                \
+  X(apply, "Logs", "flexor apply hand.json glove.csv > angles.csv")                                   \
+  X(score, "Logs", "flexor score camera.csv angles.csv")                                              \
+  X(align, "Logs", "flexor align --sensor glove.csv --reference camera.csv --out aligned.csv")        \
+  X(recalibrate, "Logs", "flexor recalibrate hand.json --recording tomorrow.csv --out tomorrow.json") \
+  X(track, "Logs", "flexor track hand.mp4 --joints joints.json --out angles.csv")                     \
+  X(camera, "Logs", "flexor camera calibrate board1.png board2.png --out lens.json")                  \
+  X(posture, "Logs",                                                                                  \
+    "flexor posture complete models/posture.json angles.csv --from index_mcp_deg --out hand.csv")     \
+  X(export, "Logs", "flexor export angles.csv --to mcap --out angles.mcap")                           \
+  X(show, "Logs", "flexor show hand.json")                                                            \
+  X(report, "Logs", "flexor report report/")                                                          \
+  X(deploy, "Boards", "flexor deploy hand.json --rate 50 --output opengloves --out vr/")              \
+  X(flash, "Boards", "flexor flash firmware/ --board glove --port auto")                              \
+  X(pair, "Boards", "flexor pair --glove /dev/ttyUSB0 --hand /dev/ttyUSB1")                           \
+  X(send, "Boards", "flexor send hand.json --rate 10 --port auto --key firmware/pair.key")            \
+  X(latency, "Boards", "flexor latency --compensator published-hw")                                   \
+  X(experiment, "The paper", "flexor experiment --trials 200 --out paper/")                           \
+  X(merge, "The paper", "flexor merge shard1/ shard2/ --out paper/")                                  \
+  X(twin, "The paper", "flexor twin record --out glove/")                                             \
+  X(job, "Programs", "flexor job identify < request.json")
+#define FLEXOR_ADD_COMMAND(name, group, example) void add_##name(CLI::App& app);
+FLEXOR_COMMANDS(FLEXOR_ADD_COMMAND)
+#undef FLEXOR_ADD_COMMAND
 void add_twin_wear(CLI::App& twin);
-void add_identify(CLI::App& app);
-void add_job(CLI::App& app);
-void add_apply(CLI::App& app);
-void add_merge(CLI::App& app);
-void add_recalibrate(CLI::App& app);
-void add_report(CLI::App& app);
-void add_score(CLI::App& app);
-void add_send(CLI::App& app);
-void add_show(CLI::App& app);
-void add_wiring(CLI::App& app);
 
 // The twin as shipped or from a file, with parameters set. Throws io::InputError.
 struct TwinFiles {
@@ -85,6 +94,17 @@ twin::Parameters twin_parameters(const TwinFiles& twin);
 // --twin, which is `about`, and --set.
 void add_twin_options(CLI::App& command, TwinFiles& twin,
                       const char* about = "configuration of the twin (default: the shipped one)");
+
+// An option with a value for each of some names.
+template <class T>
+CLI::Option* add_choice(CLI::App& command, const std::string& name, T& to,
+                        const std::map<std::string, T>& choices, const std::string& about) {
+  CLI::Option* const out = command.add_option_function<std::string>(
+      name, [&to, choices](const std::string& one) { to = choices.at(one); }, about);
+  for (const auto& [choice, value] : choices)
+    if (value == to) out->default_str(choice);
+  return out->check(CLI::IsMember(choices));
+}
 
 // For options that name a folder: without a "/" at its end, since names of files follow one.
 inline const CLI::Validator kFolder(
@@ -155,6 +175,9 @@ void print_as_it_is(const std::string& text);
 // One line on standard error, or a warning of the job: a message of its own kind, "warning: ..." or "note: ...".
 void log(const std::string& line, const char* kind = "message");
 inline void log_warning(const std::string& text) { log("warning: " + text, "warning"); }
+inline void log_warnings(const std::vector<std::string>& texts) {
+  for (const std::string& text : texts) log_warning(text);
+}
 inline void log_note(const std::string& text) { log("note: " + text, "note"); }
 
 }  // namespace flexor::cli

@@ -25,7 +25,7 @@ struct Options {
   std::string model;
   std::optional<double> rate_hz;
   std::string out;
-  std::string output = "radio";
+  deploy::Output output = deploy::Output::radio;
   std::string hardware = "flexor";
   double baud = 0;  // 0: the hardware's
   std::string key;
@@ -34,8 +34,8 @@ struct Options {
   std::string calibration;
   std::string recording;
   bool allow_missing = false;
-  std::string encoding = "alpha";
-  std::string hand = "right";
+  deploy::Encoding encoding = deploy::Encoding::alpha;
+  bool right_hand = true;
   bool track = false;
   bool json = false;
 };
@@ -75,15 +75,14 @@ link::Key given_key(const std::string& text) {
     throw io::InputError("--key: no file of this name, and not 32 hexadecimal digits either");
   if (!hex) return deploy::load_key(text);
   log_warning(
-      "a key on the command line shows in the process list and the shell's history: --key takes a "
-      "file");
+      "a key on the command line shows in the process list and the shell's history: --key takes a file");
   return deploy::key_from_hex(text);
 }
 
 // A glove and a hand keep their key from one deployment to the next, unless told otherwise. A file that is
 // not a key might have been one: it is refused, never replaced.
 PairKey choose_key(const Options& o) {
-  if (o.plain || o.output != "radio") return {{}, nullptr, false};
+  if (o.plain || o.output != deploy::Output::radio) return {{}, nullptr, false};
   const deploy::Key stored = stored_key(std::filesystem::path(o.out) / deploy::kKeyFile);
   if (!o.key.empty()) {
     const link::Key key = given_key(o.key);
@@ -120,7 +119,7 @@ void require_fingers(const Options& o, const deploy::Glove& glove) {
 
 // A radio's glove has one button at most, which zeroes it.
 void require_of_vr(const Options& o, const deploy::Glove& glove) {
-  if (o.output == "opengloves") return;
+  if (o.output == deploy::Output::opengloves) return;
   const model::Pins& pins = glove.pins;
   const auto buttons = std::ranges::count_if(pins.button, [](const auto& pin) { return pin.has_value(); });
   const bool zeroes = pins.button.back().has_value();
@@ -129,13 +128,12 @@ void require_of_vr(const Options& o, const deploy::Glove& glove) {
         "--hardware: joystick and buttons but calibrate go to VR drivers: add --output opengloves, or leave "
         "them out");
   if (zeroes && !deploy::can_zero(glove)) {
-    throw io::InputError(fmt::format(
-        "--hardware: calibrate: {} does not know what its sensors read at the open hand and at the "
-        "fist: identify it from "
-        "a recording that has both, or leave the button out",
-        o.model));
+    throw io::InputError(
+        fmt::format("--hardware: calibrate: {} does not know what its sensors read at the open hand and at "
+                    "the fist: identify it from a recording that has both, or leave the button out",
+                    o.model));
   }
-  if (o.encoding != "alpha")
+  if (o.encoding != deploy::Encoding::alpha)
     throw io::InputError("--encoding: is of text for VR drivers: add --output opengloves");
 }
 
@@ -155,12 +153,13 @@ model::Model logging_model() {
 
 // What the options ask for. Refuses, before anything is written, what the boards or the radio cannot do.
 deploy::Deployment plan(const Options& o, const model::Hardware& hardware, const deploy::Key& key) {
-  if (o.model.empty() && o.output != "log") throw io::InputError("MODEL is required, but with --output log");
+  if (o.model.empty() && o.output != deploy::Output::log)
+    throw io::InputError("MODEL is required, but with --output log");
   model::Model model = o.model.empty() ? logging_model() : model::load(o.model);
   set_rate(model, o.rate_hz);
   deploy::Deployment d;
   std::vector<std::string> notes;
-  if (o.output == "radio") model = deploy::on_hand(std::move(model), hardware, notes);
+  if (o.output == deploy::Output::radio) model = deploy::on_hand(std::move(model), hardware, notes);
   for (const std::string& note : notes) log(note);
   const deploy::CalibrationDocument own =
       o.calibration.empty() ? deploy::CalibrationDocument() : deploy::load_calibration(o.calibration);
@@ -177,9 +176,9 @@ deploy::Deployment plan(const Options& o, const model::Hardware& hardware, const
                     "or make \"sensor\" of {} \"flex\"",
                     o.model, hardware.source));
   d.folder = o.out;
-  d.glove.encoding = o.encoding == "beta" ? deploy::Encoding::beta : deploy::Encoding::alpha;
-  d.glove.right_hand = o.hand == "right";
-  d.glove.output = deploy::kOutputs.at(o.output);
+  d.glove.encoding = o.encoding;
+  d.glove.right_hand = o.right_hand;
+  d.glove.output = o.output;
   require_of_vr(o, d.glove);
   require_fingers(o, d.glove);
   d.glove.track = o.track;
@@ -232,18 +231,17 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
   deploy::write_arduino_library(d.glove, folder / deploy::kArduinoFolder);
   measure(d, boards, counts);
   save_results(d, folder);
+  nlohmann::ordered_json json = io::parse_json(io::read_file(folder / "results.json"), "results.json");
   report::render(folder);
-  nlohmann::ordered_json json = to_json(d);
   json["folder"] = o.out;
   json["model"] = o.model;
-  json["version"] = FLEXOR_VERSION;
   return json;
 }
 
-std::string in_words(const deploy::Deployment& d, const PairKey& pair) {
+std::string in_words(const deploy::Deployment& d, const PairKey& pair, const nlohmann::ordered_json& json) {
   const std::string folder = io::one_line(d.folder);
   const bool radio = d.glove.output == deploy::Output::radio;
-  std::string text = deployment_table(d);
+  std::string text = report::summary("deployment", json);
   text += fmt::format(
       "\nimages    {0}/glove.hex{1}\nwiring    {0}/wiring.md, {0}/wiring_glove.svg{2}\nArduino   "
       "{0}/arduino\n"
@@ -283,21 +281,18 @@ Output run(const Options& o) {
                       kept.string()));
   }
   out.publish();
-  return {json, in_words(d, pair)};
+  return {json, in_words(d, pair, json)};
 }
 
 void add_glove_options(CLI::App& command, Options& o) {
   command.add_flag("--allow-missing", o.allow_missing,
                    "text for VR drivers although the model lacks fingers: they are sent as straight");
-  command
-      .add_option("--encoding", o.encoding,
-                  "of text for VR drivers: alpha, a number for each finger, or beta, the model's other "
-                  "joints as well")
-      ->check(CLI::IsMember({"alpha", "beta"}))
-      ->capture_default_str();
-  command.add_option("--hand", o.hand, "which hand the glove tells a VR driver that asks: left or right")
-      ->check(CLI::IsMember({"left", "right"}))
-      ->capture_default_str();
+  using deploy::Encoding;
+  add_choice(
+      command, "--encoding", o.encoding, {{"alpha", Encoding::alpha}, {"beta", Encoding::beta}},
+      "of text for VR drivers: alpha, a number for each finger, or beta, the model's other joints as well");
+  add_choice(command, "--hand", o.right_hand, {{"left", false}, {"right", true}},
+             "which hand the glove tells a VR driver that asks: left or right");
 }
 
 void add_key_options(CLI::App& command, Options& o) {
@@ -326,21 +321,17 @@ void add_deploy(CLI::App& app) {
                    "write what is flashed, wiring, an Arduino library and the report into this folder")
       ->transform(kFolder)
       ->required();
-  command
-      ->add_option(
-          "--output", o->output,
-          "of the glove: radio; over USB opengloves, lines for VR drivers, text, lines of angles, or "
-          "log, lines of counts")
-      ->check(CLI::IsMember(deploy::kOutputs))
-      ->capture_default_str();
+  add_choice(*command, "--output", o->output, deploy::kOutputs,
+             "of the glove: radio; over USB opengloves, lines for VR drivers, text, lines of angles, or log, "
+             "lines of counts");
   add_hardware(*command, o->hardware);
   add_glove_options(*command, *o);
   command->add_option("--baud", o->baud, "of the radio (default: radio.baud of the hardware)");
   add_key_options(*command, *o);
-  command->add_option("--calibration", o->calibration,
-                      "JSON (docs/calibration.md): for each finger \"counts\" and \"value\", two or more "
-                      "points, and their \"unit\" "
-                      "(default: the article's divider for a model of its alpha, counts for one of counts)");
+  command->add_option(
+      "--calibration", o->calibration,
+      "JSON (docs/calibration.md): for each finger \"counts\" and \"value\", two or more points, and their "
+      "\"unit\" (default: the article's divider for a model of its alpha, counts for one of counts)");
   command->add_option("--recording", o->recording,
                       "CSV with the model's input columns: also measure the error over it");
   command->add_flag(

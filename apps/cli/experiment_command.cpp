@@ -31,95 +31,6 @@ struct Options {
   bool json = false;
 };
 
-// "12.3 +- 0.4"; a single trial has no interval.
-std::string with_interval(const study::Statistic& s) {
-  if (s.count() == 0) return "-";
-  const std::optional<double> half = s.ci95();
-  return fmt::format("{:.1f} +- {}", s.mean(), half ? fmt::format("{:.1f}", *half) : "-");
-}
-
-void distances(const study::Distances& d) {
-  if (!d.all) return;
-  std::string line = "distance from the published table, rms of ln(ours/published): ";
-  std::string null = "one constant for each compensator, which knows nothing of gestures, has ";
-  const auto add = [&](const study::Distance& at, const char* what) {
-    line += fmt::format("{:.3f} on {} ({})", at.log_rms, describe(at), what);
-    null += fmt::format("{:.3f}", at.null_log_rms);
-  };
-  if (d.fitted) add(*d.fitted, "fitted");
-  if (d.fitted && d.not_fitted) {
-    line += ", ";
-    null += " and ";
-  }
-  if (d.not_fitted) add(*d.not_fitted, "not fitted");
-  print(line + "\n" + null + "\n");
-}
-
-void shapes(const std::vector<study::ShapeCheck>& checks) {
-  for (const study::ShapeCheck& c : checks) {
-    print(fmt::format("gesture {}, {}: {:.1f} deg ({}); the article's words ask for {} {:g}: {}\n", c.gesture,
-                      c.what, c.value_deg, c.where, c.is_least ? "at least" : "at most", c.threshold_deg,
-                      c.agrees() ? "agrees" : "does not agree"));
-  }
-}
-
-void table(const study::Result& r, const study::Plan& plan) {
-  constexpr const char* kRow = "{:<21}{:<15}{:>17}{:>10}{:>8}{:>8}\n";
-  print(fmt::format("total error E_T in deg s, mean and 95 % interval of {} trial(s), {:g} Hz, seed {}\n\n",
-                    plan.trials, 1 / plan.compensators.front().model.sample_period_s, plan.seed));
-  print(fmt::format(fmt::runtime(kRow), "gesture", "compensator", "causal", "published", "ratio", "to raw"));
-  const auto raw =
-      static_cast<std::size_t>(std::ranges::find(r.compensators, "raw") - r.compensators.begin());
-  const auto ratio = [](const study::Cell& cell, std::optional<double> to) {
-    return to ? fmt::format("{:.3f}", cell.total_deg_s.mean() / *to) : "-";
-  };
-  for (std::size_t m = 0; m < r.motions.size(); ++m) {
-    for (std::size_t c = 0; c < r.compensators.size(); ++c) {
-      const study::Cell& cell = r.cell(m, c);
-      const std::string gesture =
-          c > 0 ? "" : (cell.gesture > 0 ? fmt::format("{} {}", cell.gesture, cell.motion) : cell.motion);
-      std::optional<double> of_raw;
-      if (raw < r.compensators.size()) of_raw = r.cell(m, raw).total_deg_s.mean();
-      print(fmt::format(fmt::runtime(kRow), io::start_of(gesture, 20), io::start_of(cell.compensator, 14),
-                        with_interval(cell.total_deg_s),
-                        cell.published_deg_s ? fmt::format("{:.1f}", *cell.published_deg_s) : "-",
-                        ratio(cell, cell.published_deg_s), ratio(cell, of_raw)));
-    }
-  }
-  const study::Stops stops = study::stops_of(r);
-  print(
-      fmt::format("\nend stops: hit at up to {:.0f} deg/s, a motor pressed against one for up to {:.2f} s\n",
-                  stops.impact_deg_s, stops.pressed_s));
-  distances(study::distances(r));
-  shapes(study::shape_checks(r, plan));
-  if (r.wall_s > 0 && r.simulated_s > 0) {
-    print(fmt::format("{:.0f} times real time on {} thread(s)\n", r.real_time_factor(), r.threads));
-  }
-}
-
-// Mean over the motions, and how much worse than as calibrated.
-void show_scenarios(const std::vector<study::ScenarioResult>& scenarios) {
-  if (scenarios.empty()) return;
-  const auto mean = [](const study::Result& r, std::size_t c) {
-    double sum = 0;
-    for (std::size_t m = 0; m < r.motions.size(); ++m) sum += r.cell(m, c).total_deg_s.mean();
-    return sum / static_cast<double>(r.motions.size());
-  };
-  const study::Result& base = scenarios.front().result;
-  print(fmt::format("\n{:<36}", "scenario, mean deg s"));
-  for (const std::string& c : base.compensators) print(fmt::format("{:>14}", io::start_of(c, 13)));
-  print("\n");
-  for (const study::ScenarioResult& s : scenarios) {
-    print(fmt::format("{:<36}", s.scenario.name));
-    for (std::size_t c = 0; c < base.compensators.size(); ++c) {
-      print(fmt::format(
-          "{:>14}", fmt::format("{:.0f} (x{:.2f})", mean(s.result, c), mean(s.result, c) / mean(base, c))));
-    }
-    print("\n");
-  }
-  print("\n");
-}
-
 // `shards`: from their rows; none: played.
 std::vector<study::ScenarioResult> run_scenarios(const study::Plan& plan,
                                                  const std::vector<std::filesystem::path>& shards,
@@ -145,24 +56,17 @@ std::vector<study::ScenarioResult> run_scenarios(const study::Plan& plan,
 
 void show(const Options& o, const study::Result& result,
           const std::vector<study::ScenarioResult>& scenarios) {
-  if (!o.json) {
-    table(result, o.plan);
-    show_scenarios(scenarios);
-    if (!o.folder.empty()) print(fmt::format("report    {}/report.html\n", o.folder));
-    return;
-  }
   nlohmann::ordered_json json = study::to_json(result, o.plan);
-  if (result.simulated_s > 0) {
-    json["real_time_factor"] = result.real_time_factor();
-  } else {
-    json["real_time_factor"] = nullptr;
-  }
+  json["compensators"] = result.compensators;
+  for (const twin::Motion& m : o.plan.motions)
+    json["motions"].push_back(
+        {{"name", m.name()}, {"gesture", m.number() > 0 ? nlohmann::ordered_json(m.number()) : nullptr}});
+  json["real_time_factor"] =
+      result.simulated_s > 0 ? nlohmann::ordered_json(result.real_time_factor()) : nlohmann::ordered_json();
   json["threads"] = result.threads;
   json["resumed_rows"] = result.resumed_rows;
-  for (const study::ScenarioResult& s : scenarios) {
-    json["scenarios"].push_back(study::to_json(s));
-  }
-  print(io::dump(json));
+  for (const study::ScenarioResult& s : scenarios) json["scenarios"].push_back(study::to_json(s));
+  print({json, report::summary("experiment", json) + line_of("report", o.folder, "/report.html")}, o.json);
 }
 
 void draw(const study::Plan& plan, const study::Result& result,
@@ -179,12 +83,10 @@ void draw(const study::Plan& plan, const study::Result& result,
 
 void show_shard(const Options& o) {
   const study::Shard& s = o.plan.shard;
-  if (o.json)
-    return print(io::dump({{"shard", {{"index", s.index}, {"of", s.of}}},
-                           {"folder", io::to_utf8(o.folder)},
-                           {"version", FLEXOR_VERSION}}));
-  print(fmt::format("shard {} of {} is done in {}; when all are: flexor merge FOLDER... --out FOLDER\n",
-                    s.index, s.of, o.folder));
+  print({{{"shard", {{"index", s.index}, {"of", s.of}}}, {"folder", io::to_utf8(o.folder)}},
+         fmt::format("shard {} of {} is done in {}; when all are: flexor merge FOLDER... --out FOLDER\n",
+                     s.index, s.of, o.folder)},
+        o.json);
 }
 
 void play(Options& o) {
@@ -201,10 +103,8 @@ void play(Options& o) {
     if (plan.scenarios) scenarios = run_scenarios(plan, o.shards, progress);
   }
   if (plan.shard.of > 1) return show_shard(o);
-  for (const std::string& warning : study::warnings(result, plan)) log_warning(warning);
-  if (!o.folder.empty()) {
-    draw(plan, result, scenarios);
-  }
+  log_warnings(study::warnings(result, plan));
+  if (!o.folder.empty()) draw(plan, result, scenarios);
   show(o, result, scenarios);
 }
 
@@ -247,8 +147,9 @@ void play_until_stopped(Options& o) {
 void run_merge(Options& o) {
   if (study::is_cohort(o.shards.front())) {
     study::merge_cohort(o.shards, o.folder);
-    return print(o.json ? io::dump({{"folder", io::to_utf8(o.folder)}, {"version", FLEXOR_VERSION}})
-                        : fmt::format("table    {0}/cohort.csv\nmodels   {0}/models\n", o.folder));
+    return print({{{"folder", io::to_utf8(o.folder)}},
+                  fmt::format("table    {0}/cohort.csv\nmodels   {0}/models\n", o.folder)},
+                 o.json);
   }
   Engines engines;
   study::Shards shards = study::read_shards(o.shards, [&](const std::string& name) {
@@ -269,7 +170,7 @@ void run(Options& o) {
   plan.parameters = twin_parameters(o.twin);
   std::vector<std::string> notes;
   plan.motions = study::motions(o.gestures, &notes);
-  for (const std::string& note : notes) log_warning(note);
+  log_warnings(notes);
   plan.compensators = study::compensators(o.compensators, o.rate_hz);
   for (study::Compensator& one : plan.compensators) meet_twin(one, plan.parameters);
   plan.folder = o.folder;
@@ -316,10 +217,9 @@ void add_experiment(CLI::App& app) {
       ->capture_default_str();
   add_seed(*command, o->plan.seed);
   command
-      ->add_option(
-          "--out", o->folder,
-          "write trials.csv, results.json, figures and report.html here; goes on where a run was cut off, "
-          "however it ended")
+      ->add_option("--out", o->folder,
+                   "write trials.csv, results.json, figures and report.html here; goes on where a run was "
+                   "cut off, however it ended")
       ->transform(kFolder);
   command->add_option("--rate", o->rate_hz, "sample rate of the glove, Hz")->capture_default_str();
   command->add_option("--threads", o->plan.threads, "0: as many as the machine has")->capture_default_str();
@@ -334,8 +234,7 @@ void add_experiment(CLI::App& app) {
   command
       ->add_option("--camera", o->camera,
                    "angles: both cameras say the angle and a little noise; rendered: they take pictures of "
-                   "both hands, "
-                   "which are tracked")
+                   "both hands, which are tracked")
       ->check(CLI::IsMember({"angles", "rendered"}))
       ->capture_default_str();
   command->add_flag(

@@ -50,7 +50,7 @@ void require_of_format(const CLI::App& command, const std::string& to) {
   }
 }
 
-void write_function(const Options& o) {
+Output write_function(const Options& o) {
   const std::filesystem::path out = o.out;
   const bool matlab = o.to == "matlab";
   if (out.extension() != (matlab ? ".m" : ".hpp"))
@@ -69,35 +69,29 @@ void write_function(const Options& o) {
   for (const model::Input& input : model.inputs) inputs.push_back(input.name);
   std::vector<std::string> joints;
   for (const model::Joint& joint : model.joints) joints.push_back(joint.name);
-  if (o.json) {
-    return print(io::dump({{"files", {o.out}},
-                           {"function", name},
-                           {"inputs", inputs},
-                           {"joints", joints},
-                           {"rate_hz", 1 / model.sample_period_s},
-                           {"version", FLEXOR_VERSION}}));
-  }
-  print(fmt::format("{}: {}, every {:g} ms; inputs: {}; joints: {}\n", o.out,
-                    matlab ? fmt::format("angle_deg = {}(readings)", name) : name + "::Compensator",
-                    1000 * model.sample_period_s, fmt::join(inputs, ", "), fmt::join(joints, ", ")));
+  return {{{"files", {o.out}},
+           {"function", name},
+           {"inputs", inputs},
+           {"joints", joints},
+           {"rate_hz", 1 / model.sample_period_s}},
+          fmt::format("{}: {}, every {:g} ms; inputs: {}; joints: {}\n", o.out,
+                      matlab ? fmt::format("angle_deg = {}(readings)", name) : name + "::Compensator",
+                      1000 * model.sample_period_s, fmt::join(inputs, ", "), fmt::join(joints, ", "))};
 }
 
-void run(Options& o) {
+Output run(Options& o) {
   if (o.to != "mcap") return write_function(o);
   o.recorded.ends_deg = ends_deg(o.model);
   o.recorded.start_s = start_s(o.start);
   const exports::Written done = exports::write_joint_states(o.file, o.recorded, o.out);
   for (const std::string& note : done.notes) log_note(note);
-  if (o.json) {
-    return print(io::dump({{"files", {o.out}},
-                           {"joints", done.joints},
-                           {"rows", done.rows},
-                           {"seconds", done.seconds},
-                           {"warnings", done.notes},
-                           {"version", FLEXOR_VERSION}}));
-  }
-  print(fmt::format("{}: {} rows, {:.1f} s, {} joint(s): {}\n", o.out, done.rows, done.seconds,
-                    done.joints.size(), fmt::join(done.joints, ", ")));
+  return {{{"files", {o.out}},
+           {"joints", done.joints},
+           {"rows", done.rows},
+           {"seconds", done.seconds},
+           {"warnings", done.notes}},
+          fmt::format("{}: {} rows, {:.1f} s, {} joint(s): {}\n", o.out, done.rows, done.seconds,
+                      done.joints.size(), fmt::join(done.joints, ", "))};
 }
 
 }  // namespace export_command
@@ -137,14 +131,13 @@ void add_export(CLI::App& app) {
                       "the model that the angles are of: written as flexion, 0 at the open hand and growing "
                       "towards the fist");
   add_time_options(*command, o->recorded.time);
-  command->add_option(
-      "--start", o->start,
-      "mcap: time of the first row, such as 2026-05-01T12:03:11Z (default: as the recording has it where its "
-      "times are dates, else now)");
+  command->add_option("--start", o->start,
+                      "mcap: time of the first row, such as 2026-05-01T12:03:11Z (default: as the recording "
+                      "has it where its times are dates, else now)");
   command->add_flag("--json", o->json, "one JSON object on standard output");
   command->callback([o, command] {
     require_of_format(*command, o->to);
-    run(*o);
+    print(run(*o), o->json);
   });
 }
 

@@ -58,8 +58,7 @@ Output run(const Options& o) {
   if (rate_Bd == deploy::kOldRate_Bd)
     text +=
         "This is an old bootloader: after the watchdog has ended a program that hung, the board stays off "
-        "until its "
-        "supply was. Optiboot (Arduino IDE: Tools, Burn Bootloader, as an Uno) mends that.\n";
+        "until its supply was. Optiboot (Arduino IDE: Tools, Burn Bootloader, as an Uno) mends that.\n";
   return {{{"image", hex.string()},
            {"port", port},
            {"target", deploy::kAtmega328p.name},

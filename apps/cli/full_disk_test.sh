@@ -49,30 +49,17 @@ no_temporaries() { [ -z "$(find "$disk" -name '*.part-*')" ] && [ -z "$(ls -A "$
 # Pages of all files on the disk but the ballast.
 used() { find "$disk" -type f ! -name ballast -printf '%b\n' | awk '{n += $1} END {print n / (4096 / 512)}'; }
 
-resize() { mount -o remount,size="$1" "$disk"; }
-
 try() { "$@" >"$work/out" 2>"$work/err" </dev/null; }
 
-# file NAME COMMAND...: NAME on the disk is the output. First on an empty disk of 64 KB, where it is written or not, as its
-# size has it. Then beside an older NAME with no page free, and with one page too few: the last byte counts. FREE, in pages,
-# is instead of all this, where a run is dear.
+# file NAME COMMAND...: NAME on the disk is the output, beside an older NAME: with no page free, and with one page too few: the
+# last byte counts. FREE, in pages, is instead of this, where a run is dear.
 file() {
   local name=$1 whole=0 free status before
   shift
   if [ -z "${FREE:-}" ]; then
     rm -rf "${disk:?}"/*
-    resize 64K
-    try "$@"
-    status=$?
-    if [ "$status" != 0 ]; then
-      [ "$status" = 1 ] && says_full || fail "exit $status and not one line on a disk of 64 KB: $*"
-      [ -z "$(find "$disk" -type f)" ] || fail "half written on a disk of 64 KB: $(listing) $*"
-      resize "$kAll"
-      try "$@" || fail "exit $? with room: $*"
-      [ $(($(used) + ${BESIDE:-0})) -gt 16 ] || fail "did not fit on 64 KB, needs $(used) pages: $*"
-    fi
+    try "$@" || fail "exit $? with room: $*"
     whole=$(used)
-    resize "$kAll"
   fi
   for free in ${FREE:-$(printf '%s\n' 0 $((whole - 1)) | sort -nu)}; do
     rm -rf "${disk:?}"/*
@@ -155,7 +142,7 @@ file a.mcap "$flexor" export "$in/angles.csv" --to mcap --start 2026-05-01T12:00
 
 track=("$flexor" track "$in/video.mp4" --joints "$in/joints.json")
 file a.csv "${track[@]}" --out "$disk/a.csv"
-BESIDE=16 file p.mp4 "${track[@]}" --out "$work/a.csv" --preview "$disk/p.mp4"
+file p.mp4 "${track[@]}" --out "$work/a.csv" --preview "$disk/p.mp4"
 folder "${track[@]}" --out "$work/a.csv" --report "$disk/new"
 setup=("$flexor" track --setup "$in/video.mp4" --joints "$in/joints.json")
 file s.png "${setup[@]}" --out "$disk/s.png"

@@ -55,7 +55,7 @@ std::unique_ptr<listen::Source> open_boards(const GlovePort& o) {
 
 std::unique_ptr<listen::Source> open_recording(const GlovePort& o) {
   auto replay = std::make_unique<listen::ReplaySource>(o.from, o.speed, o.time);
-  for (const std::string& warning : replay->warnings()) log_warning(warning);
+  log_warnings(replay->warnings());
   return replay;
 }
 
@@ -100,8 +100,7 @@ void add_options(CLI::App& command, GlovePort& o) {
                       "instead of a port: a recording (CSV), played again at its own speed; a camera "
                       "(/dev/video0) or a video of a hand, with --joints; twin, the simulated glove, which "
                       "tells its readings in counts; poses, the same holding an open hand and a fist; or "
-                      "boards, both boards with their firmware, simulated. "
-                      "A file of such a name: ./twin")
+                      "boards, both boards with their firmware, simulated. A file of such a name: ./twin")
           ->excludes(port)
           ->excludes(baud)
           ->excludes(key);

@@ -38,10 +38,9 @@ struct Options {
   std::string refit;
   std::string initial;
   std::string poses;
-  std::string first_pose;
+  identify::FirstPose first_pose = identify::FirstPose::unstated;
   std::vector<std::string> pose_angles;  // JOINT=OPEN:FIST
   std::string lead_for;
-  std::string leave_out;
   std::string manifest;
   std::string out;
   std::string shard;
@@ -52,9 +51,7 @@ struct Options {
 // The search goes on until a signal or the time limit, and shows how far it is. Then the best so far is taken.
 class Search {
  public:
-  explicit Search(std::optional<double> limit_s) : limit_s_(limit_s) {
-    if (limit_s && !(*limit_s > 0)) throw io::InputError("--time-limit must be positive");
-  }
+  explicit Search(std::optional<double> limit_s) : limit_s_(limit_s) {}
 
   bool operator()(std::size_t done, std::size_t of, const std::string& what) {
     line_->step(what, done, of);
@@ -93,126 +90,25 @@ class Search {
   std::optional<ProgressLine> line_{std::in_place};
 };
 
-// The video's angles as a file: in the report's folder, or in `folder` for the time being.
-std::filesystem::path angles_of_video(const Options& o, io::Worker& camera,
-                                      const std::filesystem::path& folder) {
-  const std::filesystem::path video = o.files.reference;
-  TrackOptions track;
-  track.video = video;
-  track.joints = fmt::format("{}", fmt::join(o.joints, ","));
-  track.lens = o.lens;
-  track.out = folder / (video.stem().string() + "_angles.csv");
-  const nlohmann::ordered_json tracked = track_video(camera, track, [] { return true; });
-  for (const auto& warning : tracked.at("warnings")) log_warning(warning.get<std::string>());
-  return track.out;
-}
-
-// All candidates of a joint that stands alone.
-void show_structures(const identify::JointFit& joint) {
-  print(fmt::format("\n{:>4}{:>7}{:>7} {:>19}   structure\n", "par.", "fitted", "cross", "fold loss"));
-  for (const identify::CandidateRow& row : joint.rows) {
-    const auto degrees = [](double value) { return std::isnan(value) ? "-" : fmt::format("{:.2f}", value); };
-    print(fmt::format("{:>4.0f}{:>7}{:>7} {:>19} {} {}\n", row.parameters, degrees(row.fitted_rmse_deg),
-                      degrees(row.cross_validated_deg.value_or(std::nan(""))),
-                      row.fold_loss ? fmt::format("{:.3g} +- {:.2g}", *row.fold_loss, row.fold_loss_se) : "-",
-                      row.chosen ? "*" : " ", row.structure));
-    if (!row.refusal.empty()) print(fmt::format("{:38}not: {}\n", "", row.refusal));
-  }
-  print(
-      "fitted, cross: RMSE of the fitted part in degrees, as fitted and cross-validated\n"
-      "*: the smallest that can be worn of sums that lose at most 6.1 % and err at most 3 %\n"
-      "   (cross) more than the best of all, or a smaller chain within a standard error of it\n");
-}
-
-// RMSE in degrees, the compensator's and each baseline's under its own name.
-std::string scores_header(const std::string& what, std::size_t width) {
-  return fmt::format("\n{:<{}}{:>8}{:>8}{:>9}{:>8}{:>8}{:>8}", what, width, "model", "line", "limited",
-                     "lead", "curve", "publ.");
-}
-
-std::string scores_row(const identify::ScoreRow& row, std::size_t width) {
-  std::string out = fmt::format("{:<{}}{:>8.2f}", io::start_of(row.name, width - 1), width, row.rmse_deg);
-  for (const char* name : {"line", "limited_line", "line_lead", "static_curve", "published_form"}) {
-    const auto it = row.baseline_deg.find(name);
-    out += fmt::format("{:>{}}", it == row.baseline_deg.end() ? "-" : fmt::format("{:.2f}", it->second),
-                       name == std::string("limited_line") ? 9 : 8);
-  }
-  return out;
-}
-
-// A row for each pair or part that was left out.
-void show_rows(const std::string& joint, const std::string& what,
-               const std::vector<identify::ScoreRow>& rows) {
-  constexpr std::size_t kName = 30;
-  print(scores_header(joint + ", " + what, kName) + "\n");
-  for (const identify::ScoreRow& row : rows) print(scores_row(row, kName) + "\n");
-}
-
-void show(const identify::Result& r) {
-  for (const std::string& warning : r.warnings) log_warning(warning);
-  const std::vector<std::string> names = identify::names_of(r.files);
-  for (std::size_t p = 0; p < r.clocks.size(); ++p) {
-    print(fmt::format("{}: clock offset {:+.3f} s +- {:.3f}, confidence {:.2f}\n", names[p],
-                      r.clocks[p].offset_s, r.clocks[p].standard_error_s, r.clocks[p].confidence));
-    if (r.clocks[p].drift_ppm != 0) {
-      print(fmt::format("  the reference's clock runs {:+.0f} ppm +- {:.0f} fast: taken out of its times\n",
-                        r.clocks[p].drift_ppm, r.clocks[p].drift_se_ppm));
-    }
-  }
-  if (r.joints.size() == 1) show_structures(r.joints.front());
-  constexpr std::size_t kName = 19;
-  print(fmt::format("{}{:>9}\n", scores_header("held out, RMSE deg", kName), "drift"));
-  for (const identify::JointResult& joint : r.joints)
-    print(fmt::format("{}{:>9.2f}\n", scores_row(joint.all(), kName), joint.hold_drift_deg));
-  print(
-      "line, limited, lead, curve, publ.: baselines fitted to the same part, a straight\n"
-      "  line, between limits, with a lead; a static curve; the published form\n"
-      "drift: of the model's angle within a minute of held readings, deg\n\n");
-  for (const identify::JointResult& joint : r.joints)
-    print(fmt::format("{}: {}\n  {}\n", joint.name, joint.structure, score::in_words(joint.verdict)));
-  for (const model::Joint& joint : r.model.joints) {
-    const model::Ends ends = model::ends(r.model, joint);
-    const bool stated = r.options.ends.contains(joint.name);
-    print(fmt::format("{}: open hand {:.1f} deg, fist {:.1f}{}\n", joint.name, ends.open_deg, ends.fist_deg,
-                      stated ? "" : ", by its angles; --pose-angles states others"));
-  }
-  for (const identify::JointResult& joint : r.joints) {
-    if (r.options.lead_s > 0)
-      print(fmt::format(
-          "{}: {:.3f} s ahead; where what follows takes {:g} s less {:.2f} deg, more {:.2f} deg\n",
-          joint.name, r.options.lead_s, identify::kLeadOff_s, joint.sooner_deg, joint.later_deg));
-    if (joint.pairs.size() > 1) show_rows(joint.name, "held out of each pair", joint.pairs);
-    if (!joint.left_out.empty()) show_rows(joint.name, "left out", joint.left_out);
-    if (!joint.left_out_verdict) continue;
-    print(fmt::format("{}, left out: {}\n", joint.name, score::in_words(*joint.left_out_verdict)));
-  }
-}
-
-std::map<std::string, double> reference_errors(const std::vector<std::string>& items) {
-  std::map<std::string, double> out;
+// JOINT=NUMBER, or so many numbers with ":" between them, by the joint.
+std::map<std::string, std::vector<double>> by_joint(const std::vector<std::string>& items,
+                                                    std::size_t numbers, const char* as) {
+  std::map<std::string, std::vector<double>> out;
   for (const std::string& item : items) {
-    const std::size_t equals = item.find('=');
-    const auto error_deg = recording::to_number(equals == std::string::npos ? "" : item.substr(equals + 1));
-    if (!error_deg)
-      throw io::InputError(fmt::format("--reference-error {}: write JOINT=DEGREES, as index_mcp=6", item));
-    out[model::joint_name(item.substr(0, equals))] = *error_deg;
+    const std::size_t equals = std::min(item.find('='), item.size());
+    std::vector<double>& values = out[model::joint_name(item.substr(0, equals))];
+    for (const std::string& text : CLI::detail::split(item.substr(std::min(equals + 1, item.size())), ':'))
+      if (const auto value = recording::to_number(text)) values.push_back(*value);
+    if (values.size() != numbers) throw io::InputError(fmt::format("{}: write {}", item, as));
   }
   return out;
 }
 
 std::map<std::string, model::Ends> pose_angles(const std::vector<std::string>& items) {
   std::map<std::string, model::Ends> out;
-  for (const std::string& item : items) {
-    const std::size_t equals = std::min(item.find('='), item.size());
-    const std::size_t colon = std::min(item.find(':', equals), item.size());
-    const auto open_deg =
-        recording::to_number(equals < colon ? item.substr(equals + 1, colon - equals - 1) : "");
-    const auto fist_deg = recording::to_number(colon < item.size() ? item.substr(colon + 1) : "");
-    if (!open_deg || !fist_deg)
-      throw io::InputError(
-          fmt::format("--pose-angles {}: write JOINT=OPEN:FIST in degrees, as thumb=90:170", item));
-    out[model::joint_name(item.substr(0, equals))] = {*open_deg, *fist_deg};
-  }
+  for (const auto& [joint, deg] :
+       by_joint(items, 2, "--pose-angles JOINT=OPEN:FIST in degrees, as thumb=90:170"))
+    out[joint] = {deg[0], deg[1]};
   return out;
 }
 
@@ -257,11 +153,6 @@ std::vector<identify::JointMap> map_by_name(const identify::Request& r) {
 void add_takes(Options& o) {
   identify::Request& r = o.request;
   const bool mapped = !o.map.empty() || !o.pairs.empty();
-  if (mapped && (!o.files.input.empty() || !o.files.output.empty() || !o.joints.empty())) {
-    throw io::InputError(
-        "--pair and --map say which sensors and angles belong together: leave out --input, --output and "
-        "--joints");
-  }
   if (o.pairs.empty() && (o.files.sensor.empty() || o.files.reference.empty()))
     throw io::InputError("--sensor and --reference are needed, or --pair and --map");
   for (const auto& [sensor, reference] : o.pairs) {
@@ -283,26 +174,17 @@ void add_common(Options& o) {
   identify::Request& r = o.request;
   r.ends = pose_angles(o.pose_angles);
   r.room = deploy::share_of_room;
-  r.reference_error_deg = reference_errors(o.reference_error);
+  for (const auto& [joint, deg] :
+       by_joint(o.reference_error, 1, "--reference-error JOINT=DEGREES, as index_mcp=6"))
+    r.reference_error_deg[joint] = deg[0];
   if (!o.lead_for.empty()) r.lead_s = lead_for(o.lead_for, r.rate_hz);
-  if (o.leave_out == "take") r.leave_out = identify::LeaveOut::take;
-  if (o.leave_out == "person") r.leave_out = identify::LeaveOut::person;
-  if (o.leave_out == "block") r.leave_out = identify::LeaveOut::block;
   if (!o.initial.empty()) r.initial = model::load(o.initial);
-  if (o.refit.empty()) return;
-  if (r.structure != "auto") throw io::InputError("--refit is a structure of its own: leave out --structure");
-  r.initial = model::load(o.refit);
-  r.refit = true;
+  if (!o.refit.empty()) r.refit = model::load(o.refit);
 }
 
 void run_manifest(Options& o) {
-  if (o.out.empty()) throw io::InputError("--manifest needs a folder for table and models: --out");
-  if (!o.model.empty() || !o.report.empty() || !o.map.empty() || !o.pairs.empty() || !o.poses.empty() ||
-      !o.files.sensor.empty() || !o.files.reference.empty() || !o.joints.empty() || o.time_limit_s)
-    throw io::InputError(
-        "--manifest says which files and maps, and --out where models go: leave out --pair, --sensor, "
-        "--reference, --joints, --map, --poses, --model, --report and --time-limit");
-  if (!o.leave_out.empty() && o.leave_out != "person")
+  using identify::LeaveOut;
+  if (o.request.leave_out == LeaveOut::take || o.request.leave_out == LeaveOut::block)
     throw io::InputError("--manifest: --leave-out person, which is each subject");
   add_common(o);
   study::CohortRequest request{study::read_manifest(o.manifest), o.request, o.out, {}, o.request.threads, {}};
@@ -323,78 +205,65 @@ void run_manifest(Options& o) {
   for (const std::string& failed : result.failed) log_warning(failed);
   const bool is_whole = request.shard.of == 1;
   const std::size_t good = result.takes - result.failed.size();
-  if (o.json)
-    print(io::dump({{"takes", result.takes},
-                    {"failed", result.failed},
-                    {"folder", io::to_utf8(o.out)},
-                    {"version", FLEXOR_VERSION}}));
-  else if (is_whole)
-    print(fmt::format("table    {0}/cohort.csv\nmodels   {0}/models\n", o.out));
+  print({{{"takes", result.takes}, {"failed", result.failed}, {"folder", io::to_utf8(o.out)}},
+         is_whole ? fmt::format("table    {0}/cohort.csv\nmodels   {0}/models\n", o.out) : ""},
+        o.json);
   const std::string summary = fmt::format("{} of {} takes identified", good, result.takes);
   if (good == 0 && result.takes > 0) throw io::JobError(summary + ": " + result.failed.front());
   log(summary + (is_whole ? "" : fmt::format("; when all shards are: flexor merge FOLDER... --out FOLDER")));
 }
 
 // Without a camera.
-void run_poses(const Options& o) {
-  if (!o.map.empty() || !o.pairs.empty() || !o.files.sensor.empty() || !o.report.empty())
-    throw io::InputError(
-        "--poses is a log of held poses alone: leave out --pair, --sensor, --map and --report");
-  if (o.model.empty()) throw io::InputError("--poses: say with --model where the model goes");
+Output run_poses(const Options& o) {
   io::require_writable(o.model);
-  identify::PosesOptions options{o.request.rate_hz, pose_angles(o.pose_angles), o.joints};
-  if (!o.first_pose.empty())
-    options.first = o.first_pose == "fist" ? identify::FirstPose::fist : identify::FirstPose::open;
+  identify::PosesOptions options{o.request.rate_hz, pose_angles(o.pose_angles), o.joints, o.first_pose};
   recording::Recording poses = recording::read_csv(o.poses, {}, o.request.time);
   for (const recording::Column& c : std::vector(poses.columns))
     recording::state_unit(poses, c.name, c.unit.empty() ? o.request.input_unit : "");
-  if (!o.json)
-    for (const std::string& warning : poses.warnings) log_warning(warning);
   const identify::FromPoses r = identify::model_from_poses(poses, options);
   model::save(r.model, o.model);
-  if (o.json) {
-    nlohmann::ordered_json joints = nlohmann::ordered_json::object();
-    for (std::size_t j = 0; j < r.model.joints.size(); ++j) {
-      joints[r.model.joints[j].name] = {{"open", r.model.inputs[j].poses->open},
-                                        {"fist", r.model.inputs[j].poses->fist},
-                                        {"expected_error_deg", identify::kPosesError_deg}};
-    }
-    std::vector<std::string> warnings = poses.warnings;
-    warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
-    return print(io::dump({{"joints", std::move(joints)},
-                           {"open_holds", r.open_holds},
-                           {"fist_holds", r.fist_holds},
-                           {"warnings", warnings},
-                           {"version", FLEXOR_VERSION}}));
-  }
-  for (const std::string& warning : r.warnings) log_warning(warning);
+  std::vector<std::string> warnings = poses.warnings;
+  warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
+  if (!o.json) log_warnings(warnings);
+  nlohmann::ordered_json joints = nlohmann::ordered_json::object();
+  std::string text;
   for (std::size_t j = 0; j < r.model.joints.size(); ++j) {
-    print(fmt::format("{:<16}open {:.5g}, fist {:.5g} {}\n", r.model.joints[j].name,
-                      r.model.inputs[j].poses->open, r.model.inputs[j].poses->fist, r.model.inputs[j].unit));
+    const model::Input& input = r.model.inputs[j];
+    joints[r.model.joints[j].name] = {{"open", input.poses->open},
+                                      {"fist", input.poses->fist},
+                                      {"expected_error_deg", identify::kPosesError_deg}};
+    text += fmt::format("{:<16}open {:.5g}, fist {:.5g} {}\n", r.model.joints[j].name, input.poses->open,
+                        input.poses->fist, input.unit);
   }
-  print(fmt::format(
-      "a straight line for each: nothing was measured, about {:.0f} deg are to be expected\nmodel    {}\n",
-      identify::kPosesError_deg, o.model));
+  return {{{"joints", std::move(joints)},
+           {"open_holds", r.open_holds},
+           {"fist_holds", r.fist_holds},
+           {"warnings", warnings}},
+          text + fmt::format(
+                     "a straight line for each: nothing was measured, about {:.0f} deg are to be expected\n"
+                     "model    {}\n",
+                     identify::kPosesError_deg, o.model)};
 }
 
 // The reference is a video, which is tracked first: its angles lie beside the report, or in `temporary` until the end.
 void track_reference(Options& o, std::optional<io::TemporaryFolder>& temporary) {
-  if (o.joints.empty()) {
-    if (!o.lens.empty()) throw io::InputError("--lens goes with a video: add --joints");
-    return;
-  }
+  if (o.joints.empty()) return;
   io::Worker camera(io::program_beside(kCameraWorker));
   if (o.report.empty()) temporary.emplace();
-  o.files.reference =
-      angles_of_video(o, camera, temporary ? temporary->path() : std::filesystem::path(o.report));
+  TrackOptions track;
+  track.video = o.files.reference;
+  track.joints = fmt::format("{}", fmt::join(o.joints, ","));
+  track.lens = o.lens;
+  track.out = (temporary ? temporary->path() : std::filesystem::path(o.report)) /
+              (track.video.stem().string() + "_angles.csv");
+  log_warnings(track_video(camera, track, [] { return true; }).at("warnings"));
+  o.files.reference = track.out;
 }
 
 void run(Options& o) {
   o.files.time = o.request.time;
   if (!o.manifest.empty()) return run_manifest(o);
-  if (!o.out.empty() || !o.shard.empty())
-    throw io::InputError("--out and --shard go with --manifest; one model goes to --model");
-  if (!o.poses.empty()) return run_poses(o);
+  if (!o.poses.empty()) return print(run_poses(o), o.json);
   io::require_outputs({o.model}, o.report);
   std::optional<io::FolderLock> lock;
   if (!o.report.empty()) lock.emplace(o.report, "hand");
@@ -414,13 +283,11 @@ void run(Options& o) {
     identify::save_results(result, o.report);
     report::render(o.report);
   }
-  if (o.json) {
-    print(io::dump(to_json(result)));
-  } else {
-    show(result);
-    if (!o.model.empty()) print(fmt::format("model    {}\n", o.model));
-    if (!o.report.empty()) print(fmt::format("report   {}/report.html\n", o.report));
-  }
+  if (!o.json) log_warnings(result.warnings);
+  const nlohmann::ordered_json json = to_json(result);
+  print({json, report::summary("hand", json) + line_of("model", o.model) +
+                   line_of("report", o.report, "/report.html")},
+        o.json);
   if (std::ranges::any_of(result.joints, [](const auto& joint) { return joint.untried > 0; }))
     throw io::Doubt(identify::kStopped);
   if (result.leave_out_stopped)
@@ -428,20 +295,27 @@ void run(Options& o) {
 }
 
 void add_cohort(CLI::App& command, Options& o) {
-  command.add_option(
-      "--manifest", o.manifest,
-      "COHORT.csv: many takes, a row each with subject, session, glove, reference (files beside "
-      "the manifest), map (as --map, a file with that, or empty) and further columns, which the "
-      "table carries along; with --out");
+  CLI::Option* manifest =
+      command.add_option("--manifest", o.manifest,
+                         "COHORT.csv: many takes, a row each with subject, session, glove, reference (files "
+                         "beside the manifest), map (as --map, a file with that, or empty) and further "
+                         "columns, which the table carries along; with --out");
+  CLI::Option* out = command
+                         .add_option("--out", o.out,
+                                     "of --manifest: cohort.csv, a row a subject, session and joint, and "
+                                     "models/SUBJECT_SESSION.json; goes on where a run was cut off (75: "
+                                     "stopped, give the command again)")
+                         ->transform(kFolder)
+                         ->needs(manifest);
+  manifest->needs(out);
+  for (const char* other : {"--pair", "--sensor", "--reference", "--joints", "--map", "--poses", "--model",
+                            "--report", "--time-limit"})
+    manifest->excludes(command.get_option(other));
   command
       .add_option(
-          "--out", o.out,
-          "of --manifest: cohort.csv, a row a subject, session and joint, and models/SUBJECT_SESSION.json; "
-          "goes on where a run was cut off (75: stopped, give the command again)")
-      ->transform(kFolder);
-  command.add_option(
-      "--shard", o.shard,
-      "2/8: only that part of --manifest, on one of eight machines; flexor merge puts them together");
+          "--shard", o.shard,
+          "2/8: only that part of --manifest, on one of eight machines; flexor merge puts them together")
+      ->needs(manifest);
   command.add_option("--threads", o.request.threads, "0: as many as the machine has")->capture_default_str();
 }
 
@@ -449,52 +323,57 @@ void add_structure(CLI::App& command, identify::Request& r) {
   command
       .add_option("--structure", r.structure,
                   "auto; line (by least squares); a sum of curves: limited-line, line-lead, curve, "
-                  "hysteresis or e.g. \"curve(20) + "
-                  "play(0.08) > curve(20) + "
-                  "motion(0.3)\"; a chain: linear-dynamic, hammerstein, wiener, hw, wh, "
-                  "hysteresis-hw or e.g. "
-                  "\"hysteresis(2) > curve(10) > lti(2) > saturation\" or \"curve > pair > curve\"")
+                  "hysteresis or e.g. \"curve(20) + play(0.08) > curve(20) + motion(0.3)\"; a chain: "
+                  "linear-dynamic, hammerstein, wiener, hw, wh, hysteresis-hw or e.g. \"hysteresis(2) > "
+                  "curve(10) > lti(2) > saturation\" or \"curve > pair > curve\"")
       ->capture_default_str();
 }
 
 // What several joints or recordings take.
 void add_pairs(CLI::App& command, Options& o) {
-  command
-      .add_option("--pair", o.pairs,
-                  "GLOVE CAMERA: a log and its measured angles; may be repeated, one for each donning")
-      ->type_name("GLOVE CAMERA");
-  command.add_option(
+  CLI::Option* pair =
+      command
+          .add_option("--pair", o.pairs,
+                      "GLOVE CAMERA: a log and its measured angles; may be repeated, one for each donning")
+          ->type_name("GLOVE CAMERA");
+  CLI::Option* poses = command.add_option(
       "--poses", o.poses,
-      "LOG of held poses, for a glove without a camera: the open hand for three seconds, a fist for "
-      "three, and again; a straight line for each sensor, its angles not measured");
-  command
-      .add_option("--first-pose", o.first_pose,
-                  "the pose that --poses begins with (default: open; fist where all readings fall)")
-      ->check(CLI::IsMember({"open", "fist"}));
+      "LOG of held poses, for a glove without a camera: the open hand for three seconds, a fist for three, "
+      "and again; a straight line for each sensor, its angles not measured");
+  using identify::FirstPose;
+  add_choice(command, "--first-pose", o.first_pose, {{"open", FirstPose::open}, {"fist", FirstPose::fist}},
+             "the pose that --poses begins with (default: open; fist where all readings fall)")
+      ->needs(poses);
   command
       .add_option("--pose-angles", o.pose_angles,
-                  "JOINT=OPEN:FIST, the angles of the open hand and of a fist: "
-                  "thumb=90:170,index=28:113 (default: 0:90, the thumb's 0:60)")
+                  "JOINT=OPEN:FIST, the angles of the open hand and of a fist: thumb=90:170,index=28:113 "
+                  "(default: 0:90, the thumb's 0:60)")
       ->delimiter(',');
-  command.add_option("--map", o.map,
-                     "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg (own "
-                     "sensor first; default: by "
-                     "name, index_adc with index_deg)");
-  command
-      .add_option("--leave-out", o.leave_out,
-                  "take, person (whose logs lie in a folder of their own) or block (eighths of the time): "
-                  "each in turn is left "
-                  "out of a fit to all the rest and scored")
-      ->check(CLI::IsMember({"take", "person", "block"}));
+  CLI::Option* map =
+      command.add_option("--map", o.map,
+                         "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg "
+                         "(own sensor first; default: by name, index_adc with index_deg)");
+  for (const char* one : {"--input", "--output", "--joints"})
+    command.get_option(one)->excludes(pair)->excludes(map);
+  for (const char* one : {"--pair", "--sensor", "--map", "--report"})
+    poses->excludes(command.get_option(one));
+  poses->needs(command.get_option("--model"));
+  using identify::LeaveOut;
+  add_choice(command, "--leave-out", o.request.leave_out,
+             {{"take", LeaveOut::take}, {"person", LeaveOut::person}, {"block", LeaveOut::block}},
+             "take, person (whose logs lie in a folder of their own) or block (eighths of the time): each in "
+             "turn is left out of a fit to all the rest and scored");
   command.add_flag("--fit-all", o.request.fit_all,
                    "once proven on held-out data, fit the model in the same way to all of it");
   command
       .add_option("--reference-error", o.reference_error,
-                  "RMS error of the measured angles themselves, index_mcp=6,index_pip=11; the model "
-                  "then states it too")
+                  "RMS error of the measured angles themselves, index_mcp=6,index_pip=11; the model then "
+                  "states it too")
       ->delimiter(',');
-  CLI::Option* refit = command.add_option(
-      "--refit", o.refit, "a model of which only gains and dead zones are fitted to the wearer");
+  CLI::Option* refit = command
+                           .add_option("--refit", o.refit,
+                                       "a model of which only gains and dead zones are fitted to the wearer")
+                           ->excludes(command.get_option("--structure"));
   command
       .add_option("--initial", o.initial,
                   "a model whose chains are fitted anew from their own values, beside the usual starts; "
@@ -512,15 +391,15 @@ void add_identify(CLI::App& app) {
   command->add_option("--sensor", o->files.sensor, "CSV log of the glove");
   command->add_option("--reference", o->files.reference,
                       "CSV of the measured angle, or with --joints the video itself");
-  add_pairs(*command, *o);
-  add_cohort(*command, *o);
-  command
-      ->add_option(
-          "--joints", o->joints,
-          "with --poses what the sensors bend with, in their order: thumb,index,middle,ring,pinky; else a "
-          "joint file (models/joints): the reference is a video, which is tracked first")
-      ->delimiter(',');
-  command->add_option("--lens", o->lens, "lens file of flexor camera calibrate, for the video");
+  CLI::Option* joints =
+      command
+          ->add_option(
+              "--joints", o->joints,
+              "with --poses what the sensors bend with, in their order: thumb,index,middle,ring,pinky; else "
+              "a joint file (models/joints): the reference is a video, which is tracked first")
+          ->delimiter(',');
+  command->add_option("--lens", o->lens, "lens file of flexor camera calibrate, for the video")
+      ->needs(joints);
   command->add_option("--input", o->files.input, "column of the sensor log (default: its only one)");
   command->add_option("--output", o->files.output,
                       "column of the reference, degrees (default: its only one)");
@@ -528,10 +407,11 @@ void add_identify(CLI::App& app) {
   command->add_option("--split", r.split, "share of the recording, from its start, that is fitted")
       ->capture_default_str();
   add_structure(*command, r);
-  command->add_option(
-      "--time-limit", o->time_limit_s,
-      "seconds after which the search of structures ends with the best so far, as at an interrupt (Ctrl-C); "
-      "reading, clocks and scoring come on top");
+  command
+      ->add_option("--time-limit", o->time_limit_s,
+                   "seconds after which the search of structures ends with the best so far, as at an "
+                   "interrupt (Ctrl-C); reading, clocks and scoring come on top")
+      ->check(CLI::PositiveNumber);
   command->add_option("--clock-offset", r.clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
   CLI::Option* lead = command->add_option(
@@ -540,8 +420,7 @@ void add_identify(CLI::App& app) {
   command
       ->add_option("--for", o->lead_for,
                    "the lead for what follows the glove: hand (radio of 9600 baud and bionic hand), vr (text "
-                   "over USB), or a "
-                   "file that flexor latency --json wrote for your boards")
+                   "over USB), or a file that flexor latency --json wrote for your boards")
       ->excludes(lead)
       ->type_name("hand|vr|FILE");
   command->add_option(
@@ -551,16 +430,17 @@ void add_identify(CLI::App& app) {
                       "deg or rad: of the angle, where its column's name states none (default: deg)");
   add_time_options(*command, r.time);
   command
-      ->add_option(
-          "--segment", r.time.segments,
-          "of files that hold several trials: the column whose change begins another, or clock, where it "
-          "starts again; each trial is a take; once more for a second file")
+      ->add_option("--segment", r.time.segments,
+                   "of files that hold several trials: the column whose change begins another, or clock, "
+                   "where it starts again; each trial is a take; once more for a second file")
       ->type_name("COLUMN|clock");
   command->add_option("--model", o->model, "write the model document here");
   command
       ->add_option("--report", o->report,
                    "write report.html, a page for each joint, figures and samples into this folder")
       ->transform(kFolder);
+  add_pairs(*command, *o);
+  add_cohort(*command, *o);
 }
 
 }  // namespace flexor::cli

@@ -203,13 +203,12 @@ void run(const Options& o) {
 
 void add_job(CLI::App& app) {
   using namespace job_command;
-  const auto [o, command] = add_command(app, "job",
-                                        "A command for other programs: its options as one JSON object on "
-                                        "standard input, one JSON object a line on "
-                                        "standard output: progress, warning, and last result or error. "
-                                        "Without a name: any number of jobs, each a "
-                                        "line {\"job\": NAME, \"arguments\": {...}}",
-                                        run);
+  const auto [o, command] =
+      add_command(app, "job",
+                  "A command for other programs: its options as one JSON object on standard input, one JSON "
+                  "object a line on standard output: progress, warning, and last result or error. Without a "
+                  "name: any number of jobs, each a line {\"job\": NAME, \"arguments\": {...}}",
+                  run);
   command->add_option("name", o->name, "identify, score, twin record, ...");
   command->add_flag("--schema", o->schema, "print the JSON Schema of the job's request");
 }

@@ -75,18 +75,9 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
   EXPECT_EQ(refitted.at("joints").at("thumb").at("structure"), "gain and dead zone refitted");
 }
 
-TEST_F(Json, OfTheCommandsForTheBoards) {
-  const auto boards = run("experiment --engine avr --gestures 4 --trials 1 --compensators published-hw");
-  const double error = boards.at("cells").at(0).at("total_error_deg_s").at("mean");
-  EXPECT_GT(error, 10);
-  EXPECT_LT(error, 100);
-}
-
-TEST_F(Json, OfTheCommandsForTheCamera) {
+TEST_F(Json, OfAFilm) {
   const auto filmed = run("camera film --gestures 4 --set camera.rate_hz=2 --out film");
-  ASSERT_TRUE(filmed.is_object());
   EXPECT_EQ(filmed.at("frames"), 80);  // 30 s of a short motion and 10 s of gesture
-  EXPECT_EQ(filmed.at("seed"), 1);
   EXPECT_TRUE(filmed.contains("version") && filmed.contains("folder"));
 }
 

@@ -39,14 +39,11 @@ Output run(const Options& o) {
     report::render(o.folder);
   }
   nlohmann::ordered_json json = to_json(budget);
+  json["title"] = title;
   json["rate_hz"] = o.rate_hz;
   json["frame_rate_hz"] = frames_hz;
   json["seed"] = o.seed;
-  return {json,
-          fmt::format("from a sensor's edge to the motor, ms: {}, {} edges{}\n\n{}{}", title, budget.edges,
-                      budget.lost > 0 ? fmt::format(", {} more lost on the way", budget.lost) : "",
-                      study::latency_table(budget),
-                      o.folder.empty() ? "" : fmt::format("\nreport {}/report.html\n", o.folder))};
+  return {json, report::summary("latency", json) + line_of("report", o.folder, "/report.html")};
 }
 
 }  // namespace latency_command

@@ -14,16 +14,8 @@ namespace flexor::cli {
 namespace live_command {
 
 struct Options {
-  std::string port = "auto";
-  std::string hand;
-  unsigned baud = 0;
-  std::string key;
-  std::string sessions;
-  std::string model;
+  live::LiveOptions live;
   std::string from;
-  double rate_hz = 0;
-  double lead_s = 0;
-  unsigned short http_port = 0;
   std::string opengloves;
   std::string mcap;
   bool demo = false;
@@ -60,12 +52,12 @@ std::filesystem::path not_there_yet(const std::filesystem::path& path) {
   return out;
 }
 
-void add_outs(const Options& o, live::LiveOptions& out) {
+void add_outs(Options& o) {
   // What cannot be opened is told now, not when a model is worn.
   if (!o.opengloves.empty()) {
     if (!std::filesystem::is_fifo(o.opengloves))
       (void)exports::OpenGloves(o.opengloves, {});  // whose reader would take it for the end
-    out.outs.emplace_back([path = o.opengloves](const model::Model& model) {
+    o.live.outs.emplace_back([path = o.opengloves](const model::Model& model) {
       return std::make_unique<exports::OpenGloves>(path, curls_of(model));
     });
   }
@@ -73,58 +65,39 @@ void add_outs(const Options& o, live::LiveOptions& out) {
     if (std::filesystem::exists(o.mcap))
       throw io::InputError(o.mcap + ": is there already: a recording is never written over, name another");
     io::require_writable(o.mcap);
-    out.outs.emplace_back([path = o.mcap](const model::Model& model) {
+    o.live.outs.emplace_back([path = o.mcap](const model::Model& model) {
       return std::make_unique<exports::JointStateFile>(not_there_yet(path), joints_of(model));
     });
   }
 }
 
-// `given`, or the folder of its own in the home folder.
-std::filesystem::path sessions_folder(const std::string& given) {
-  if (!given.empty()) return given;
+// Where --sessions says nothing.
+std::filesystem::path own_folder() {
   const char* home = std::getenv("HOME");
   if (home == nullptr || *home == '\0')
     throw io::InputError("--sessions: say where, there is no home folder");
   return std::filesystem::path(home) / "flexor";
 }
 
-live::LiveOptions live_options(const Options& o) {
-  live::LiveOptions out;
-  out.sessions = sessions_folder(o.sessions);
-  out.program = io::program_beside("flexor");
-  out.port = o.port;
-  out.hand = o.hand;
-  out.baud = o.baud;
-  out.key = o.key;
-  out.model = o.model;
-  out.rate_hz = o.rate_hz;
-  out.lead_s = o.lead_s;
-  out.server.port = o.http_port;
+void run(Options& o) {
+  if (o.live.sessions.empty()) o.live.sessions = own_folder();
+  o.live.program = io::program_beside("flexor");
   if (o.boards) {
-    out.worn = live::worn_boards();
-    if (!out.worn->facts.why_not_written.empty()) log(out.worn->facts.why_not_written);
+    o.live.worn = live::worn_boards();
+    if (!o.live.worn->facts.why_not_written.empty()) log(o.live.worn->facts.why_not_written);
   } else if (o.demo || o.from == "twin") {
-    out.worn = live::worn_twin();
+    o.live.worn = live::worn_twin();
   } else {
-    out.recording = o.from;
+    o.live.recording = o.from;
   }
-  add_outs(o, out);
-  return out;
-}
-
-void run(const Options& o) {
-  live::LiveOptions options = live_options(o);
-  live::Live live(std::move(options));
+  add_outs(o);
+  live::Live live(o.live);
   io::StopOnSignal stop;
-  if (o.json) {
-    print(io::dump_line({{"url", live.url()},
-                         {"sessions", sessions_folder(o.sessions).string()},
-                         {"version", FLEXOR_VERSION}}) +
-          "\n");
-  } else {
-    print(fmt::format("{}\nOpen this address in a browser. Sessions are kept in {}. Ctrl-C ends it.\n",
-                      live.url(), sessions_folder(o.sessions).string()));
-  }
+  const std::string sessions = o.live.sessions.string();
+  print(o.json
+            ? io::dump_line({{"url", live.url()}, {"sessions", sessions}, {"version", FLEXOR_VERSION}}) + "\n"
+            : fmt::format("{}\nOpen this address in a browser. Sessions are kept in {}. Ctrl-C ends it.\n",
+                          live.url(), sessions));
   live.run(*stop.flag());
 }
 
@@ -140,30 +113,29 @@ void add_live(CLI::App& app) {
       "for this\n"
       "machine alone; for others a reverse proxy with TLS goes before it (docs/live.md).");
   command
-      ->add_option("--port", o->port,
+      ->add_option("--port", o->live.port,
                    "serial port of the glove or of a radio; auto: what there is of a glove and a hand, also "
                    "when it is plugged in later")
       ->capture_default_str();
   CLI::Option* hand =
-      command->add_option("--hand", o->hand, "serial port of the bionic hand, shown beside the glove");
-  command->add_option("--baud", o->baud, "of the port (default: found by listening)")
+      command->add_option("--hand", o->live.hand, "serial port of the bionic hand, shown beside the glove");
+  command->add_option("--baud", o->live.baud, "of the port (default: found by listening)")
       ->check(CLI::PositiveNumber);
   command->add_option(
-      "--key", o->key,
+      "--key", o->live.key,
       "pair.key of the deployment: a glove that is paired with a hand speaks to this program instead");
-  command->add_option("--sessions", o->sessions,
+  command->add_option("--sessions", o->live.sessions,
                       "folder of recordings, models and reports (default: flexor in the home folder)");
-  command->add_option("--model", o->model,
+  command->add_option("--model", o->live.model,
                       "model that is worn at first (default: the one that was accepted last for this glove)");
   command
-      ->add_option("--rate", o->rate_hz,
+      ->add_option("--rate", o->live.rate_hz,
                    "sample rate of models that are identified, Hz (default: what suits the glove)")
       ->check(CLI::PositiveNumber);
   command
-      ->add_option(
-          "--lead", o->lead_s,
-          "seconds by which what follows the glove comes after it: models that are identified are so "
-          "much ahead (flexor identify --lead)")
+      ->add_option("--lead", o->live.lead_s,
+                   "seconds by which what follows the glove comes after it: models that are identified are "
+                   "so much ahead (flexor identify --lead)")
       ->check(CLI::Range(0.0, 2.0));
   command
       ->add_flag("--demo", o->demo,
@@ -179,7 +151,7 @@ void add_live(CLI::App& app) {
   command->add_option("--opengloves", o->opengloves,
                       "serial port or FIFO of an OpenGloves driver, which gets the fingers' bends as text");
   command->add_option("--mcap", o->mcap, "file that gets the angles as ROS 2 JointState; a new one");
-  command->add_option("--http", o->http_port, "port of the page (default: any that is free)");
+  command->add_option("--http", o->live.server.port, "port of the page (default: any that is free)");
 }
 
 }  // namespace flexor::cli

@@ -148,11 +148,11 @@ void run(const Options& o) {
 
 void add_monitor(CLI::App& app) {
   using namespace monitor_command;
-  const auto [o, command] = add_command(app, "monitor",
-                                        "A glove in the terminal, as it moves: a bar for each finger; or a "
-                                        "hand, with its duties and faults; or, "
-                                        "with --from, a recording, a simulated glove or a camera",
-                                        run, "one JSON object on standard output, at the end");
+  const auto [o, command] =
+      add_command(app, "monitor",
+                  "A glove in the terminal, as it moves: a bar for each finger; or a hand, with its duties "
+                  "and faults; or, with --from, a recording, a simulated glove or a camera",
+                  run, "one JSON object on standard output, at the end");
   add_options(*command, o->glove);
   add_speed(*command, o->glove);
   add_duration(*command, o->for_s);

@@ -29,8 +29,8 @@ class PostureCli : public Command {
 };
 
 TEST_F(PostureCli, WritesEveryJointWithItsErrorOnTheRowsOfTheFile) {
-  ASSERT_EQ(run("complete p.json new.csv --from index_mcp_deg,index_pip_deg,thumb_deg "
-                "--bends index=index_mcp+index_pip,thumb=thumb_mcp+thumb_ip --rest 0.5 --out full.csv"),
+  ASSERT_EQ(run("complete p.json new.csv --from index_mcp_deg,index_pip_deg,thumb_deg --bends "
+                "index=index_mcp+index_pip,thumb=thumb_mcp+thumb_ip --rest 0.5 --out full.csv"),
             0)
       << said_;
   std::istringstream rows(content(path("full.csv")));

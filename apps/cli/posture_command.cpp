@@ -16,7 +16,6 @@ struct CompleteOptions {
   std::string posture;
   std::string file;
   posture::CompleteOptions job;
-  std::string flexion = "negative";
   std::string model;
   recording::TimeOptions time;
   std::string out;
@@ -39,7 +38,6 @@ nlohmann::ordered_json json_of(const posture::Completion& c, const std::vector<s
           {"mean_se_deg", error_deg},
           {"left_out_rmse_deg", c.left_out_rmse_deg},
           {"shape", {{"noise", c.shape.noise}, {"share", c.shape.share}}},
-          {"version", FLEXOR_VERSION},
           {"warnings", warnings}};
 }
 
@@ -88,10 +86,8 @@ posture::Completion complete(const CompleteOptions& o) {
   return completion;
 }
 
-void run_complete(CompleteOptions& o) {
-  if (o.flexion != "negative" && o.flexion != "positive")
-    throw io::InputError(fmt::format("--flexion {}: positive or negative", o.flexion));
-  o.job.flexion_is_positive = o.flexion == "positive" || !o.model.empty();
+Output run_complete(CompleteOptions& o) {
+  if (!o.model.empty()) o.job.flexion_is_positive = true;
   o.job.ends_deg = ends_deg(o.model);
   if (!(o.job.rest_s >= 0 && o.job.rest_s <= 3600)) {
     throw io::InputError("--rest must be from 0 to 3600 seconds");
@@ -99,15 +95,20 @@ void run_complete(CompleteOptions& o) {
   io::require_writable(o.out);
   const posture::Completion c = complete(o);
   const std::vector<std::string> warnings = warnings_of(o, c);
-  if (o.json) return print(io::dump(json_of(c, warnings)));
-  for (const std::string& note : c.notes) log_note(note);
-  for (const std::string& warning : warnings) log_warning(warning);
+  if (!o.json) {
+    for (const std::string& note : c.notes) log_note(note);
+    log_warnings(warnings);
+  }
   std::vector<std::string> inputs;
   for (const auto& input : c.inputs) inputs.push_back(input.name);
-  print(fmt::format("rows      {}\ninputs    {}\n", c.rows, fmt::join(inputs, ", ")));
-  if (c.shown_s > 0) print(fmt::format("shown     {:.2f} s of {} joints\n", c.shown_s, c.shown_joints));
-  print(fmt::format("expected  {:.1f} deg, mean standard error of the 23 joints\nwritten   {}\n",
-                    c.mean_se_deg.mean(), o.out));
+  return {
+      json_of(c, warnings),
+      fmt::format(
+          "rows      {}\ninputs    {}\n{}expected  {:.1f} deg, mean standard error of the 23 joints\n"
+          "written   {}\n",
+          c.rows, fmt::join(inputs, ", "),
+          c.shown_s > 0 ? fmt::format("shown     {:.2f} s of {} joints\n", c.shown_s, c.shown_joints) : "",
+          c.mean_se_deg.mean(), o.out)};
 }
 
 void add_complete(CLI::App& posture) {
@@ -118,8 +119,7 @@ void add_complete(CLI::App& posture) {
       "input:\n"
       "Flexion of fingers is negative in both, unless --flexion says positive.\n"
       "Quality: 0 used, 1 missing, 2 implausible, 3 noisy (weighed against the others), 4 stuck, 5 beyond "
-      "its joints' "
-      "limits.");
+      "its joints' limits.");
   command->add_option("posture", o->posture, "posture document")->required();
   command
       ->add_option("file", o->file, "CSV with t_s and the sensed columns; an empty cell is a missing reading")
@@ -128,28 +128,22 @@ void add_complete(CLI::App& posture) {
       ->delimiter(',')
       ->required();
   command
-      ->add_option(
-          "--bends", o->job.bends,
-          "strips that sense the sum of joints: index=index_mcp+index_pip; their column is index_deg "
-          "where FILE has it, else the joints' columns are summed")
+      ->add_option("--bends", o->job.bends,
+                   "strips that sense the sum of joints: index=index_mcp+index_pip; their column is "
+                   "index_deg where FILE has it, else the joints' columns are summed")
       ->delimiter(',');
   command
-      ->add_option(
-          "--rest", o->job.rest_s,
-          "seconds at the start in which the person is shown, at rest first: every joint that FILE has is "
-          "read there, later only what is sensed")
+      ->add_option("--rest", o->job.rest_s,
+                   "seconds at the start in which the person is shown, at rest first: every joint that FILE "
+                   "has is read there, later only what is sensed")
       ->capture_default_str();
+  add_choice(*command, "--flexion", o->job.flexion_is_positive, {{"negative", false}, {"positive", true}},
+             "sign of bent fingers (MCP, PIP, IP, DIP), in FILE and in what is written: negative, as in "
+             "posture documents, or positive, as flexor apply writes angles");
   command
-      ->add_option(
-          "--flexion", o->flexion,
-          "sign of bent fingers (MCP, PIP, IP, DIP), in FILE and in what is written: negative, as in posture "
-          "documents, or positive, as flexor apply writes angles")
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--model", o->model,
-          "the model that the sensed angles are of: read as flexion by the ends of its joints, 0 at the open "
-          "hand; written is positive flexion")
+      ->add_option("--model", o->model,
+                   "the model that the sensed angles are of: read as flexion by the ends of its joints, 0 at "
+                   "the open hand; written is positive flexion")
       ->excludes("--flexion");
   add_time_options(*command, o->time);
   command->add_option("--out", o->out, "the completed CSV")->required();

@@ -87,6 +87,10 @@ void print(Output output, bool as_json) {
   print(as_json ? io::dump(output.json) : output.text);
 }
 
+std::string line_of(const char* what, const std::filesystem::path& folder, const char* file) {
+  return folder.empty() ? "" : fmt::format("{:<9}{}{}\n", what, folder.string(), file);
+}
+
 void print(const std::string& text) { print_as_it_is(io::without_controls(text, "\n\r\t")); }
 
 void print_as_it_is(const std::string& text) {
@@ -155,8 +159,7 @@ void check_ranges(const model::Model& model, const std::string& file, const std:
   if (!turned.empty()) {
     mend = fmt::format(
         "{}: the converter's full scale minus the reading is what the model was made from: is the divider "
-        "wired "
-        "the other way round?",
+        "wired the other way round?",
         recording::listed(turned));
     if (doubts.empty()) log_warning(fmt::format("{}: {}", file, mend));
   }
@@ -205,44 +208,6 @@ void guard_options(CLI::App& app) {
   }
 }
 
-}  // namespace
-
-namespace {
-
-struct Command {
-  void (*add)(CLI::App&);
-  const char* group;
-  const char* example;
-};
-constexpr Command kCommands[] = {
-    {add_live, "See it", "flexor live --demo"},
-    {add_monitor, "See it", "flexor monitor --from twin"},
-    {add_wiring, "A glove", "flexor wiring --hardware lucidgloves --out wiring/"},
-    {add_ports, "A glove", "flexor ports"},
-    {add_record, "A glove", "flexor record glove.csv"},
-    {add_protocol, "A glove", "flexor protocol"},
-    {add_identify, "Logs", "flexor identify --pair glove.csv camera.csv --model hand.json"},
-    {add_apply, "Logs", "flexor apply hand.json glove.csv > angles.csv"},
-    {add_score, "Logs", "flexor score camera.csv angles.csv"},
-    {add_align, "Logs", "flexor align --sensor glove.csv --reference camera.csv --out aligned.csv"},
-    {add_recalibrate, "Logs", "flexor recalibrate hand.json --recording tomorrow.csv --out tomorrow.json"},
-    {add_track, "Logs", "flexor track hand.mp4 --joints joints.json --out angles.csv"},
-    {add_camera, "Logs", "flexor camera calibrate board1.png board2.png --out lens.json"},
-    {add_posture, "Logs",
-     "flexor posture complete models/posture.json angles.csv --from index_mcp_deg --out hand.csv"},
-    {add_export, "Logs", "flexor export angles.csv --to mcap --out angles.mcap"},
-    {add_show, "Logs", "flexor show hand.json"},
-    {add_report, "Logs", "flexor report report/"},
-    {add_deploy, "Boards", "flexor deploy hand.json --rate 50 --output opengloves --out vr/"},
-    {add_flash, "Boards", "flexor flash firmware/ --board glove --port auto"},
-    {add_pair, "Boards", "flexor pair --glove /dev/ttyUSB0 --hand /dev/ttyUSB1"},
-    {add_send, "Boards", "flexor send hand.json --rate 10 --port auto --key firmware/pair.key"},
-    {add_latency, "Boards", "flexor latency --compensator published-hw"},
-    {add_experiment, "The paper", "flexor experiment --trials 200 --out paper/"},
-    {add_merge, "The paper", "flexor merge shard1/ shard2/ --out paper/"},
-    {add_twin, "The paper", "flexor twin record --out glove/"},
-    {add_job, "Programs", "flexor job identify < request.json"},
-};
 constexpr std::pair<const char*, const char*> kMore[] = {
     {"twin record", "flexor twin record --out glove/"},
     {"twin wear", "flexor twin wear --port-link glove --key pair.key"},
@@ -269,11 +234,6 @@ class Formatter : public CLI::Formatter {
                        about.substr(0, about.find_first_of(":;,(")), "", example);
   }
 };
-
-void describe(CLI::App& command, const Command& entry) {
-  command.group(entry.group);
-  begin_with(command, entry.example);
-}
 
 // Letters to insert, to leave out and to change.
 std::size_t distance(std::string_view a, std::string_view b) {
@@ -325,10 +285,11 @@ int failed(const std::string& text, int status) {
 void add_commands(CLI::App& app) {
   app.require_subcommand(1);
   app.formatter(std::make_shared<Formatter>());
-  for (const Command& command : kCommands) {
-    command.add(app);
-    describe(*app.get_subcommands({}).back(), command);
-  }
+#define FLEXOR_ADD_COMMAND(name, group_of, example) \
+  add_##name(app);                                  \
+  begin_with(*app.get_subcommand(#name)->group(group_of), example);
+  FLEXOR_COMMANDS(FLEXOR_ADD_COMMAND)
+#undef FLEXOR_ADD_COMMAND
   for (const auto& [path, example] : kMore) {
     CLI::App* command = &app;
     std::istringstream names(path);

@@ -115,11 +115,10 @@ void run(const Options& o) {
 
 void add_record(CLI::App& app) {
   using namespace record_command;
-  const auto [o, command] = add_command(
-      app, "record",
-      "What a glove says, or with --from a simulated one or a camera, as a recording: wide CSV with "
-      "the board's clock and this machine's",
-      run);
+  const auto [o, command] = add_command(app, "record",
+                                        "What a glove says, or with --from a simulated one or a camera, as a "
+                                        "recording: wide CSV with the board's clock and this machine's",
+                                        run);
   command->add_option("OUT", o->out, "CSV file, whole lines at any instant; Ctrl-C ends the recording")
       ->required();
   add_options(*command, o->glove);

@@ -58,10 +58,8 @@ class Redonned : public Command {
     const fs::path moves = folder_ / "moves.json";
     const std::string command = fmt::format(
         "PYTHONPATH=python:build/release/python/package build/python/bin/python -c \"import glob, pandas; "
-        "from flexor.donning import "
-        "compare; "
-        "compare({{file: pandas.read_csv(file) for file in glob.glob('{}/donning/P6*.csv')}}).to_json('{}', "
-        "orient='records')\"",
+        "from flexor.donning import compare; compare({{file: pandas.read_csv(file) for file in "
+        "glob.glob('{}/donning/P6*.csv')}}).to_json('{}', orient='records')\"",
         kRealData.string(), moves.string());
     ASSERT_EQ(std::system(command.c_str()), 0) << command;
     for (const auto& one : nlohmann::json::parse(io::read_file(moves)))
@@ -84,9 +82,9 @@ class Redonned : public Command {
     }
     half_s_ = t_s_.back() / 2;
     write("log.csv", csv);
-    const Finished r = run(
-        "identify --sensor log.csv --reference log.csv --input index_adc --output index_deg --clock-offset 0 "
-        "--model model.json");
+    const Finished r =
+        run("identify --sensor log.csv --reference log.csv --input index_adc --output index_deg "
+            "--clock-offset 0 --model model.json");
     ASSERT_EQ(r.exit, 0) << r.err;
     model_ = model::load(folder_ / "model.json");
     first_half_ =

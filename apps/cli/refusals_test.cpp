@@ -87,21 +87,6 @@ TEST_F(Refusals, NumbersThatNobodyCanMean) {
   expect_refused("send" + model, {"nan", "-5", "0", "inf"}, "", "--rate must be a positive number");
 }
 
-TEST_F(Refusals, ParametersOfATwinThatCannotBe) {
-  const std::vector<std::pair<const char*, const char*>> cases = {
-      {"placement.bend_lower_deg=200", "placement.bend_lower_deg of thumb, 200, must be below"},
-      {"motor.coulomb_mNm=-1", "impossible"},
-      {"motor.friction=1", "motor.coulomb_mNm"},
-      {"radio.loss=1e999", "not a number"},
-      {"=1", "unknown parameter"},
-      {"radio.loss", "name=value"}};
-  for (const std::string command : {"experiment --set ", "twin record --out x --set "}) {
-    for (const auto& [assignment, reason] : cases) expect_refused(command + assignment, reason);
-    expect_refused(command + "radio.baud=", {"0", "nan", "inf", "-inf", "1e308", "-1e308", "1e-308"}, "",
-                   "radio.baud");
-  }
-}
-
 TEST_F(Refusals, ExperimentsThatCannotBe) {
   const std::string one = file(
       "one.json",
@@ -115,6 +100,8 @@ TEST_F(Refusals, ExperimentsThatCannotBe) {
       {"--compensators raw,raw", "given twice"},
       {"--compensators " + one + "," + one, "given twice"},
       {"--compensators " + one, "motor for thumb, middle, ring, pinky"},
+      {"--set radio.loss", "name=value"},
+      {"--set placement.bend_lower_deg=200", "placement.bend_lower_deg of thumb, 200, must be below"},
       {"--rate 2000", "runs at 1000 Hz"},
       {"--rate 100", "do not fit 9600 baud"},
       {"--twin " + path("none.json"), "none.json"},

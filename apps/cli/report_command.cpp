@@ -32,8 +32,8 @@ void add_report(CLI::App& app) {
       app, "report", "Draw a job's report once more, from the results that it saved in its folder", run);
   command
       ->add_option("FOLDER", o->folder,
-                   "that identify --report, experiment --out, track --report, deploy --out or "
-                   "latency --out has written")
+                   "that identify --report, experiment --out, track --report, deploy --out or latency --out "
+                   "has written")
       ->transform(kFolder)
       ->required();
   command->add_flag(

@@ -22,7 +22,7 @@ mkdir "$work/inputs"
   --report "$work/tracking" >/dev/null 2>&1
 
 pages=()
-for kind in $(grep -o '"[a-z]*", render_' "$root/host/report/render.cpp" | cut -d'"' -f2); do
+for kind in $(sed -n 's/^#define FLEXOR_REPORTS(X)//p' "$root/host/report/kinds.hpp" | tr -d 'X()'); do
   pages+=("$work/$kind"/*.html)
   cp -r "$work/$kind" "$work/drawn"
   find "$work/$kind" -name '*.html' -delete

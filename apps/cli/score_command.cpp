@@ -9,6 +9,7 @@
 #include "host/recording/pair.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/unit.hpp"
+#include "host/report/page.hpp"
 #include "host/score/score.hpp"
 
 namespace flexor::cli {
@@ -78,8 +79,9 @@ recording::Recording angle_of(recording::Recording all, const std::string& colum
 }
 
 // `name`: of the joint, before its messages; empty: there is one alone.
-score::Score score_of(const Options& o, const recording::Recording& measured, const std::string& column,
-                      const recording::Recording& estimated, const std::string& of, const std::string& name) {
+nlohmann::ordered_json score_of(const Options& o, const recording::Recording& measured,
+                                const std::string& column, const recording::Recording& estimated,
+                                const std::string& of, const std::string& name) {
   const auto angles = [](const recording::Recording& r, const std::string& c) {
     const recording::Series s = r.series(c);
     return score::Angles{s.t_s, s.value, recording::default_max_gap_s(s.t_s)};
@@ -101,22 +103,7 @@ score::Score score_of(const Options& o, const recording::Recording& measured, co
                     "--estimate-offset shifts one",
                     name));
   }
-  return s;
-}
-
-std::string in_words(const score::Score& s) {
-  return fmt::format(
-      "samples           {}\n"
-      "RMSE              {:.3f} deg\n"
-      "largest           {:.3f} deg\n"
-      "95th percentile   {:.3f} deg\n"
-      "fit (NRMSE)       {:.2f} %\n"
-      "R2                {:.4f}\n"
-      "absolute error    {:.3f} deg s\n"
-      "best lag          {:+.3f} s (positive: the estimate is late)\n"
-      "without that lag  {:.3f} deg RMSE, {:.3f} deg s\n",
-      s.samples, s.rmse_deg, s.max_abs_deg, s.p95_abs_deg, s.fit_percent, s.r2, s.iae_deg_s, s.best_lag_s,
-      s.lag_removed_rmse_deg, s.lag_removed_iae_deg_s);
+  return score::to_json(s);
 }
 
 Output run(const Options& o) {
@@ -126,19 +113,19 @@ Output run(const Options& o) {
   recording::Recording estimate = read(o.estimate, o.estimate_column, o.time);
   for (double& t : estimate.t_s) t += o.estimate_offset_s;
   const auto columns = columns_of(o, reference, estimate);
-  nlohmann::ordered_json joints = nlohmann::ordered_json::object();
-  std::string table = fmt::format("{:<16}{:>9}{:>12}{:>12}{:>10}{:>12}\n", "", "samples", "RMSE", "largest",
-                                  "fit", "best lag");
+  std::vector<std::pair<std::string, nlohmann::ordered_json>> scores;
   for (const auto& [measured, estimated] : columns) {
     const std::string joint = recording::without_unit(measured);
-    const score::Score s = score_of(o, angle_of(reference, measured), measured, angle_of(estimate, estimated),
-                                    estimated, columns.size() > 1 ? joint + ": " : "");
-    if (columns.size() == 1) return {score::to_json(s), in_words(s)};
-    joints[joint] = score::to_json(s);
-    table += fmt::format("{:<16}{:>9}{:>8.3f} deg{:>8.3f} deg{:>8.2f} %{:>10.3f} s\n", joint, s.samples,
-                         s.rmse_deg, s.max_abs_deg, s.fit_percent, s.best_lag_s);
+    scores.emplace_back(
+        joint, score_of(o, angle_of(reference, measured), measured, angle_of(estimate, estimated), estimated,
+                        columns.size() > 1 ? joint + ": " : ""));
   }
-  return {{{"joints", joints}}, table};
+  report::Page page("");
+  page.table(report::scores_table("", scores));
+  if (scores.size() == 1) return {scores.front().second, page.text()};
+  nlohmann::ordered_json joints;
+  for (const auto& [joint, score] : scores) joints[joint] = score;
+  return {{{"joints", joints}}, page.text()};
 }
 
 }  // namespace score_command

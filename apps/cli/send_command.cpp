@@ -141,10 +141,9 @@ void add_send(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "send", "A model into a glove that runs, or what changed in a deployment into its board", run);
   command
-      ->add_option(
-          "MODEL_OR_FOLDER", o->model,
-          "model file; or the folder of a deployment, whose settings, key and model go to the board over "
-          "USB where they differ")
+      ->add_option("MODEL_OR_FOLDER", o->model,
+                   "model file; or the folder of a deployment, whose settings, key and model go to the board "
+                   "over USB where they differ")
       ->required();
   command->add_option("--board", o->board, "of the folder: glove or hand")
       ->check(CLI::IsMember({"glove", "hand"}));
@@ -157,10 +156,9 @@ void add_send(CLI::App& app) {
       "sample rate of the glove: 10, 20, 50 or 100 Hz (default: the one that the glove says)");
   command->add_option("--calibration", o->calibration, "as at the deployment");
   add_hardware(*command, o->hardware);
-  command->add_flag(
-      "--bootloader", o->bootloader,
-      "through the board's bootloader, over USB: into flash, where larger models have room; the glove pauses "
-      "for some seconds (default where the model does not fit EEPROM)");
+  command->add_flag("--bootloader", o->bootloader,
+                    "through the board's bootloader, over USB: into flash, where larger models have room; "
+                    "the glove pauses for some seconds (default where the model does not fit EEPROM)");
 }
 
 }  // namespace flexor::cli

@@ -10,6 +10,7 @@
 #include "host/io/folder_lock.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"
+#include "host/report/page.hpp"
 #include "host/report/render.hpp"
 #include "host/study/builtin.hpp"
 #include "host/study/catalogue.hpp"
@@ -68,42 +69,19 @@ Output run_setup(const Options& o, io::Worker& camera) {
   const Json setup = camera.run("propose_marks", setup_arguments(o));
   const auto trouble = setup.at("trouble").get<std::string>();
   if (!o.json && !trouble.empty()) log_warning(trouble);
-  std::string text = fmt::format("{:>3}  {:<16}{:>9}{:>9}{:>9}\n", "",
-                                 o.assign.empty() ? "proposed" : "assigned", "x px", "y px", "area");
-  for (const Json& c : setup.at("candidates")) {
-    const auto mark = c.at("mark").get<std::string>();
-    text += fmt::format("{:>3}  {:<16}{:>9.1f}{:>9.1f}{:>9.0f}\n", c.at("number").get<int>(),
-                        mark.empty() ? "-" : mark, c.at("x_px").get<double>(), c.at("y_px").get<double>(),
-                        c.at("area_px").get<double>());
-  }
+  report::Page table("");
+  table.table(report::table_of("", setup.at("candidates"),
+                               {{"", "/number"},
+                                {o.assign.empty() ? "proposed" : "assigned", "/mark"},
+                                {"x px", "/x_px", "{:.1f}"},
+                                {"y px", "/y_px", "{:.1f}"},
+                                {"area", "/area_px", "{:.0f}"}}));
+  std::string text = table.text();
   text += fmt::format("picture  {}\n", o.track.out.string());
-  text += !o.save.empty()
-              ? fmt::format("joints   {}\n", o.save)
-              : "to keep this for the video: --save JOINTS.json, with --assign NUMBER=MARK for each mark "
-                "where it is wrong\n";
+  text += !o.save.empty() ? fmt::format("joints   {}\n", o.save)
+                          : "to keep this for the video: --save JOINTS.json, with --assign NUMBER=MARK for "
+                            "each mark where it is wrong\n";
   return {setup, text};
-}
-
-std::string in_words(const Options& o, const Json& r) {
-  const auto count = [](const Json& json, const char* key) { return json.at(key).get<std::size_t>(); };
-  const auto number = [](const Json& json, const char* key) { return json.at(key).get<double>(); };
-  std::string text =
-      fmt::format("{} frames, {:.2f} to {:.2f} s; every mark seen in {} of {}; {} missing by the clock\n\n",
-                  count(r, "frames"), number(r, "from_s"), number(r, "to_s"), count(r, "frames_labelled"),
-                  count(r, "frames"), count(r, "frames_dropped")) +
-      fmt::format("{:<16}{:>10}{:>10}{:>12}{:>8}{:>10}{:>8}{:>7}\n", "angle, deg", "from", "to", "std. error",
-                  "good", "doubtful", "hidden", "lost");
-  for (const auto& [name, a] : r.at("angles").items()) {
-    text +=
-        fmt::format("{:<16}{:>10.1f}{:>10.1f}{:>12.2f}{:>8}{:>10}{:>8}{:>7}\n", name, number(a, "min_deg"),
-                    number(a, "max_deg"), number(a, "standard_error_deg"), count(a, "frames_good"),
-                    count(a, "frames_doubtful"), count(a, "frames_hidden"), count(a, "frames_lost"));
-  }
-  text += fmt::format("\n{:.0f} frames a second, decoding left out\nangles   {}\n",
-                      number(r, "frames") / std::max(1e-9, number(r, "tracking_s")), o.track.out.string());
-  if (!o.track.preview.empty()) text += fmt::format("preview  {}\n", o.track.preview.string());
-  if (!o.track.report.empty()) text += fmt::format("report   {}/report.html\n", o.track.report.string());
-  return text;
 }
 
 Output run(const Options& o) {
@@ -119,8 +97,10 @@ Output run(const Options& o) {
   if (!o.track.report.empty()) report::render(o.track.report);
   if (stop && *stop->flag())
     result.at("warnings").push_back("interrupted: what was tracked until then is kept");
-  for (const Json& warning : result.at("warnings")) log_warning(warning.get<std::string>());
-  return {result, in_words(o, result)};
+  log_warnings(result.at("warnings"));
+  return {result, report::summary("tracking", result) + line_of("angles", o.track.out) +
+                      line_of("preview", o.track.preview) +
+                      line_of("report", o.track.report, "/report.html")};
 }
 
 struct CalibrateOptions {
@@ -142,16 +122,14 @@ Output run_calibrate(const CalibrateOptions& o) {
                                  log(fmt::format("looking for the board in {} picture(s) ...", p.of));
                                  return true;
                                });
-  for (const Json& refused : lens.at("refused")) log_warning(refused.get<std::string>());
+  log_warnings(lens.at("refused"));
   const auto number = [&](const char* key, std::size_t i) { return lens.at(key).at(i).get<double>(); };
-  return {
-      lens,
-      fmt::format("{} of {} pictures; corners within {:.2f} px rms\nfocal length {:.1f} x {:.1f} px, centre "
-                  "{:.1f}, {:.1f}, "
-                  "k1 {:.4f}, k2 {:.4f}\nlens     {}\n",
-                  lens.at("used").size(), o.pictures.size(), lens.at("reprojection_rms_px").get<double>(),
-                  number("focal_px", 0), number("focal_px", 1), number("centre_px", 0),
-                  number("centre_px", 1), number("distortion", 0), number("distortion", 1), o.out)};
+  return {lens,
+          fmt::format("{} of {} pictures; corners within {:.2f} px rms\nfocal length {:.1f} x {:.1f} px, "
+                      "centre {:.1f}, {:.1f}, k1 {:.4f}, k2 {:.4f}\nlens     {}\n",
+                      lens.at("used").size(), o.pictures.size(), lens.at("reprojection_rms_px").get<double>(),
+                      number("focal_px", 0), number("focal_px", 1), number("centre_px", 0),
+                      number("centre_px", 1), number("distortion", 0), number("distortion", 1), o.out)};
 }
 
 struct FilmOptions {

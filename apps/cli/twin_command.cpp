@@ -88,13 +88,12 @@ Output record(RecordOptions& o) {
 }
 
 void add_twin_record(CLI::App& twin) {
-  const auto [o, command] = add_command(twin, "record",
-                                        "Record the twin's glove as a user records a real one: a person "
-                                        "wears it and plays the recommended motion; the "
-                                        "glove's log, what a camera sees of the fingers and what another "
-                                        "sees of the hand, each donning a file of its "
-                                        "own. Then flexor identify, as with any recording",
-                                        record);
+  const auto [o, command] = add_command(
+      twin, "record",
+      "Record the twin's glove as a user records a real one: a person wears it and plays the recommended "
+      "motion; the glove's log, what a camera sees of the fingers and what another sees of the hand, each "
+      "donning a file of its own. Then flexor identify, as with any recording",
+      record);
   command->add_option("--out", o->folder, "write the recordings into this folder")
       ->transform(kFolder)
       ->required();

@@ -11,26 +11,16 @@ namespace flexor::cli {
 namespace wear_command {
 
 struct Options {
+  study::BenchOptions bench;
   std::string model = "published-hw";
   double rate_hz = 10;
   std::string motion = "ordinary";
   double slip_deg = 0;
   double for_s = 0;
-  std::string link;
   std::string key;
-  std::uint64_t seed = 1;
   TwinFiles twin;
   bool json = false;
 };
-
-study::BenchOptions bench_of(const Options& o) {
-  study::BenchOptions bench;
-  bench.parameters = twin_parameters(o.twin);
-  bench.model = study::compensator(o.model, o.rate_hz).model;
-  bench.seed = o.seed;
-  bench.port_link = o.link;
-  return bench;
-}
 
 void say(const Options& o, const study::Bench& bench) {
   if (!o.key.empty()) deploy::write_key(o.key, *bench.key());
@@ -38,26 +28,27 @@ void say(const Options& o, const study::Bench& bench) {
           {"key", o.key.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(o.key)},
           {"bootloader", bench.has_bootloader()},
           {"rate_hz", o.rate_hz},
-          {"seed", o.seed}},
+          {"seed", o.bench.seed}},
          fmt::format("a glove is at {0}: flexor monitor --port {0}\n", bench.port())},
         o.json);
   if (!o.json && !bench.has_bootloader()) log(study::why_no_bootloader());
 }
 
-void run(const Options& o) {
+void run(Options& o) {
   constexpr int kStep_ms = 20;
   if (!std::isfinite(o.slip_deg)) throw io::InputError("--slip must be a number of degrees");
   (void)study::bench_motion(o.motion);
-  study::Bench bench(io::program_beside(kBoardsWorker), bench_of(o));
+  o.bench.parameters = twin_parameters(o.twin);
+  o.bench.model = study::compensator(o.model, o.rate_hz).model;
+  study::Bench bench(io::program_beside(kBoardsWorker), o.bench);
   io::StopOnSignal stop;
   say(o, bench);
   study::BenchChange change;
   change.ms = kStep_ms;
+  const study::BenchChange on = change;
   change.motion = o.motion;
   change.slip_deg = o.slip_deg;
   const study::BenchView begin = bench.advance(change);
-  study::BenchChange on;
-  on.ms = kStep_ms;
   while (!*stop.flag()) {
     const study::BenchView now = bench.advance(on);
     if (o.for_s > 0 && static_cast<double>(now.now_ms - begin.now_ms) >= 1000 * o.for_s) return;
@@ -70,25 +61,23 @@ void add_twin_wear(CLI::App& twin) {
   using namespace wear_command;
   const auto [o, command] =
       add_command(twin, "wear",
-                  "A glove without hardware: both boards simulated in real time with "
-                  "their own firmware, worn by the twin, "
-                  "the glove's USB on a pseudo-terminal. Leave it running and use "
-                  "flexor monitor, record, send or flash in "
-                  "another terminal. Ctrl-C ends it",
+                  "A glove without hardware: both boards simulated in real time with their own firmware, "
+                  "worn by the twin, the glove's USB on a pseudo-terminal. Leave it running and use flexor "
+                  "monitor, record, send or flash in another terminal. Ctrl-C ends it",
                   run, "one JSON object on standard output, as soon as the glove is there");
-  command->add_option("--port-link", o->link,
+  command->add_option("--port-link", o->bench.port_link,
                       "a name for the port that stays (default: the pseudo-terminal's own, /dev/pts/N)");
   command
       ->add_option("--motion", o->motion,
-                   "what the hand does, again and again: rest, calibration, ordinary, protocol, or 1 to 6 "
-                   "of the published gestures")
+                   "what the hand does, again and again: rest, calibration, ordinary, protocol, or 1 to 6 of "
+                   "the published gestures")
       ->capture_default_str();
   command->add_option("--slip", o->slip_deg, "every strip has slipped by so many degrees of bend")
       ->capture_default_str();
   add_duration(*command, o->for_s);
   add_compensator(*command, o->model, o->rate_hz);
   command->add_option("--key", o->key, "write the pair's key into this file, for flexor send");
-  add_seed(*command, o->seed);
+  add_seed(*command, o->bench.seed);
   add_twin_options(*command, o->twin);
 }
 

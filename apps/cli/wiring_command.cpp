@@ -11,23 +11,23 @@ namespace wiring_command {
 struct Options {
   std::string out;
   std::string hardware = "flexor";
-  std::string output = "radio";
+  deploy::Output output = deploy::Output::radio;
   bool json = false;
 };
 
 Output run(const Options& o) {
   const model::Hardware hardware = model::hardware(o.hardware);
-  const deploy::Output output = deploy::kOutputs.at(o.output);
-  nlohmann::ordered_json json = deploy::wiring_plan(hardware, output);
+  nlohmann::ordered_json json = deploy::wiring_plan(hardware, o.output);
   const io::FolderLock lock(o.out, "wiring");
   report::save_wiring(json, o.out);
   json["folder"] = o.out;
   json["pins"] = model::to_json(hardware.pins);
-  return {json, fmt::format(
-                    "wiring    {0}/wiring.md, {0}/wiring_glove.svg{1}\nlog it    flexor deploy --output log "
-                    "--hardware {2} --out logger, then flexor flash logger\n",
-                    o.out, output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", o.out) : "",
-                    io::shell_word(o.hardware))};
+  return {
+      json,
+      fmt::format("wiring    {0}/wiring.md, {0}/wiring_glove.svg{1}\nlog it    flexor deploy --output log "
+                  "--hardware {2} --out logger, then flexor flash logger\n",
+                  o.out, o.output == deploy::Output::radio ? fmt::format(", {}/wiring_hand.svg", o.out) : "",
+                  io::shell_word(o.hardware))};
 }
 
 }  // namespace wiring_command
@@ -39,11 +39,8 @@ void add_wiring(CLI::App& app) {
       ->transform(kFolder)
       ->required();
   add_hardware(*command, o->hardware);
-  command
-      ->add_option("--output", o->output,
-                   "of the glove: radio, or over a cable to the PC opengloves, text, log")
-      ->check(CLI::IsMember(deploy::kOutputs))
-      ->capture_default_str();
+  add_choice(*command, "--output", o->output, deploy::kOutputs,
+             "of the glove: radio, or over a cable to the PC opengloves, text, log");
 }
 
 }  // namespace flexor::cli

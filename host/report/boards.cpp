@@ -3,8 +3,7 @@
 #include <cmath>
 
 #include "host/io/io.hpp"
-#include "host/report/page.hpp"
-#include "host/report/render.hpp"
+#include "host/report/kinds.hpp"
 #include "host/report/wiring.hpp"
 
 namespace flexor::report {
@@ -67,31 +66,31 @@ std::string latency_svg(const Figure& figure, const Json& stages) {
   return bars_svg(figure, rows);
 }
 
-TableBlock table_of(const std::string& caption, const Json& rows) {
-  TableBlock table{caption, {}, {}, {}, true};
-  for (const Json& row : rows)
-    table.rows.push_back({row.at("name").get<std::string>(), row.at("value").get<std::string>()});
-  return table;
+// Words, no figures.
+TableBlock words_of(const std::string& caption, const Json& rows) {
+  TableBlock out = table_of(caption, rows, {{"", "/name"}, {"", "/value"}});
+  out.columns.clear();
+  out.is_text = true;
+  return out;
 }
 
 // What the user does with it.
 void add_lead(Page& page, const Json& r) {
-  page.table(table_of("What it does", r.at("lead")));
+  page.table(words_of("What it does", r.at("lead")));
   page.heading("What to do next");
   page.steps(r.at("next").get<std::vector<std::string>>());
+}
+
+void add_wiring(Page& page, const Json& wiring) {
   page.paragraph("Or copy what is in arduino/ to the Arduino IDE's libraries and open the example.");
   page.heading("Wiring");
-  const Json& wiring = r.at("wiring");
   for (const Json& board : wiring.at("boards")) {
     const auto name = board.at("name").get<std::string>();
     const Figure figure{"wiring_" + name, "Wiring of the " + name,
                         "Blue wires carry what the board reads or sends.", true};
     page.drawing(figure, wiring_svg(board, wiring.at("divider_kohm").get<double>()));
   }
-  TableBlock parts{"Parts", {"what", "count"}, {}};
-  for (const Json& part : wiring.at("parts"))
-    parts.rows.push_back({part.at("what").get<std::string>(), std::to_string(part.at("count").get<int>())});
-  page.table(parts);
+  page.table(table_of("Parts", wiring.at("parts"), {{"what", "/what"}, {"count", "/count"}}));
 }
 
 // What it costs.
@@ -110,10 +109,15 @@ void add_costs(Page& page, const Json& r) {
        {fmt::format("{}", r.at("bit_exact").at("mismatches").get<std::size_t>()),
         fmt::format("differences from the host in {} angles",
                     r.at("bit_exact").at("angles").get<std::size_t>())}});
-  page.table(table_of("What was measured", r.at("table")));
+  page.table(words_of("What was measured", r.at("table")));
 }
 
 }  // namespace
+
+void summarize_deployment(Page& page, const Json& r) {
+  add_lead(page, r);
+  add_costs(page, r);
+}
 
 void render_deployment(const Saved& saved) {
   const Json& r = saved.results();
@@ -124,34 +128,37 @@ void render_deployment(const Saved& saved) {
                   "instruction by instruction.",
                   r.at("chips").get<std::string>(), r.at("boards").get<int>() == 2 ? "images" : "image"));
   add_lead(page, r);
+  add_wiring(page, r.at("wiring"));
   add_costs(page, r);
-  const Figure figure{
-      "time_budget", "Time budget",
-      "Light blue: the ADC reads the strips; orange: the board computes and seals a frame; blue: the "
-      "frame is on the wire; grey: it sleeps."};
+  const Figure figure{"time_budget", "Time budget",
+                      "Light blue: the ADC reads the strips; orange: the board computes and seals a frame; "
+                      "blue: the frame is on the wire; grey: it sleeps."};
   page.drawing(figure, budget_svg(figure, r.at("time_budget_ms")));
   page.write(saved);
+}
+
+void summarize_latency(Page& page, const Json& r) {
+  const int lost = r.at("lost").get<int>();
+  page.paragraph(fmt::format("{}; mean of {} edges{}.", r.at("title").get<std::string>(),
+                             r.at("edges").get<int>(),
+                             lost > 0 ? fmt::format(", {} more were lost on the way", lost) : ""));
+  Json rows = r.at("stages");
+  rows.push_back(r.at("total"));
+  rows.back()["name"] = "total";
+  page.table(table_of("Latency in milliseconds", rows,
+                      {{"stage", "/name"},
+                       {"mean", "/mean_ms", "{:.2f}"},
+                       {"least", "/min_ms", "{:.2f}"},
+                       {"most", "/max_ms", "{:.2f}"}}));
 }
 
 void render_latency(const Saved& saved) {
   const Json& r = saved.results();
   Page page("From a sensor's edge to the motor");
-  page.paragraph(fmt::format("{}; mean of {} edges{}.", saved.text("title"), r.at("edges").get<int>(),
-                             r.at("lost").get<int>() > 0
-                                 ? fmt::format(", {} more were lost on the way", r.at("lost").get<int>())
-                                 : ""));
+  summarize_latency(page, r);
   const Figure figure{"latency", "Stage by stage",
                       "How long each stage takes on average, one after the other."};
   page.drawing(figure, latency_svg(figure, r.at("stages")));
-  TableBlock table{"Latency in milliseconds", {"stage", "mean", "least", "most"}, {}};
-  const auto row = [&](const std::string& name, const Json& s) {
-    table.rows.push_back({name, fmt::format("{:.2f}", s.at("mean_ms").get<double>()),
-                          fmt::format("{:.2f}", s.at("min_ms").get<double>()),
-                          fmt::format("{:.2f}", s.at("max_ms").get<double>())});
-  };
-  for (const Json& s : r.at("stages")) row(s.at("name").get<std::string>(), s);
-  row("total", r.at("total"));
-  page.table(table);
   page.write(saved);
 }
 

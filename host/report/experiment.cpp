@@ -11,8 +11,7 @@
 
 #include "host/io/io.hpp"
 #include "host/report/colours.hpp"
-#include "host/report/page.hpp"
-#include "host/report/render.hpp"
+#include "host/report/kinds.hpp"
 
 namespace flexor::report {
 namespace {
@@ -23,8 +22,8 @@ struct Experiment {
   std::vector<std::string> colours;  // theirs
   const Json& motions;
 
-  // Throws io::InputError for cells that do not fill the table.
-  explicit Experiment(const Saved& saved);
+  // Throws std::domain_error for cells that do not fill the table.
+  explicit Experiment(const Json& saved);
   const Json& cell(std::size_t motion, std::size_t compensator) const {
     return results.at("cells").at(motion * compensators.size() + compensator);
   }
@@ -32,26 +31,16 @@ struct Experiment {
   std::string title(std::size_t motion) const;  // "4 okay"
 };
 
-Experiment::Experiment(const Saved& saved)
-    : results(saved.results()),
+Experiment::Experiment(const Json& saved)
+    : results(saved),
       compensators(results.at("compensators").get<std::vector<std::string>>()),
       colours(colours_of(compensators)),
       motions(results.at("motions")) {
-  if (motions.empty() || compensators.empty() ||
-      results.at("cells").size() != motions.size() * compensators.size()) {
-    throw io::InputError(fmt::format("{}: results.json has not a cell for each motion and compensator",
-                                     saved.folder().string()));
-  }
-  const bool whole =
-      std::ranges::all_of(motions,
-                          [&](const Json& m) { return m.at("traces").size() == compensators.size(); }) &&
-      std::ranges::all_of(results.at("cells"),
-                          [](const Json& c) { return !c.at("finger_error_deg_s").empty(); });
-  if (!whole) {
-    throw io::InputError(
-        fmt::format("{}: results.json has not a trace for each compensator and an error for each finger",
-                    saved.folder().string()));
-  }
+  const Json& cells = results.at("cells");
+  if (cells.empty() || cells.size() != motions.size() * compensators.size())
+    throw std::domain_error("not a cell for each motion and compensator");
+  if (!std::ranges::all_of(cells, [](const Json& c) { return !c.at("finger_error_deg_s").empty(); }))
+    throw std::domain_error("not an error for each finger");
 }
 
 std::optional<std::size_t> Experiment::index_of(const std::string& compensator) const {
@@ -70,10 +59,8 @@ double mean_error(const Json& cell) { return cell.at("total_error_deg_s").at("me
 
 constexpr const char* kStops =
     "Fastest hit: the greatest speed with which any joint arrived at one of its end stops in any trial. "
-    "Pressed: how "
-    "long motors then pressed against a stop with a tenth of their supply or more, mean of a trial, five "
-    "fingers "
-    "together.";
+    "Pressed: how long motors then pressed against a stop with a tenth of their supply or more, mean of a "
+    "trial, five fingers together.";
 
 std::string figure_of(double value) {
   return value < 99.95 ? fmt::format("{:.1f}", value) : fmt::format("{:.0f}", value);
@@ -172,46 +159,47 @@ double sum(const Json& by_finger) {
 // What the article says of curves and prints no number for.
 void shape_table(Page& page, const Json& shapes) {
   if (shapes.empty()) return;
-  TableBlock t{
-      "What the article says of the curves", {"gesture, what", "threshold", "here", "agrees"}, {}, {}};
-  for (const Json& s : shapes) {
+  const auto threshold = [](const Json& s) {
     const bool least = s.contains("at_least_deg");
-    t.rows.push_back({fmt::format("{}, {}", s.at("gesture").get<int>(), s.at("what").get<std::string>()),
-                      fmt::format("{} {:g}°", least ? "at least" : "at most",
-                                  s.at(least ? "at_least_deg" : "at_most_deg").get<double>()),
-                      fmt::format("{:.1f}°", s.at("value_deg").get<double>()),
-                      s.at("agrees").get<bool>() ? "yes" : "no"});
-  }
+    return fmt::format("{} {:g}°", least ? "at least" : "at most",
+                       s.at(least ? "at_least_deg" : "at_most_deg").get<double>());
+  };
   page.heading("Shapes");
-  page.table(t);
+  page.table(table_of("What the article says of the curves", shapes,
+                      {{"gesture", "/gesture"},
+                       {"what", "/what"},
+                       {"threshold", threshold},
+                       {"here", "/value_deg", "{:.1f}°"},
+                       {"agrees", [](const Json& s) { return s.at("agrees").get<bool>() ? "yes" : "no"; }}}));
 }
 
 void finger_table(Page& page, const Experiment& e) {
-  TableBlock t{"Error of each finger in degree-seconds", {"motion, compensator"}, {}, {}};
-  for (const auto& finger : e.cell(0, 0).at("finger_error_deg_s").items()) t.columns.push_back(finger.key());
-  t.columns.insert(t.columns.end(), {"lag", "with the lag removed", "fastest hit", "pressed", "frames lost"});
-  for (std::size_t m = 0; m < e.motions.size(); ++m) {
-    for (std::size_t c = 0; c < e.compensators.size(); ++c) {
-      const Json& cell = e.cell(m, c);
-      std::vector<std::string> row = {e.title(m) + ", " + e.compensators[c]};
-      for (const auto& finger : cell.at("finger_error_deg_s").items())
-        row.push_back(figure_of(finger.value().get<double>()));
-      const double lag_s = cell.at("lag_s").is_null() ? NAN : number_or_nan(cell.at("lag_s").at("mean"));
-      row.push_back(std::isnan(lag_s) ? "-" : fmt::format("{:.0f} ms", 1000 * lag_s));
-      row.push_back(with_interval(cell.at("lag_removed_deg_s")));
-      row.push_back(fmt::format("{:.0f}°/s", fastest(cell.at("impact_deg_s"))));
-      row.push_back(fmt::format("{:.2f} s", sum(cell.at("pressed_s"))));
-      row.push_back(fmt::format("{:.1f} %", 100 * cell.at("frames_lost").get<double>() /
-                                                std::max(cell.at("frames_sent").get<double>(), 1.0)));
-      t.rows.push_back(std::move(row));
-    }
-  }
+  std::vector<Column> columns = {{"compensator", "/compensator"}, {"gesture", "/gesture"}};
+  for (const auto& finger : e.cell(0, 0).at("finger_error_deg_s").items())
+    columns.emplace_back(finger.key(), [name = finger.key()](const Json& cell) {
+      return figure_of(cell.at("finger_error_deg_s").at(name).get<double>());
+    });
+  const auto lag = [](const Json& cell) {
+    const double lag_s = cell.at("lag_s").is_null() ? NAN : number_or_nan(cell.at("lag_s").at("mean"));
+    return std::isnan(lag_s) ? "-" : fmt::format("{:.0f} ms", 1000 * lag_s);
+  };
+  const auto lost = [](const Json& cell) {
+    return fmt::format("{:.1f} %", 100 * cell.at("frames_lost").get<double>() /
+                                       std::max(cell.at("frames_sent").get<double>(), 1.0));
+  };
+  columns.insert(
+      columns.end(),
+      {{"lag", lag},
+       {"with the lag removed", [](const Json& cell) { return with_interval(cell.at("lag_removed_deg_s")); }},
+       {"fastest hit",
+        [](const Json& cell) { return fmt::format("{:.0f}°/s", fastest(cell.at("impact_deg_s"))); }},
+       {"pressed", [](const Json& cell) { return fmt::format("{:.2f} s", sum(cell.at("pressed_s"))); }},
+       {"frames lost", lost}});
   page.begin_details("Each finger, the lag, and what the end stops suffer");
-  page.table(t);
+  page.table(table_of("Error of each finger in degree-seconds", e.results.at("cells"), columns));
   page.paragraph(std::string(kStops) +
                  " With the lag removed: after the one lag of each trial that makes the error smallest; "
-                 "never to be compared "
-                 "with an error in which every lag counts.");
+                 "never to be compared with an error in which every lag counts.");
   page.end_details();
 }
 
@@ -223,7 +211,7 @@ double overall(const Json& cells, std::size_t compensator, std::size_t compensat
 }
 
 void scenario_table(Page& page, const Experiment& e) {
-  const Json& scenarios = e.results.at("scenarios");
+  const Json scenarios = e.results.value("scenarios", Json::array());
   if (scenarios.empty()) return;
   TableBlock t{"Causal error in degree-seconds, mean over the motions", {"scenario"}, {}, {}};
   t.columns.insert(t.columns.end(), e.compensators.begin(), e.compensators.end());
@@ -396,29 +384,55 @@ void add_motion(Page& page, const Saved& saved, const Experiment& e, std::size_t
   add_posture(page, e, m);
 }
 
+// The worst compensator's; five fingers together.
+void stops(Page& page, const Experiment& e) {
+  double impact_deg_s = 0;
+  double pressed_s = 0;
+  for (std::size_t c = 0; c < e.compensators.size(); ++c) {
+    double mean_s = 0;
+    for (std::size_t m = 0; m < e.motions.size(); ++m) {
+      impact_deg_s = std::max(impact_deg_s, fastest(e.cell(m, c).at("impact_deg_s")));
+      mean_s += sum(e.cell(m, c).at("pressed_s")) / static_cast<double>(e.motions.size());
+    }
+    pressed_s = std::max(pressed_s, mean_s);
+  }
+  page.paragraph(
+      fmt::format("End stops are hit at up to {:.0f}°/s, and motors press against one for up to {:.2f} s.",
+                  impact_deg_s, pressed_s));
+}
+
 }  // namespace
 
+void summarize_experiment(Page& page, const Json& results) {
+  const Experiment e(results);
+  published_table(page, e);
+  verdict(page, e);
+  stops(page, e);
+  scenario_table(page, e);
+  shape_table(page, results.at("shapes"));
+  page.paragraph(
+      fmt::format("A simulation: person, glove, radio, hand and cameras follow the twin's configuration. "
+                  "{:g} Hz, seed {}.",
+                  results.at("rate_hz").get<double>(), results.at("seed").get<std::uint64_t>()));
+}
+
 void render_experiment(const Saved& saved) {
-  const Experiment e(saved);
+  const Experiment e(saved.results());
+  if (!std::ranges::all_of(e.motions,
+                           [&](const Json& m) { return m.at("traces").size() == e.compensators.size(); }))
+    throw std::domain_error("not a trace for each compensator");
   Page page(e.results.at("engine") == "twin" ? "Glove to bionic hand, in the twin"
                                              : "Glove to bionic hand, played by " + saved.text("engine"));
   const auto warnings = e.results.value("warnings", std::vector<std::string>());
   if (!warnings.empty()) page.warnings(warnings);
-  published_table(page, e);
-  verdict(page, e);
+  summarize_experiment(page, e.results);
   page.chart(errors_chart(e));
-  scenario_table(page, e);
-  shape_table(page, e.results.at("shapes"));
   finger_table(page, e);
   for (std::size_t m = 0; m < e.motions.size(); ++m) {
     saved.go_on();
     add_motion(page, saved, e, m);
   }
-  page.paragraph(
-      fmt::format("A simulation: person, glove, radio, hand and cameras follow the configuration in "
-                  "results.json. {:g} Hz, seed {}. Every "
-                  "trial is a row of trials.csv.",
-                  e.results.at("rate_hz").get<double>(), e.results.at("seed").get<std::uint64_t>()));
+  page.paragraph("The whole configuration is in results.json; every trial is a row of trials.csv.");
   page.write(saved);
 }
 

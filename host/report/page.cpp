@@ -1,6 +1,9 @@
 #include "host/report/page.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
+#include <span>
 #include <sstream>
 #include <utility>
 
@@ -30,6 +33,71 @@ std::string filled(const char* format, const Texts&... texts) {
   return fmt::format(fmt::runtime(format), escape_html(texts)...);
 }
 
+std::size_t width_of(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
+// What stands in a column of a terminal's table, from top to bottom: its title word by word, then its cells.
+struct TextColumn {
+  TextColumn(const TableBlock& t, std::size_t c) {
+    std::istringstream title(c < t.columns.size() ? t.columns[c] : "");
+    for (std::string word; title >> word;) words.push_back(io::one_line(word));
+    for (const auto& row : t.rows) cells.push_back(io::one_line(c < row.size() ? row[c] : ""));
+    for (const auto& of : {words, cells})
+      for (const std::string& text : of) width = std::max(width, width_of(text));
+  }
+  std::vector<std::string> words;
+  std::vector<std::string> cells;
+  std::size_t width = 0;
+};
+
+// Some columns beside the first, which names the rows. A long name has a line of its own.
+std::string text_of(const TextColumn& names, std::span<const TextColumn> columns) {
+  constexpr std::size_t kLongestName = 34;
+  const std::size_t width = std::min(names.width, kLongestName);
+  std::size_t head = names.words.empty() ? 0 : 1;
+  for (const TextColumn& c : columns) head = std::max(head, c.words.size());
+  std::string out;
+  const auto add = [&](const std::string& name, const auto& cell) {
+    std::string line = fmt::format("{:<{}}", name, width);
+    if (width_of(name) > width) line += fmt::format("\n{:{}}", "", width);
+    for (const TextColumn& c : columns) line += fmt::format("  {:>{}}", cell(c), c.width);
+    out += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  };
+  for (std::size_t k = head; k > 0; --k) {
+    const auto word = [k](const TextColumn& c) {
+      return c.words.size() < k ? "" : c.words[c.words.size() - k];
+    };
+    add(k == 1 ? fmt::format("{}", fmt::join(names.words, " ")) : "", word);
+  }
+  for (std::size_t r = 0; r < names.cells.size(); ++r)
+    add(names.cells[r], [r](const TextColumn& c) { return c.cells[r]; });
+  return out;
+}
+
+// As many columns beside one another as a terminal has room for.
+std::string text_of(const TableBlock& t) {
+  constexpr std::size_t kTerminal = 80;
+  std::string out;
+  if (t.is_text) {
+    for (const auto& row : t.rows)
+      out += fmt::format("{:<40}  {}\n", io::one_line(row.front()), io::one_line(row.back()));
+    return out;
+  }
+  if (!t.caption.empty()) out = io::one_line(t.caption) + "\n";
+  std::vector<TextColumn> columns;
+  for (std::size_t c = 0; !t.rows.empty() && c < t.rows.front().size(); ++c) columns.emplace_back(t, c);
+  for (std::size_t begin = 1; begin < columns.size();) {
+    std::size_t end = begin;
+    std::size_t width = std::min<std::size_t>(columns.front().width, 34);
+    while (end < columns.size() && (end == begin || width + 2 + columns[end].width <= kTerminal))
+      width += 2 + columns[end++].width;
+    out += (begin > 1 ? "\n" : "") + text_of(columns.front(), std::span(columns).subspan(begin, end - begin));
+    begin = end;
+  }
+  return out;
+}
+
 std::string each(const char* format, const std::vector<std::string>& texts) {
   std::string out;
   for (const std::string& text : texts) out += filled(format, text);
@@ -38,17 +106,74 @@ std::string each(const char* format, const std::vector<std::string>& texts) {
 
 }  // namespace
 
+Column::Column(std::string name, const std::string& path, const char* format)
+    : title(std::move(name)), cell([at = Json::json_pointer(path), format](const Json& row) {
+        const Json value = row.is_object() && row.contains(at) ? row.at(at) : Json(nullptr);
+        if (value.is_string()) return value.get<std::string>();
+        if (value.is_number_integer() && std::string_view(format).starts_with("{}"))
+          return fmt::format(fmt::runtime(format), value.get<std::int64_t>());
+        return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : std::string("-");
+      }) {}
+
+TableBlock table_of(const std::string& caption, const Json& rows, const std::vector<Column>& columns,
+                    const std::string& title) {
+  TableBlock out{caption, {}, {}};
+  if (rows.is_object()) out.columns.push_back(title);
+  for (const auto& [name, row] : rows.items()) {
+    if (row.is_object() && row.value("chosen", Json()) == true) out.marked.push_back(out.rows.size());
+    out.rows.emplace_back();
+    if (rows.is_object()) out.rows.back().push_back(name);
+  }
+  for (const Column& column : columns) {
+    std::vector<std::string> cells;
+    for (const Json& row : rows) cells.push_back(column.cell(row));
+    if (std::ranges::count(cells, "-") == std::ssize(cells) && !out.columns.empty()) continue;
+    out.columns.push_back(column.title);
+    for (std::size_t r = 0; r < cells.size(); ++r) out.rows[r].push_back(cells[r]);
+  }
+  return out;
+}
+
+TableBlock scores_table(const std::string& caption, const std::vector<std::pair<std::string, Json>>& scores) {
+  const std::vector<Column> figures = {
+      {"RMSE", "/rmse_deg", "{:.3f}°"},
+      {"95th percentile of the error", "/p95_abs_deg", "{:.3f}°"},
+      {"largest error", "/max_abs_deg", "{:.3f}°"},
+      {"fit (NRMSE)", "/fit_percent", "{:.3f} %"},
+      {"R²", "/r2", "{:.3f}"},
+      {"integral of absolute error", "/iae_deg_s", "{:.3f}°s"},
+      {"best constant lag (positive: late)", "/best_lag_s", "{:.3f} s"},
+      {"RMSE with that lag removed", "/lag_removed_rmse_deg", "{:.3f}°"},
+      {"integral with that lag removed", "/lag_removed_iae_deg_s", "{:.3f}°s"},
+      {"samples", "/samples"}};
+  TableBlock out{caption, {"score"}, {}};
+  for (const auto& one : scores) out.columns.push_back(one.first);
+  for (const Column& figure : figures) {
+    out.rows.push_back({figure.title});
+    for (const auto& one : scores) out.rows.back().push_back(figure.cell(one.second));
+  }
+  return out;
+}
+
 void Page::add(const std::string& html) {
   if (std::exchange(has_figures_, false)) body_ += "</div>\n";
   body_ += html;
 }
 
-void Page::heading(const std::string& text) { add(filled("<h2>{}</h2>\n", text)); }
-void Page::paragraph(const std::string& text) { add(filled("<p>{}</p>\n", text)); }
+void Page::heading(const std::string& text) {
+  add(filled("<h2>{}</h2>\n", text));
+  text_ += fmt::format("{}{}\n", text_.empty() ? "" : "\n", io::one_line(text));
+}
+void Page::paragraph(const std::string& text) {
+  add(filled("<p>{}</p>\n", text));
+  text_ += io::one_line(text) + "\n";
+}
 void Page::good(const std::string& text) { add(filled("<p class=\"good\">{}</p>\n", text)); }
 
 void Page::steps(const std::vector<std::string>& lines) {
   add("<ol>\n" + each("<li>{}</li>\n", lines) + "</ol>\n");
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    text_ += fmt::format("  {}. {}\n", i + 1, io::one_line(lines[i]));
 }
 
 void Page::warnings(const std::vector<std::string>& lines) {
@@ -64,12 +189,15 @@ void Page::links(const std::string& name, const std::vector<Link>& links) {
 
 void Page::cards(const std::vector<Card>& cards) {
   add("<div class=\"cards\">\n");
-  for (const Card& c : cards)
+  for (const Card& c : cards) {
+    text_ += fmt::format("{:>8}  {}\n", io::one_line(c.value), io::one_line(c.label));
     add(filled("<div class=\"card{}\"><b>{}</b>{}</div>\n", c.plain ? " plain" : "", c.value, c.label));
+  }
   add("</div>\n");
 }
 
 void Page::table(const TableBlock& t) {
+  text_ += text_of(t);
   add(filled("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{}\">\n", t.caption));
   add(t.is_text ? "<table class=\"words\">\n" : "<table>\n");
   add(filled("<caption>{}</caption>\n", t.caption));

@@ -6,8 +6,10 @@
 
 #include <fmt/format.h>
 
+#include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "host/report/drawing.hpp"
@@ -28,6 +30,23 @@ struct TableBlock {
   std::vector<std::size_t> marked = {};        // rows that stand out
   bool is_text = false;                        // words, no figures
 };
+
+// Of a table whose rows are JSON objects.
+struct Column {
+  std::string title;
+  std::function<std::string(const Json& row)> cell;
+  // The member at `path`, "/holdout/rmse_deg": a number by `format`, a text as it is; "-" where there is none.
+  Column(std::string name, const std::string& path, const char* format = "{}");
+  Column(std::string name, std::function<std::string(const Json&)> of)
+      : title(std::move(name)), cell(std::move(of)) {}
+};
+// A row for each of `rows`; of an object the first column is called `title` and has its keys. A column in which no row has
+// anything is left out. Marked: where `chosen` is true.
+TableBlock table_of(const std::string& caption, const Json& rows, const std::vector<Column>& columns,
+                    const std::string& title = "");
+
+// Every figure of some scores (score::to_json), each under its name; null: there is none.
+TableBlock scores_table(const std::string& caption, const std::vector<std::pair<std::string, Json>>& scores);
 
 // Of a report's own pages, which lie in one folder.
 struct Link {
@@ -57,6 +76,8 @@ class Page {
   void end_details();
 
   std::string html() const;
+  // Its headings, paragraphs, cards, steps and tables for a terminal of 80 columns.
+  const std::string& text() const { return text_; }
   // With the field's words and the version at its end; and its drawings and charts as files of their own where the reader wants them.
   void write(const Saved& saved, const std::string& file = "report.html");
 
@@ -66,6 +87,7 @@ class Page {
 
   std::string title_;
   std::string body_;
+  std::string text_;
   bool has_figures_ = false;  // at its end, which others may join
   std::vector<Chart> charts_;
   std::vector<std::pair<std::string, std::string>> drawings_;  // name, SVG

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 namespace flexor::report {
 namespace {
 
@@ -54,6 +56,24 @@ TEST(Page, LinksToItsOtherPagesWithTextsAsText) {
   EXPECT_EQ(count(html, "<nav aria-label=\"Joints &amp; more\">"), 1U) << html;
   EXPECT_EQ(count(html, "<li><a href=\"joint-1.html\">&lt;b&gt;one</a></li>"), 1U);
   EXPECT_EQ(count(html, "<li><a href="), 2U);
+}
+
+TEST(Page, ItsTablesFitATerminalAndAColumnWithoutAnyValueIsLeftOut) {
+  Json rows = Json::array();
+  std::vector<Column> columns = {{"name", "/name"}, {"none", "/none"}};
+  for (int c = 0; c < 12; ++c) columns.emplace_back(fmt::format("figure {}", c), "/value", "{:.2f}°");
+  rows.push_back({{"name", std::string(60, 'n')}, {"value", 1.5}, {"chosen", true}});
+  rows.push_back({{"name", "short"}, {"value", nullptr}, {"none", nullptr}});
+  const TableBlock table = table_of("numbers", rows, columns);
+  EXPECT_EQ(table.columns.size(), 13U);
+  EXPECT_EQ(table.marked, std::vector<std::size_t>{0});
+  EXPECT_EQ(table.rows[1][1], "-");
+  Page page("T");
+  page.table(table);
+  std::istringstream lines(page.text());
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 90U) << line;  // bytes
+  EXPECT_EQ(count(page.text(), "1.50°"), 12U) << page.text();
+  EXPECT_EQ(count(page.text(), "short"), 2U) << "in two pieces";
 }
 
 TEST(Page, NeedsNothingElseAndRunsNothing) {

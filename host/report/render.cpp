@@ -2,23 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <regex>
 
 #include "host/io/io.hpp"
-#include "host/report/saved.hpp"
+#include "host/report/kinds.hpp"
 
 namespace flexor::report {
 namespace {
 
 struct Kind {
-  const char* name;
+  std::string_view name;
+  void (*summarize)(Page&, const Json&);
   void (*render)(const Saved&);
 };
-constexpr Kind kKinds[] = {{"hand", render_hand},
-                           {"experiment", render_experiment},
-                           {"tracking", render_tracking},
-                           {"deployment", render_deployment},
-                           {"latency", render_latency}};
+#define FLEXOR_REPORT(kind) {#kind, summarize_##kind, render_##kind},
+constexpr Kind kKinds[] = {FLEXOR_REPORTS(FLEXOR_REPORT)};
+#undef FLEXOR_REPORT
 
 }  // namespace
 
@@ -43,10 +43,16 @@ void render(const std::filesystem::path& folder, const std::atomic<bool>* stop, 
   throw io::InputError(fmt::format("{}: results of an unknown job \"{}\"", folder.string(), wanted));
 }
 
+std::string summary(const std::string& kind, const Json& results) {
+  Page page("");
+  std::ranges::find(kKinds, kind, &Kind::name)->summarize(page, results);
+  return page.text();
+}
+
 void clear_hand(const std::filesystem::path& folder) {
   static const std::regex kFiles(
-      "results\\.json|(joint|samples|covariance)-[0-9]+\\.(html|csv)|"
-      "(holdout|curve|errors|error_correlation)_[0-9]+\\.(svg|pdf)");
+      "results\\.json|(joint|samples|covariance)-[0-9]+\\.(html|csv)|(holdout|curve|errors|error_correlation)"
+      "_[0-9]+\\.(svg|pdf)");
   std::error_code ignored;
   std::vector<std::filesystem::path> old;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {

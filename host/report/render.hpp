@@ -6,6 +6,8 @@
 
 #include <atomic>
 #include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
 
 namespace flexor::report {
 
@@ -16,13 +18,8 @@ namespace flexor::report {
 void render(const std::filesystem::path& folder, const std::atomic<bool>* stop = nullptr,
             bool draws_files = false);
 
-// A report for each kind of job; render() picks one.
-class Saved;
-void render_hand(const Saved& saved);
-void render_experiment(const Saved& saved);
-void render_tracking(const Saved& saved);
-void render_deployment(const Saved& saved);
-void render_latency(const Saved& saved);
+// What a page begins with, for a terminal: of a job of this kind by what it found, saved or not.
+std::string summary(const std::string& kind, const nlohmann::ordered_json& results);
 
 // Takes away what an identification and its report have left for each joint: the next one may have fewer.
 void clear_hand(const std::filesystem::path& folder);

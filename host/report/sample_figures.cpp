@@ -165,15 +165,14 @@ Chart curve_chart(const std::string& name, const Samples& s, const Json& static_
                     {{"camera", "#999999", reading, measured_deg, Style::points, 2},
                      {"compensator", kEstimated, reading, estimated_deg, Style::points, 2},
                      {"finger held still", kHeldOut, of("reading"), of("angle_deg"), Style::line, 2.5}}};
-  return {
-      {name, "From sensor reading to angle",
-       "Samples outside pauses. Where the compensator's cloud lies on the camera's, it follows the finger, "
-       "loops and all. The line is where its angle would settle if the finger stopped."},
-      unit.empty() ? "sensor reading" : fmt::format("sensor reading ({})", unit),
-      {panel},
-      {},
-      {},
-      300};
+  return {{name, "From sensor reading to angle",
+           "Samples outside pauses. Where the compensator's cloud lies on the camera's, it follows the "
+           "finger, loops and all. The line is where its angle would settle if the finger stopped."},
+          unit.empty() ? "sensor reading" : fmt::format("sensor reading ({})", unit),
+          {panel},
+          {},
+          {},
+          300};
 }
 
 Chart holdout_chart(const std::string& name, const Samples& s) {
@@ -181,9 +180,9 @@ Chart holdout_chart(const std::string& name, const Samples& s) {
   const Drawn d = drawn_of(s, parts);
   Chart chart{
       {name, "Held-out response and error",
-       "Data that the fit never saw. Top: the camera's angle, the compensator's, and a straight line "
-       "through the fitted part. Bottom: what is left of the error. Grey: a log paused there, and the "
-       "last reading is held.",
+       "Data that the fit never saw. Top: the camera's angle, the compensator's, and a straight line through "
+       "the fitted part. Bottom: what is left of the error. Grey: a log paused there, and the last reading "
+       "is held.",
        true},
       parts.size() > 1 ? "time, one recording after another (s)" : "time (s)",
       {{"angle (deg)",

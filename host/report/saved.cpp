@@ -40,16 +40,15 @@ Saved::Saved(std::filesystem::path folder, const std::atomic<bool>* stop, bool d
   if (!std::filesystem::is_regular_file(path)) {
     throw io::InputError(
         fmt::format("{}: no results.json: give a folder that identify --report, experiment --out, track "
-                    "--report, deploy or "
-                    "latency --out has written",
+                    "--report, deploy or latency --out has written",
                     folder_.string()));
   }
   results_ = io::parse_json(io::read_document(path), path.string());
   if (!results_.is_object() || !results_.contains("kind") || !results_.at("kind").is_string()) {
-    throw io::InputError(fmt::format(
-        "{}: says of no kind of job that its results are: it was written by another version of flexor; "
-        "run the job again",
-        path.string()));
+    throw io::InputError(
+        fmt::format("{}: says of no kind of job that its results are: it was written by another version of "
+                    "flexor; run the job again",
+                    path.string()));
   }
 }
 

@@ -3,8 +3,7 @@
 #include <cmath>
 
 #include "host/io/io.hpp"
-#include "host/report/page.hpp"
-#include "host/report/render.hpp"
+#include "host/report/kinds.hpp"
 
 namespace flexor::report {
 namespace {
@@ -50,11 +49,27 @@ Chart angles_chart(const Saved& saved) {
   return chart;
 }
 
-void frame_summary(Page& page, const Json& r) {
+void unsure_table(Page& page, const Json& r) {
+  page.heading("Where it is unsure");
+  if (r.at("unsure").empty()) return page.good("Nowhere.");
+  page.table(table_of(
+      "Unsure stretches", r.at("unsure"),
+      {{"from", "/from_s", "{:.3f} s"},
+       {"to", "/to_s", "{:.3f} s"},
+       {"frames", "/frames"},
+       {"at worst", [](const Json& u) { return kQuality.at(u.at("quality").get<std::size_t>()); }}}));
+  const auto all = r.at("unsure_stretches").get<std::size_t>();
+  const std::size_t shown = r.at("unsure").size();
+  if (all > shown) page.paragraph(fmt::format("And {} more.", all - shown));
+}
+
+}  // namespace
+
+void summarize_tracking(Page& page, const Json& r) {
   const auto frames = r.at("frames").get<double>();
   double error_deg = 0;
-  for (const auto& angle : r.at("angles").items())
-    error_deg = std::max(error_deg, number_or_nan(angle.value().at("standard_error_deg")));
+  for (const Json& angle : r.at("angles"))
+    error_deg = std::max(error_deg, number_or_nan(angle.at("standard_error_deg")));
   page.cards({{fmt::format("{:.1f} %", frames > 0 ? 100 * r.at("frames_labelled").get<double>() / frames : 0),
                fmt::format("of {:.0f} frames show every mark", frames)},
               {fmt::format("{:.2f}°", error_deg), "standard error of the least certain angle, on average"},
@@ -64,71 +79,40 @@ void frame_summary(Page& page, const Json& r) {
                "frames missing by the video's own clock", true}});
   const auto warnings = r.at("warnings").get<std::vector<std::string>>();
   if (!warnings.empty()) page.warnings(warnings);
-}
-
-void angle_table(Page& page, const Json& r) {
-  TableBlock t{"Range, error and quality of each angle",
-               {"angle", "from", "to", "standard error", "good", "doubtful", "hidden", "lost"},
-               {},
-               {}};
-  for (const auto& [name, a] : r.at("angles").items()) {
-    std::vector<std::string> row = {name, fmt::format("{:.1f}°", a.at("min_deg").get<double>()),
-                                    fmt::format("{:.1f}°", a.at("max_deg").get<double>()),
-                                    fmt::format("{:.2f}°", a.at("standard_error_deg").get<double>())};
-    for (const char* quality : kQuality)
-      row.push_back(fmt::format("{}", a.at(fmt::format("frames_{}", quality)).get<std::size_t>()));
-    t.rows.push_back(std::move(row));
-  }
   page.heading("Each angle");
-  page.table(t);
+  page.table(table_of("Range, error and quality of each angle", r.at("angles"),
+                      {{"from", "/min_deg", "{:.1f}°"},
+                       {"to", "/max_deg", "{:.1f}°"},
+                       {"standard error", "/standard_error_deg", "{:.2f}°"},
+                       {"good", "/frames_good"},
+                       {"doubtful", "/frames_doubtful"},
+                       {"hidden", "/frames_hidden"},
+                       {"lost", "/frames_lost"}},
+                      "angle"));
   page.paragraph(fmt::format(
-      "Good: every mark measured. Doubtful: measured, but marks touch, a bone has an odd length or the joint "
-      "is "
-      "outside its range. Hidden: a mark was not to be seen for at most {} frames; the angle comes from the "
-      "motion before and after. Lost: not known, the last value is repeated.",
-      r.at("most_hidden_frames").get<int>()));
+      "{} x {} pixels, {:.3f} to {:.3f} s, tracked at {:.0f} frames a second, decoding and drawing left out.",
+      r.at("width").get<int>(), r.at("height").get<int>(), r.at("from_s").get<double>(),
+      r.at("to_s").get<double>(), frames / std::max(1e-9, r.at("tracking_s").get<double>())));
 }
-
-void unsure_table(Page& page, const Json& r) {
-  page.heading("Where it is unsure");
-  if (r.at("unsure").empty()) {
-    page.good("Nowhere.");
-    return;
-  }
-  TableBlock t{"Unsure stretches", {"from", "to", "frames", "at worst"}, {}, {}};
-  for (const Json& u : r.at("unsure")) {
-    t.rows.push_back({fmt::format("{:.3f} s", u.at("from_s").get<double>()),
-                      fmt::format("{:.3f} s", u.at("to_s").get<double>()),
-                      fmt::format("{}", u.at("frames").get<std::size_t>()),
-                      kQuality.at(u.at("quality").get<std::size_t>())});
-  }
-  page.table(t);
-  const auto all = r.at("unsure_stretches").get<std::size_t>();
-  if (all > t.rows.size()) page.paragraph(fmt::format("And {} more.", all - t.rows.size()));
-}
-
-}  // namespace
 
 void render_tracking(const Saved& saved) {
   const Json& r = saved.results();
   Page page("Angles from " + std::filesystem::path(saved.text("video")).filename().string());
-  frame_summary(page, r);
+  summarize_tracking(page, r);
+  page.paragraph(fmt::format(
+      "Good: every mark measured. Doubtful: measured, but marks touch, a bone has an odd length or the joint "
+      "is outside its range. Hidden: a mark was not to be seen for at most {} frames; the angle comes from "
+      "the motion before and after. Lost: not known, the last value is repeated.",
+      r.at("most_hidden_frames").get<int>()));
   page.chart(angles_chart(saved));
   if (std::filesystem::exists(saved.folder() / "frame.jpg"))
     page.picture(
         {"frame", "One frame", "Marks, bones and angles as they were found, drawn over the picture."},
         saved.read("frame.jpg"));
-  angle_table(page, r);
   unsure_table(page, r);
   const auto lens = saved.text("lens");
-  page.paragraph(fmt::format(
-      "{} x {} pixels, {} frames from {:.3f} to {:.3f} s. Tracked at {:.0f} frames a second, decoding and "
-      "drawing left out. "
-      "Joint file {}, {}.",
-      r.at("width").get<int>(), r.at("height").get<int>(), r.at("frames").get<std::size_t>(),
-      r.at("from_s").get<double>(), r.at("to_s").get<double>(),
-      r.at("frames").get<double>() / std::max(1e-9, r.at("tracking_s").get<double>()), saved.text("joints"),
-      lens.empty() ? "no lens calibration" : "lens " + lens));
+  page.paragraph(fmt::format("Joint file {}, {}.", saved.text("joints"),
+                             lens.empty() ? "no lens calibration" : "lens " + lens));
   page.write(saved);
 }
 

@@ -152,8 +152,7 @@ std::string wiring_text(const Json& wiring) {
   if (divider > 0)
     out = fmt::format(
         "# Wiring\nEach strip is half of a divider: its resistance grows as it bends, and so does what the "
-        "pin "
-        "reads.\n\n"
+        "pin reads.\n\n"
         "```\n{0}+---[ flex strip ]--- GND\n{1}|\n{1}+--- analog pin\n```\n",
         resistor, blank);
   for (const Json& board : wiring.at("boards")) {

@@ -88,12 +88,9 @@ struct LiveJobs::Watch {
         if (mark.measured) found.push_back({mark.at.x / width, mark.at.y / height});
       }
     }
-    return {{"rows", rows_of(rows)},
-            {"marks_found", found.size()},
-            {"marks_at", found},
-            {"marks", marks},
-            {"width", width},
-            {"height", height}};
+    return {{"rows", rows_of(rows)}, {"marks_found", found.size()},
+            {"marks_at", found},     {"marks", marks},
+            {"width", width},        {"height", height}};
   }
 };
 

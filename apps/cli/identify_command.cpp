@@ -178,8 +178,8 @@ void add_common(Options& o) {
        by_joint(o.reference_error, 1, "--reference-error JOINT=DEGREES, as index_mcp=6"))
     r.reference_error_deg[joint] = deg[0];
   if (!o.lead_for.empty()) r.lead_s = lead_for(o.lead_for, r.rate_hz);
-  if (!o.initial.empty()) r.initial = model::load(o.initial);
-  if (!o.refit.empty()) r.refit = model::load(o.refit);
+  r.refit = !o.refit.empty();
+  if (const std::string& from = r.refit ? o.refit : o.initial; !from.empty()) r.initial = model::load(from);
 }
 
 void run_manifest(Options& o) {

@@ -246,8 +246,8 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
   output_ = std::make_unique<io::Output>(path);
   bool open = false;
   try {
-    open = writer_.open(output_->name().string(), cv::CAP_FFMPEG,
-                        cv::VideoWriter::fourcc('a', 'v', 'c', '1'), rate_hz, {width, height});
+    open = writer_.open(output_->name().string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('a', 'v', 'c', '1'),
+                        rate_hz, {width, height});
   } catch (const cv::Exception&) {
   }
   if (!open) {

@@ -261,17 +261,6 @@ Lines lines(const Deployment& d) {
 
 }  // namespace
 
-std::string deployment_table(const Deployment& d) {
-  std::string out;
-  for (const auto& [name, value] : lead(d)) out += fmt::format("{:<33} {}\n", name, io::one_line(value));
-  out += "\nnext\n";
-  for (std::size_t i = 0; i < next_of(d).size(); ++i)
-    out += fmt::format("  {}. {}\n", i + 1, io::one_line(next_of(d)[i]));
-  out += "\n" + budget_sentence(d) + "\n";
-  for (const auto& [name, value] : lines(d)) out += fmt::format("{:<40}  {}\n", name, io::one_line(value));
-  return out;
-}
-
 Json to_json(const Deployment& d) {
   const auto statistic = [](const CycleStatistic& c) { return Json{{"mean", c.mean()}, {"worst", c.worst}}; };
   const TimeBudget t = time_budget(d);

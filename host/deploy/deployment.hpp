@@ -53,8 +53,6 @@ struct Deployment {
   std::string folder;       // where the user finds it
 };
 
-// What it means to the user, then what to do next, then what it costs and what of the boards that is.
-std::string deployment_table(const Deployment& deployment);
 nlohmann::ordered_json to_json(const Deployment& deployment);
 // results.json. Throws io::InputError.
 void save_results(const Deployment& deployment, const std::filesystem::path& folder);

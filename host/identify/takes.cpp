@@ -32,7 +32,7 @@ std::vector<Take> read_trials(const PairFiles& files, const Options& options) {
         recording::angle_segments(files.reference, joint.reference, time);
     if (trials.size() != out.size())
       throw io::InputError(fmt::format("{} trials in {}, {} in {}: they must be as many", out.size(),
-                                   files.sensor.string(), trials.size(), files.reference.string()));
+                                       files.sensor.string(), trials.size(), files.reference.string()));
     for (std::size_t i = 0; i < out.size(); ++i) {
       out[i].reference.push_back(std::move(trials[i]));
       recording::to_degrees(out[i].reference.back(), joint.reference, options.output_unit);
@@ -70,8 +70,7 @@ Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, Ta
   std::vector<recording::Witness> witnesses;
   const std::vector<std::string> sensors = sensors_of(map);
   std::vector<recording::Recording> readings;
-  for (const std::string& sensor : sensors)
-    readings.push_back(recording::without_holes(take.sensor, sensor));
+  for (const std::string& sensor : sensors) readings.push_back(recording::without_holes(take.sensor, sensor));
   for (std::size_t j = 0; j < map.size(); ++j) {
     const std::string& first = map[j].sensors.front();
     const auto sensor = static_cast<std::size_t>(std::ranges::find(sensors, first) - sensors.begin());

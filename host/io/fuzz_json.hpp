@@ -72,7 +72,7 @@ inline double odd_number(std::mt19937& random, double old) {
 
 // Changes a few numbers, or repeats, drops or moves an element of a list.
 inline void change_numbers(Json& json, std::mt19937& random) {
-  for (unsigned n = 1 + random() % 3; n > 0; --n) {
+  for (std::size_t n = 1 + random() % 3; n > 0; --n) {
     const auto numbers = all(json, [](const Json& value) { return value.is_number(); });
     const auto lists = all(json, [](const Json& value) { return value.is_array(); });
     if (!numbers.empty() && random() % 4 != 0) {

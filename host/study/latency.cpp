@@ -30,23 +30,6 @@ LatencyBudget budget_of(const std::vector<Latency>& edges, int asked) {
   return out;
 }
 
-namespace {
-
-// By this format: name, mean, least, most.
-std::string rows(const LatencyBudget& b, const char* format) {
-  std::string out;
-  for (const LatencyBudget::Row& r : b.rows)
-    out += fmt::format(fmt::runtime(format), r.name, r.mean_ms, r.min_ms, r.max_ms);
-  return out;
-}
-
-}  // namespace
-
-std::string latency_table(const LatencyBudget& b) {
-  return fmt::format("{:<22}{:>9}{:>9}{:>9}\n", "stage", "mean", "least", "most") +
-         rows(b, "{:<22}{:>9.2f}{:>9.2f}{:>9.2f}\n");
-}
-
 Json to_json(const LatencyBudget& b) {
   Json stages = Json::array();
   for (const LatencyBudget::Row& r : b.rows)
@@ -59,8 +42,10 @@ Json to_json(const LatencyBudget& b) {
 
 void save_results(const LatencyBudget& b, const std::string& title, const std::filesystem::path& folder) {
   io::make_folder(folder);
-  io::write_file(folder / "latency.csv",
-                 "stage,mean_ms,min_ms,max_ms\n" + rows(b, "{},{:.4f},{:.4f},{:.4f}\n"));
+  std::string csv = "stage,mean_ms,min_ms,max_ms\n";
+  for (const LatencyBudget::Row& r : b.rows)
+    csv += fmt::format("{},{:.4f},{:.4f},{:.4f}\n", r.name, r.mean_ms, r.min_ms, r.max_ms);
+  io::write_file(folder / "latency.csv", csv);
   Json json = {{"kind", "latency"}, {"title", title}, {"version", FLEXOR_VERSION}};
   json.update(to_json(b));
   io::write_file(folder / "results.json", io::dump(json));

@@ -19,7 +19,6 @@ struct LatencyBudget {
 };
 // Of those that came through out of `asked`.
 LatencyBudget budget_of(const std::vector<Latency>& edges, int asked);
-std::string latency_table(const LatencyBudget& budget);
 nlohmann::ordered_json to_json(const LatencyBudget& budget);
 // results.json and latency.csv. Throws io::InputError.
 void save_results(const LatencyBudget& budget, const std::string& title, const std::filesystem::path& folder);

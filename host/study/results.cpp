@@ -161,16 +161,6 @@ Distances distances(const Result& result) {
           distance(result, 1, kLastGesture)};
 }
 
-std::string describe(const Distance& d) {
-  const bool in_a_row = d.gestures.back() - d.gestures.front() + 1 == static_cast<int>(d.gestures.size());
-  std::string out = d.gestures.size() == 1 ? fmt::format("gesture {}", d.gestures.front())
-                    : in_a_row ? fmt::format("gestures {}-{}", d.gestures.front(), d.gestures.back())
-                               : fmt::format("gestures {}", fmt::join(d.gestures, ", "));
-  if (d.compensators.size() < kPublishedCompensators)
-    out += fmt::format(" with {}", fmt::join(d.compensators, ", "));
-  return out;
-}
-
 std::vector<std::string> warnings(const Result& result, const Plan& plan) {
   const twin::Parameters& p = plan.parameters;
   const double period_s = plan.compensators.front().model.sample_period_s;

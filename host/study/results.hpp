@@ -21,7 +21,6 @@ struct Distance {
   double null_log_rms = 0;  // the same of null_model(), over the same cells
   bool is_all = false;      // none of the gestures is missing
 };
-std::string describe(const Distance& distance);  // "gestures 1-4", "gesture 2 with raw"
 
 struct Distances {
   std::optional<Distance> fitted;  // gestures 1 to 4

@@ -431,6 +431,15 @@ class Fitter {
     if (options_.from != From::initial)
       starts = Starts(own_problem_, own_).make(options_.from == From::first);
     if (options_.initial) starts.push_back(predictor_.theta(options_.initial->chain));
+    // A dead zone beyond all readings tells nothing of where it ends.
+    for (const double share : {0.0, 0.25, 0.5, 0.75}) {
+      if (!gain_alone()) break;
+      const int edge = predictor_.layout().dead_zone + 1;
+      const VectorXd readings = own_.input(own_problem_.rows());
+      const double least = readings.minCoeff();
+      starts.push_back(starts.front());
+      starts.back()(edge) = least + share * (readings.maxCoeff() - least) - starts.back()(edge - 1);
+    }
     std::vector<std::pair<Solution, std::size_t>> tried;
     for (std::size_t k = 0; k < starts.size(); ++k) {
       tried.emplace_back(deviation_deg_ > 0 ? Solution{starts[k], 0, 0}

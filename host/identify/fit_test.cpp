@@ -102,6 +102,21 @@ TEST(Fit, ADeadZoneEdgeWithoutSamplesIsRefusedByName) {
   EXPECT_NEAR(s.channel.dead_zone->upper, 400, 5);
 }
 
+TEST(Fit, AGainAloneIsFoundWhereverTheDeadZoneEndedBefore) {
+  Data data = example();
+  data.angle_deg = 10 + 0.1 * (data.input.array() - 400).max(0);
+  const Structure structure = blocks_of(kPublishedForm);
+  ChainOptions options;
+  options.from = From::initial;
+  options.initial = Initial{fit(structure, data).channel, true};
+  const std::vector<double> poles = options.initial->chain.lti.poles_rad_s;
+  options.initial->chain.dead_zone->upper = 5000;  // beyond all readings
+  const Summary s = fit(structure, data, options);
+  EXPECT_NEAR(s.channel.dead_zone->upper, 400, 5);
+  EXPECT_NEAR(s.channel.lti.gain, 0.1, 0.005);
+  EXPECT_EQ(s.channel.lti.poles_rad_s, poles);
+}
+
 TEST(Fit, RefusesTooFewSamplesAndSignalsThatDoNotMove) {
   const auto reason = [](const Data& data) {
     return io::message_of<io::JobError>([&] { (void)fit(blocks_of("hw"), data); });

@@ -11,7 +11,7 @@
 namespace flexor::io {
 namespace {
 
-constexpr unsigned kPatience_s = 2;
+constexpr unsigned kPatience_s = 10;  // a busy machine looks late
 
 std::atomic<int> first_signal = 0;
 std::atomic<int> heeding = 0;  // StopOnSignal

@@ -8,7 +8,7 @@
 namespace flexor::io {
 
 // From now on. A signal that was ignored (nohup) stays ignored. `may_be_heeded`: by a StopOnSignal. What does not heed it and has
-// not looked within two seconds is ended.
+// not looked within ten seconds is ended.
 void stop_on_signals(bool may_be_heeded);
 
 // Whether a signal came that nobody heeds.

@@ -431,15 +431,7 @@ class Fitter {
     if (options_.from != From::initial)
       starts = Starts(own_problem_, own_).make(options_.from == From::first);
     if (options_.initial) starts.push_back(predictor_.theta(options_.initial->chain));
-    // A dead zone beyond all readings tells nothing of where it ends.
-    for (const double share : {0.0, 0.25, 0.5, 0.75}) {
-      if (!gain_alone()) break;
-      const int edge = predictor_.layout().dead_zone + 1;
-      const VectorXd readings = own_.input(own_problem_.rows());
-      const double least = readings.minCoeff();
-      starts.push_back(starts.front());
-      starts.back()(edge) = least + share * (readings.maxCoeff() - least) - starts.back()(edge - 1);
-    }
+    if (gain_alone()) add_dead_zones(starts);
     std::vector<std::pair<Solution, std::size_t>> tried;
     for (std::size_t k = 0; k < starts.size(); ++k) {
       tried.emplace_back(deviation_deg_ > 0 ? Solution{starts[k], 0, 0}
@@ -472,6 +464,22 @@ class Fitter {
     problem_.expect_straight(deviation_deg_ / (kTurn * problem_.span_deg()));
     if (!(delta_ > 0) || predictor_.structure() == Structure{})
       delta_ = kInfinity;  // a line: as anybody draws it
+  }
+
+  // A dead zone beyond all readings, or angles beyond the limits, tell nothing of where either should be: from dead zones that end
+  // within the readings to the farthest angle at the last of these.
+  void add_dead_zones(std::vector<VectorXd>& starts) const {
+    const int zone = predictor_.layout().dead_zone;
+    const int gain = predictor_.layout().affine;
+    const VectorXd readings = own_.input(own_problem_.rows());
+    const VectorXd angles = own_.angle_deg(own_problem_.rows());
+    const double range = readings.maxCoeff() - readings.minCoeff();
+    for (const double share : {0.0, 0.25, 0.5, 0.75}) {
+      VectorXd& start = starts.emplace_back(starts.front());
+      const double top_deg = start(gain) > 0 ? angles.maxCoeff() : angles.minCoeff();
+      start(zone + 1) = readings.minCoeff() + share * range - start(zone);
+      start(gain) = (top_deg - start(gain + 1)) / ((1 - share) * range);
+    }
   }
 
   // Converges, then drops what the data cannot tell, one parameter at a time, until all that is left is told.

@@ -111,6 +111,7 @@ TEST(Fit, AGainAloneIsFoundWhereverTheDeadZoneEndedBefore) {
   options.initial = Initial{fit(structure, data).channel, true};
   const std::vector<double> poles = options.initial->chain.lti.poles_rad_s;
   options.initial->chain.dead_zone->upper = 5000;  // beyond all readings
+  options.initial->chain.lti.gain = 0.001;         // below its lower limit
   const Summary s = fit(structure, data, options);
   EXPECT_NEAR(s.channel.dead_zone->upper, 400, 5);
   EXPECT_NEAR(s.channel.lti.gain, 0.1, 0.005);

@@ -137,7 +137,7 @@ void tried_structures(Page& page, const Json& joint) {
     return fmt::format("{:.3g} ± {:.2g}", row.at("fold_loss").get<double>(),
                        row.at("fold_loss_se").get<double>());
   };
-  page.table(table_of("Structures tried, in order of preference", joint.at("structures"),
+  page.table(table_of("In order of preference", joint.at("structures"),
                       {{"structure", structure},
                        {"parameters", "/effective_parameters", "{:.1f}"},
                        {"error, fitted part", "/fitted_rmse_deg", "{:.2f}°"},

@@ -51,10 +51,15 @@ struct TextColumn {
   std::size_t width = 0;
 };
 
-// Some columns beside the first, which names the rows. A long name has a line of its own.
+// Of the names of rows beside their figures; where one is long, each has a line of its own.
+std::size_t room_of(const TextColumn& names) {
+  constexpr std::size_t kLongestName = 24;
+  return names.width > kLongestName ? 2 : names.width;
+}
+
+// Some columns beside the first, which names the rows.
 std::string text_of(const TextColumn& names, std::span<const TextColumn> columns) {
-  constexpr std::size_t kLongestName = 34;
-  const std::size_t width = std::min(names.width, kLongestName);
+  const std::size_t width = room_of(names);
   std::size_t head = names.words.empty() ? 0 : 1;
   for (const TextColumn& c : columns) head = std::max(head, c.words.size());
   std::string out;
@@ -89,7 +94,7 @@ std::string text_of(const TableBlock& t) {
   for (std::size_t c = 0; !t.rows.empty() && c < t.rows.front().size(); ++c) columns.emplace_back(t, c);
   for (std::size_t begin = 1; begin < columns.size();) {
     std::size_t end = begin;
-    std::size_t width = std::min<std::size_t>(columns.front().width, 34);
+    std::size_t width = room_of(columns.front());
     while (end < columns.size() && (end == begin || width + 2 + columns[end].width <= kTerminal))
       width += 2 + columns[end++].width;
     out += (begin > 1 ? "\n" : "") + text_of(columns.front(), std::span(columns).subspan(begin, end - begin));

@@ -130,6 +130,7 @@ export async function visit(browser, program, from, screen, act, kept) {
     view.check(String(error).split('\n').slice(0, 3).join(' '), false);
     await view.picture('failed').catch(() => {}); // of a page that hangs
   }
+  view.page.removeAllListeners('console'); // what is loaded at that moment fails
   live.kill('SIGINT');
   await view.at('lost').waitFor();
   await view.page.context().close();

@@ -34,7 +34,7 @@ TEST_F(Protocol, LeadsThroughTheMotion) {
   };
   EXPECT_TRUE(at(-5).has("Part 1 of 4") && at(-5).has("\n\033[K··") && at(-5).has("0:00 of"));
   EXPECT_TRUE(at(15.5).has("Part 2 of 4") && at(15.5).has("██ 100 % closed"));
-  EXPECT_TRUE(at(26.3).has("Part 3 of 4") && at(26.3).has(" 51 % closed"));
+  EXPECT_TRUE(at(26.32).has("Part 3 of 4") && at(26.32).has(" 51 % closed"));
   EXPECT_TRUE(at(118.5).has("Part 4 of 4") && at(118.5).has("1:58 of 2:00"));
 }
 

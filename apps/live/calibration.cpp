@@ -329,7 +329,7 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
   plot_ = nullptr;
   for (const auto& [name, joint] : result.at("joints").items()) {
     if (joint.contains("held_out_curve")) curves_[name] = joint.at("held_out_curve");
-    const auto of = [&joint](const std::string& path) {
+    const auto of = [&joint = joint](const std::string& path) {
       return joint.value(Json::json_pointer(path), Json(nullptr));
     };
     const bool is_measured = joint.contains("holdout");  // else of poses alone

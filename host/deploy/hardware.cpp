@@ -133,14 +133,20 @@ model::Model on_hand(model::Model model, const model::Hardware& p, std::vector<s
     const double range_deg = hand.fist_deg - hand.open_deg;
     const double off_deg =
         std::max(std::abs(own.open_deg - hand.open_deg), std::abs(own.fist_deg - hand.fist_deg));
-    if (off_deg <= kSameEnds * range_deg) continue;
+    if (off_deg <= kSameEnds * range_deg) {
+      auto& limits =
+          std::get<model::Saturation>(std::ranges::find(model.blocks, joint.from, &model::Block::to)->kind);
+      limits = {std::max(limits.lower_deg, hand.open_deg), std::min(limits.upper_deg, hand.fist_deg)};
+      continue;
+    }
     const double gain = range_deg / (own.fist_deg - own.open_deg);
     const auto map = [&](double angle_deg) { return hand.open_deg + gain * (angle_deg - own.open_deg); };
     const model::Saturation& limits = model::limits(model, joint);
     const auto [lower_deg, upper_deg] = std::minmax({map(limits.lower_deg), map(limits.upper_deg)});
+    const model::Saturation within{std::max(lower_deg, hand.open_deg), std::min(upper_deg, hand.fist_deg)};
     const std::string mapped = joint.name + " on the hand";
     model.blocks.push_back({{joint.from}, mapped, model::Lti{gain, map(0), {}, {}}});
-    model.blocks.push_back({{mapped}, mapped + ", limited", model::Saturation{lower_deg, upper_deg}});
+    model.blocks.push_back({{mapped}, mapped + ", limited", within});
     joint.from = mapped + ", limited";
     joint.rest_deg = map(joint.rest_deg);
     if (joint.accuracy) {

@@ -24,7 +24,8 @@ Hand unprotected_hand(const model::Hardware& hardware, const model::Model& model
 Hand safe_hand(const model::Hardware& hardware, const model::Model& model, const Key& key);
 
 // The model with the angles of this hand: where a finger's joint states ends (model::Ends) that lie farther off the hand's than
-// a tenth of its range, open hand comes upon open hand and fist upon fist. `notes` gets a line for each.
+// a tenth of its range, open hand comes upon open hand and fist upon fist. `notes` gets a line for each. No angle is beyond the ends of
+// the hand, which it would press into its stops.
 model::Model on_hand(model::Model model, const model::Hardware& hardware, std::vector<std::string>& notes);
 
 }  // namespace flexor::deploy

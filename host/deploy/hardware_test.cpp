@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "host/deploy/model_block.hpp"
 #include "host/io/refusal_test.hpp"
 #include "host/model/compensator.hpp"
@@ -39,6 +41,19 @@ TEST(OnHand, OpenComesUponOpenAndFistUponFist) {
     const std::vector<double> readings(kFingers, 40.0 + k);
     EXPECT_NEAR(after.step(readings)[1].angle_deg, 141 - before.step(readings)[1].angle_deg, 1e-9);
   }
+}
+
+TEST(OnHand, NoAngleIsBeyondTheHandsEnds) {
+  model::Model model = published_model();
+  for (model::Joint& joint : model.joints) {
+    joint.ends = joint.name == "thumb" ? model::Ends{92, 168} : model::Ends{30, 110};
+    std::get<model::Saturation>(std::ranges::find(model.blocks, joint.from, &model::Block::to)->kind) = {-50,
+                                                                                                         250};
+  }
+  std::vector<std::string> notes;
+  model = on_hand(model, {}, notes);
+  EXPECT_EQ(model::limits(model, model.joints[0]), (model::Saturation{90, 170}));
+  EXPECT_EQ(model::limits(model, model.joints[1]), (model::Saturation{28, 113}));
 }
 
 TEST(SafeHand, StaysOffItsEndsAndBelowTheSafeSpeed) {

@@ -41,6 +41,7 @@ constexpr double kLeastError_deg = 0.01;
 constexpr int kLeastSamples = 40;       // two seconds at 20 Hz
 constexpr int kShrinks = 6;             // of motion that drifts
 constexpr double kCostsNothing = 1.03;  // of the fitted error
+constexpr double kSeveral = 0.1;  // of the error, by which a smaller sum of several sensors may be larger
 constexpr int kFineKnots = 20;
 constexpr double kReach = 0.5;        // likewise, of the range of a curve's knots
 constexpr double kTallest_deg = 250;  // a taller curve has not the eight fraction bits in 16
@@ -595,7 +596,8 @@ std::string describe(const Branches& b) {
 }
 
 // The smallest of those that are as good as the best, then the others; the loss decides among equals. Not of those within a standard
-// error: on a short recording one fold has most of the loss, and all are.
+// error: on a short recording one fold has most of the loss, and all are. But of several sensors' branches, which are many, those within a
+// standard error that err little more.
 void rank(std::vector<Additive>::iterator begin, std::vector<Additive>::iterator end) {
   const auto loss = [](const Additive& one) { return mean(one.fold_loss); };
   const Additive best = *std::ranges::min_element(begin, end, {}, loss);
@@ -603,9 +605,12 @@ void rank(std::vector<Additive>::iterator begin, std::vector<Additive>::iterator
     const auto key = [&](const Additive& one) {
       const bool as_good = loss(one) <= (1 + kAsGood) * (1 + kAsGood) * loss(best) &&
                            one.cross_validated_deg <= (1 + kAsGood) * best.cross_validated_deg;
+      const bool is_enough = one.knots.size() > 1 && gain_in_errors(best.fold_loss, one.fold_loss) <= 1 &&
+                             one.cross_validated_deg <= (1 + kSeveral) * best.cross_validated_deg;
       // Of equals the open one, which does not stop where nothing was seen.
-      return std::pair(as_good ? static_cast<double>(one.value.size()) - (one.branches.open ? 0.5 : 0) : 1e9,
-                       loss(one));
+      return std::pair(
+          as_good || is_enough ? static_cast<double>(one.value.size()) - (one.branches.open ? 0.5 : 0) : 1e9,
+          loss(one));
     };
     return key(a) < key(b);
   });

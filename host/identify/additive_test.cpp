@@ -114,6 +114,22 @@ TEST(Additive, AnAngleGoesOnBeyondWhatWasSeenUnlessLimitsAreBetter) {
   EXPECT_GE(open, 4);
 }
 
+TEST(Additive, OfSeveralSensorsTheSmallestWithinAStandardErrorComesFirst) {
+  std::vector<Additive> two(2);
+  two[0].value.resize(12, 4);
+  two[1].value.resize(2, 4);
+  two[0].fold_loss = {1, 2, 3};
+  two[1].fold_loss = {1.8, 1.9, 3.1};  // larger by 13 %, less than a standard error
+  for (Additive& one : two) one.knots.resize(2);
+  two[0].cross_validated_deg = 1;
+  two[1].cross_validated_deg = 1.09;
+  rank(two.begin(), two.end());
+  EXPECT_EQ(two[0].value.rows(), 2);
+  for (Additive& one : two) one.knots.resize(1);
+  rank(two.begin(), two.end());
+  EXPECT_EQ(two[0].value.rows(), 12) << "of one sensor a larger one is taken for 3 % less";
+}
+
 TEST(Additive, OnlyWhatIsAskedForIsFinished) {
   int asked = 0;
   const auto drift = [&](const Additive&) { return 0.1; };

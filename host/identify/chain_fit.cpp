@@ -181,6 +181,8 @@ class ChainFitter {
     out.text = text_of(chain);
     static_cast<Fitted&>(out) = summary;
     if (wanted_.lag && !wanted_.lag_s) ++out.effective;
+    const Structure& blocks = chain.blocks;
+    out.limits = blocks.input_knots > 0 || blocks.output_knots > 0 || blocks.saturation ? 2 : 0;
     if (chain.lag_s) {
       out.parameters.push_back({"lag s", *chain.lag_s, 0, true});
       const Index last = summary.covariance.rows();

@@ -237,7 +237,7 @@ std::string chain_refusal(const JointFit& chain, const JointFit& best) {
         chain.fitted_rmse_deg, best.cross_validated_deg);
   }
   // Within a standard error the smaller wins, unless its squares over the folds are larger by far.
-  const bool smaller = chain.effective < best.effective + best.limits;
+  const bool smaller = chain.effective + chain.limits < best.effective + best.limits;
   const double most_deg = (smaller ? 1 + kMuchLarger : 1) * best.cross_validated_deg;
   if (!(gain_in_errors(chain.fold_loss, best.fold_loss) > (smaller ? -1 : 1)))
     return smaller ? "its loss over the folds is larger"

@@ -47,8 +47,8 @@ struct JointFit : Fitted {
   bool creeps = false;               // of a chain: it drifts, as the sensor was seen to
   double cross_validated_deg = 0;    // root mean square
   std::vector<double> fold_loss;     // of the same estimates: mean of each fold (robust.hpp)
-  double limits = 0;  // of the angle that a sum takes from what was seen, and that `effective` does not count
-  std::size_t untried = 0;                              // structures of the search that was stopped
+  double limits = 0;        // of the angle, taken from what was seen: `effective` does not count them
+  std::size_t untried = 0;  // structures of the search that was stopped
   std::map<std::string, model::Model> baseline_models;  // by structure, those that were fitted on the way
 
   CandidateRow row() const;  // of it, which is chosen

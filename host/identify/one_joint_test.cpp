@@ -115,6 +115,13 @@ TEST_F(OneJointOf, AnglesThatAreLostEarlyAreLeftOutAsLaterOnes) {
   }
 }
 
+TEST_F(RealRecordings, AChainThatStopsWhereAngleWasSeenTakesNoPlaceOfASumThatGoesOn) {
+  Request r = request("cases/02-lost-marks-early/glove.csv", "index=index_adc:index_deg");
+  r.pairs[0].reference.replace_filename("camera_early.csv");
+  r.clock_offset_s = 1.997;
+  EXPECT_LT(identify_files(r, {}).joints[0].holdout.rmse_deg, 0.8);
+}
+
 TEST_F(RealRecordings, TheLineOfTheVerdictIsTheLineThatItAdvises) {
   Request r = request("cases/08-advice-line-loop/log.csv", "index=flex_adc:index_deg");
   const JointResult joint = identify_files(r, {}).joints[0];

@@ -34,7 +34,7 @@ class Arduino : public testing::Test {
  protected:
   void SetUp() override {
     if (!fs::exists(kCore / "cores/arduino/Arduino.h"))
-      GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
+      GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap --dev";
     glove_ = deploy::glove_for({}, model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json"), {});
   }
   // The library that has this example.

@@ -30,10 +30,11 @@ html_title = "Flexor"
 html_copy_source = False
 html_show_copyright = html_show_sphinx = False
 # Debian's furo lacks what makes it dark where the reader's system is: the colours are in it, under another selector.
-with open(os.path.dirname(furo.__file__) + "/theme/furo/static/styles/furo.css") as style:
-    dark = re.search(r'body\[data-theme="dark"\] \{(.*?)\}', style.read(), re.S)[1]
+with open(os.path.dirname(furo.__file__) + "/theme/furo/static/styles/furo.css") as furos:
+    dark = re.search(r'body\[data-theme="dark"\] \{(.*?)\}', furos.read(), re.S)[1]
 html_theme_options = {"dark_css_variables": dict(re.findall(r"--([\w-]+): ([^;]*);", dark))}
 smartquotes = False
+pygments_style = "vs"  # whose colours can be told from the ground
 
 autodoc_mock_imports = ["flexor._flexor", "numpy", "pandas", "sklearn", "scipy", "emcee", "matplotlib", "pylsl", "websockets", "distributed"]
 autodoc_default_options = {"members": True, "member-order": "bysource"}
@@ -196,20 +197,32 @@ def edit(app, name, source):
         source[0] += toctree([link for link in links_of(source[0]) if link.startswith(("../", "0"))])
 
 
-# The gallery's reports, the first page, and a file that Debian's furo takes from the root of a web server.
+# What keyboards and screen readers need.
+def make_accessible(app, name, template, context, doctree):
+    context["body"] = context.get("body", "").replace("<pre>", '<pre tabindex="0">')
+    context["furo_navigation_tree"] = context["furo_navigation_tree"].replace('role="heading"', 'role="heading" aria-level="2"')
+
+
+def read(file):
+    with open(file) as text:
+        return text.read()
+
+
+# The gallery's reports, the first page, and two files that Debian's furo would take from elsewhere.
 def finish(app, error):
     out, twin = str(app.outdir), app.srcdir + "/twin"
     output_of("twin", "record", "--out", twin)
     output_of("identify", "--pair", twin + "/glove-1.csv", twin + "/camera-1.csv", "--structure", "hw", "--report", out + "/reports/hand")
     output_of("experiment", "--trials", "24", "--out", out + "/reports/experiment")
     write(out + "/index.html", '<!doctype html><meta http-equiv="refresh" content="0; url=docs/README.html"><title>Flexor</title>')
-    with open("/usr/share/javascript/normalize.css/normalize.css") as normal, open(out + "/_static/styles/furo.css") as furos:
-        style = re.sub(r"^@import url\(/javascript[^;]*;", lambda _: normal.read(), furos.read())
-    write(out + "/_static/styles/furo.css", style)
+    style, script = out + "/_static/styles/furo.css", out + "/_static/scripts/furo.js"
+    write(style, re.sub(r"^@import url\(/javascript.*", "", read("/usr/share/javascript/normalize.css/normalize.css") + read(style), flags=re.M))
+    write(script, re.sub(r"^import .*", "", read(out + "/_static/scripts/gumshoe-patched.js") + read(script), flags=re.M))
 
 
 def setup(app):
     for write_part in (write_commands, write_documents, write_python):
         write_part(app.srcdir + "/reference")
     app.connect("source-read", edit)
+    app.connect("html-page-context", make_accessible, priority=900)
     app.connect("build-finished", finish)

@@ -1,4 +1,4 @@
-"""The site that script/site builds of the repository's Markdown and headers: docs/adr/0026-the-site.md. What is not written by hand is
+"""The site that script/site builds of the repository's Markdown and headers: docs/adr/0028-the-site.md. What is not written by hand is
 made here: the commands' pages from --help, the documents' fields from their JSON Schemas, C++ from the headers' own comments;
 Python's are autodoc's. The sidebar is the list of docs/README.md."""
 
@@ -11,8 +11,15 @@ import sys
 
 import furo
 
+
+def read(file):
+    with open(file) as text:
+        return text.read()
+
+
 root = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 sys.path.insert(0, root + "/python")
+sys.dont_write_bytecode = True
 
 project = "Flexor"
 author = "the authors of Flexor"
@@ -30,11 +37,10 @@ html_title = "Flexor"
 html_copy_source = False
 html_show_copyright = html_show_sphinx = False
 # Debian's furo lacks what makes it dark where the reader's system is: the colours are in it, under another selector.
-with open(os.path.dirname(furo.__file__) + "/theme/furo/static/styles/furo.css") as furos:
-    dark = re.search(r'body\[data-theme="dark"\] \{(.*?)\}', furos.read(), re.S)[1]
-html_theme_options = {"dark_css_variables": dict(re.findall(r"--([\w-]+): ([^;]*);", dark))}
+dark = re.search(r'body\[data-theme="dark"\] \{(.*?)\}', read(os.path.dirname(furo.__file__) + "/theme/furo/static/styles/furo.css"), re.S)[1]
+html_theme_options = {"dark_css_variables": dict(re.findall(r"--([\w-]+): ([^;]*);", dark)), "light_css_variables": {"color-code-background": "#f8f8f8"}}
 smartquotes = False
-pygments_style = "vs"  # whose colours can be told from the ground
+pygments_style = "xcode"  # whose colours can be told from the ground
 
 autodoc_mock_imports = ["flexor._flexor", "numpy", "pandas", "sklearn", "scipy", "emcee", "matplotlib", "pylsl", "websockets", "distributed"]
 autodoc_default_options = {"members": True, "member-order": "bysource"}
@@ -108,22 +114,25 @@ def page_of_command(words, folder):
     name, below = "-".join(words), []
     example, text = output_of(*words, "--help").split("\n\n", 1)
     out = [f"# flexor {' '.join(words)}\n\n```sh\n{example}\n```\n"]
-    for line in re.sub(r"\n {12,}", "  ", text).split("\n"):
-        term = re.match(r"  (\S.*?)(?:\s{2,}(.*))?$", line)
+    for line in re.sub(r"\n {12,}", "\t", text).split("\n"):
+        term, _, says = line[2:].partition("\t") if "\t" in line else (line[2:30], "", line[30:])
         if line.startswith("Usage: "):
             out.append(f"```\n{line[7:]}\n```\n")
         elif re.match(r"\w+:$", line):
             out.append(f"## {line[:-1]}\n")
             names_commands = line == "Subcommands:"
-        elif term and names_commands:
-            below.append(page_of_command([*words, term[1]], folder))
-            out.append(f"- [{term[1]}]({below[-1]}.md): {escaped(term[2].split('  ')[0])}")
-        elif term:
-            out.append(f"`{term[1]}`\n: {escaped(term[2] or '')}\n")
+        elif re.match(r"  \S", line) and names_commands:
+            term, says = re.split(r"\s{2,}", term.strip())
+            below.append(page_of_command([*words, term], folder))
+            out.append(f"- [{term}]({below[-1]}.md): {escaped(says)}")
+        elif re.match(r"  \S", line):
+            out.append(f"`{term.strip()}`\n: {escaped(says)}\n")
         else:
             out.append(escaped(line))
-    if not below and name not in ("job", "help"):
+    try:
         out.append(f"## Request of `flexor job {' '.join(words)}`\n```json\n{output_of('job', *words, '--schema')}```")
+    except subprocess.CalledProcessError:
+        pass  # it is no job
     write(f"{folder}/{name}.md", "\n".join(out) + toctree(below))
     return name
 
@@ -141,11 +150,11 @@ def write_commands(folder):
     write(folder + "/commands.md", "\n".join(out) + toctree(["commands/" + name for name in names]))
 
 
-# Rows of a table: field, what it may be, default.
+# A term for each field, with what it may be.
 def fields(schema, path=""):
     for choice in schema.get("oneOf", []):
         kind = choice["properties"]["type"]["const"]
-        yield f"| **{path} of type {kind}** | | |"
+        yield f"**{path} of type {kind}**\n"
         yield from fields(choice, path)
     if isinstance(schema.get("items"), dict):
         yield from fields(schema["items"], path + "[]")
@@ -154,18 +163,17 @@ def fields(schema, path=""):
         what = json.dumps(field["const"]) if "const" in field else " ".join(map(json.dumps, field["enum"])) if "enum" in field else what
         bounds = [f"{word} {field[key]}" for key, word in (("minimum", "from"), ("maximum", "to"), ("minItems", "at least"),
                                                            ("maxItems", "at most")) if key in field]
-        default = "required" if name in schema.get("required", []) else json.dumps(field["default"]) if "default" in field else ""
-        yield f"| `{path}{'.' if path else ''}{name}` | {escaped(', '.join([what, *bounds]))} | {escaped(default)} |"
+        bounds += ["required"] * (name in schema.get("required", [])) + ["default " + json.dumps(field[key]) for key in field if key == "default"]
+        yield f"`{path}{'.' if path else ''}{name}`\n: {escaped(', '.join([what, *bounds]))}\n"
         yield from fields(field, f"{path}{'.' if path else ''}{name}")
 
 
 def write_documents(folder):
     out = []
     for file in sorted(glob.glob(root + "/docs/*.schema.json")):
-        with open(file) as text:
-            schema = json.load(text)
+        schema = json.loads(read(file))
         out += [f"\n## {schema['title']}\nIts JSON Schema: [{os.path.basename(file)}](../docs/{os.path.basename(file)}).\n",
-                "| field | | default |\n|---|---|---|", *fields(schema)]
+                *fields(schema)]
     write(folder + "/documents.md", "# Documents\nFields of what commands read and write as JSON.\n" + "\n".join(out))
 
 
@@ -193,19 +201,16 @@ def edit(app, name, source):
     if name == "docs/gallery":
         source[0] += "\n## Whole reports\nOf the twin: <a href='../reports/hand/report.html'>a hand of five joints</a>, " \
                      "<a href='../reports/experiment/report.html'>the experiment</a>.\n"
-    if name in ("docs/code", "docs/adr/README"):
-        source[0] += toctree([link for link in links_of(source[0]) if link.startswith(("../", "0"))])
+    if name == "docs/adr/README":
+        source[0] += "\n```{toctree}\n:glob:\n\n0*\n```\n"
+    if name == "docs/code":
+        source[0] += toctree([link for link in links_of(source[0]) if link.startswith("../")])
 
 
 # What keyboards and screen readers need.
 def make_accessible(app, name, template, context, doctree):
     context["body"] = context.get("body", "").replace("<pre>", '<pre tabindex="0">')
     context["furo_navigation_tree"] = context["furo_navigation_tree"].replace('role="heading"', 'role="heading" aria-level="2"')
-
-
-def read(file):
-    with open(file) as text:
-        return text.read()
 
 
 # The gallery's reports, the first page, and two files that Debian's furo would take from elsewhere.

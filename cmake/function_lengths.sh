@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # No function of more than 60 lines, outside tables. Arguments: the repository; a file to try instead of its sources.
 set -euo pipefail
-command -v ctags >/dev/null || { echo "skipped: no ctags (script/bootstrap tests)"; exit 77; }
+command -v ctags >/dev/null || { echo "skipped: no ctags (script/bootstrap --dev)"; exit 77; }
 cd "$1"
 list_sources() { find apps cosim firmware host runtime examples benchmarks -name '*.[ch]pp'; }
 # Lists of cases and nothing else, by file and name.

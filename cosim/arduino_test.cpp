@@ -34,7 +34,7 @@ class Arduino : public testing::Test {
  protected:
   void SetUp() override {
     if (!fs::exists(kCore / "cores/arduino/Arduino.h"))
-      GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
+      GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap --dev";
     glove_ = deploy::glove_for({}, model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json"), {});
   }
   // The library that has this example.
@@ -131,25 +131,6 @@ TEST_F(Arduino, TheInterpreterCompilesBehindArduinoH) {
   io::write_file(source, "#include \"runtime/compensator/graph.hpp\"\n");
   run(compiler({"atmega328p", "standard", "UNO"}),
       {"-DFLEXOR_AVR_ASSEMBLY", "-Wall", "-Wextra", "-c", source, "-o", folder_ / "graph.o"});
-}
-
-// No register, no header of an AVR: with this PC's compiler and the few names of Arduino.h that are used.
-TEST_F(Arduino, NothingAsksForAnAvr) {
-  io::write_file(
-      folder_ / "Arduino.h",
-      "#pragma once\n#include <stdint.h>\n#include <stddef.h>\n"
-      "#define round(x) ((long)((x)+0.5))\n#define min(a, b) ((a) < (b) ? (a) : (b))\n"
-      "enum { A0, A1, A2, A3, A4 };\nint analogRead(uint8_t);\nunsigned long millis();\n"
-      "enum { LOW, HIGH, INPUT_PULLUP };\nvoid pinMode(uint8_t, uint8_t);\nint digitalRead(uint8_t);\n"
-      "struct Port {\n  void begin(long);\n  int available();\n  int read();\n"
-      "  size_t write(const uint8_t*, size_t);\n  void print(float, int);\n  void print(char);\n};\n"
-      "extern Port Serial, Serial1;\n#define HAVE_HWSERIAL1\n");
-  for (const char* name : {"Glove", "GloveRadio", "GloveVr"}) {
-    write(name);
-    run({"g++", "-std=c++14", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I" + folder_.string(),
-         "-I" + (folder_ / "Flexor/src").string(), "-include", "Arduino.h"},
-        {sketch(name)});
-  }
 }
 
 // The sketch with the core that Debian packages.

@@ -32,7 +32,7 @@ class Flash : public OnUsb {
  protected:
   void SetUp() override {
     if (io::find_program("avrdude").empty())
-      GTEST_SKIP() << "avrdude is not installed: script/bootstrap tests";
+      GTEST_SKIP() << "avrdude is not installed: script/bootstrap --dev";
     OnUsb::SetUp();
     if (IsSkipped()) return;
     write(folder_ / "new/glove.hex", deploy::glove_flash(published()));

@@ -167,7 +167,7 @@ class OnUsb : public testing::Test {
   void SetUp() override {
     FLEXOR_NEEDS_TERMINALS();
     if (!std::filesystem::exists(kBootloaders))
-      GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap tests";
+      GTEST_SKIP() << "arduino-core-avr is not installed: script/bootstrap --dev";
     build_optiboot("atmega328p", "0x7e00", "0x7ffe", boot());
   }
 

@@ -28,6 +28,7 @@ async function layoutFindings(page) {
 
 async function look(browser, file, viewport, colorScheme, pictures) {
   const context = await browser.newContext({ viewport, colorScheme });
+  context.setDefaultTimeout(300e3);
   const page = await context.newPage();
   const where = `${file}: ${viewport.width} px, ${colorScheme}`;
   watch(page, 'file:', where);

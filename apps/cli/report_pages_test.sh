@@ -5,7 +5,7 @@
 # Arguments: the build's folder, the repository, simulated_recording, test_inputs.
 set -euo pipefail
 build=$1 root=$2 simulate=$3 inputs=$4
-[ -d "$root/web/node_modules" ] || { echo "skipped: script/bootstrap tests installs the browser's part"; exit 77; }
+[ -d "$root/web/node_modules" ] || { echo "skipped: script/bootstrap --dev installs the browser's part"; exit 77; }
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 flexor=$build/flexor

@@ -11,9 +11,9 @@ root=$2
 part=$3
 flexor=$build/flexor
 command -v node >/dev/null || { echo "skipped: node is missing"; exit 77; }
-[ -d "$root/web/node_modules/playwright-core" ] || { echo "skipped: web/node_modules is missing: script/bootstrap tests"; exit 77; }
+[ -d "$root/web/node_modules/playwright-core" ] || { echo "skipped: web/node_modules is missing: script/bootstrap --dev"; exit 77; }
 CHROMIUM=${CHROMIUM:-$(command -v chromium || true)}
-[ -n "$CHROMIUM" ] || { echo "skipped: chromium is missing: script/bootstrap tests"; exit 77; }
+[ -n "$CHROMIUM" ] || { echo "skipped: chromium is missing: script/bootstrap --dev"; exit 77; }
 export CHROMIUM
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -139,7 +139,7 @@ def test_a_bids_dataset_grows_and_nothing_in_it_changes(tmp_path):
 def test_the_validator_takes_a_dataset(tmp_path):
     validator = os.path.join(os.path.dirname(sys.executable), "bids-validator-deno")
     if not os.path.exists(validator):
-        pytest.skip("no bids-validator-deno (script/bootstrap tests)")
+        pytest.skip("no bids-validator-deno (script/bootstrap --dev)")
     folder = tmp_path / "set"
     export.bids(folder, recording())
     export.bids(folder, recording(), subject="02", task="fist", number=2)

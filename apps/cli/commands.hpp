@@ -79,7 +79,8 @@ void add_commands(CLI::App& app);
   X(experiment, "The paper", "flexor experiment --trials 200 --out paper/")                           \
   X(merge, "The paper", "flexor merge shard1/ shard2/ --out paper/")                                  \
   X(twin, "The paper", "flexor twin record --out glove/")                                             \
-  X(job, "Programs", "flexor job identify < request.json")
+  X(job, "Programs", "flexor job identify < request.json")                                            \
+  X(completion, "Programs", "flexor completion bash > flexor.bash")
 #define FLEXOR_ADD_COMMAND(name, group, example) void add_##name(CLI::App& app);
 FLEXOR_COMMANDS(FLEXOR_ADD_COMMAND)
 #undef FLEXOR_ADD_COMMAND

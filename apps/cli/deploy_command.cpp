@@ -219,7 +219,7 @@ void measure(deploy::Deployment& d, const study::Boards& boards, const study::Co
 }
 
 // What is flashed, folders, what was measured of them, and the report, all in `folder`.
-nlohmann::ordered_json build(const Options& o, const study::Boards& boards, const study::Counts& counts,
+nlohmann::ordered_json build(const Options& o, const study::Boards* boards, const study::Counts& counts,
                              deploy::Deployment& d, const std::filesystem::path& folder) {
   const auto write = [&](const char* name, const deploy::FlashContent& flash) {
     io::write_file(folder / name, deploy::to_intel_hex(flash), io::Access::owner);
@@ -229,7 +229,7 @@ nlohmann::ordered_json build(const Options& o, const study::Boards& boards, cons
     write("hand.hex", deploy::hand_flash(deploy::safe_hand(d.hardware, d.glove.model, d.glove.key)));
   io::write_file(folder / deploy::kHardwareFile, io::dump(model::to_json(d.hardware)));
   deploy::write_arduino_library(d.glove, folder / deploy::kArduinoFolder);
-  measure(d, boards, counts);
+  if (boards != nullptr) measure(d, *boards, counts);
   save_results(d, folder);
   nlohmann::ordered_json json = io::parse_json(io::read_file(folder / "results.json"), "results.json");
   report::render(folder);
@@ -256,7 +256,9 @@ std::string in_words(const deploy::Deployment& d, const PairKey& pair, const nlo
 }
 
 Output run(const Options& o) {
-  study::Boards boards(io::program_beside(kBoardsWorker));
+  std::optional<study::Boards> boards;
+  if (const auto worker = io::program_beside(kBoardsWorker); std::filesystem::exists(worker))
+    boards.emplace(worker);
   io::require_folder(o.out, "deployment");
   twin::Parameters p;
   static_cast<model::Hardware&>(p) = model::hardware(o.hardware);
@@ -270,7 +272,7 @@ Output run(const Options& o) {
       deploy::fixed_point_error(d.glove.model, o.recording.empty() ? readings_of(d.glove, counts)
                                                                    : readings_of(d.glove.model, o.recording));
   deploy::OutFolder out(o.out);
-  nlohmann::ordered_json json = build(o, boards, counts, d, out.staging());
+  nlohmann::ordered_json json = build(o, boards ? &*boards : nullptr, counts, d, out.staging());
   json["key"] = pair.origin != nullptr ? nlohmann::ordered_json(pair.origin) : nullptr;
   io::write_file(out.staging() / "report.json", io::dump(json));
   if (pair.key && !pair.is_stored) {

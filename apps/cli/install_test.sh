@@ -31,7 +31,7 @@ expect run/report.html
 expect angles.csv
 "$flexor" deploy "$share/flexor/models/published_hw.json" --out firmware >/dev/null
 expect firmware/glove.hex
-for document in README.md LICENSE cosim/LICENSE docs/json.md; do expect "$share/doc/flexor/$document"; done
+for document in flexor/README.md flexor/docs/json.md flexor/copyright flexor-boards/copyright; do expect "$share/doc/$document"; done
 # Found through PATH and through a link, as users have it.
 mkdir links
 ln -s ../prefix/bin/flexor links/flexor

@@ -12,6 +12,8 @@ bash -e -x lines.sh
 [ "$3" = README ] || exit 0
 [ -s vr/glove.hex ] && [ "$(wc -l <angles.csv)" -gt 1000 ] && [ -s report/report.html ] && [ -s paper/report.html ]
 
+[ -x "$(dirname "$1")/flexor-cosim" ] || exit 0  # the package flexor alone
+
 # Both boards simulated, to its ends within 3 degrees.
 awk 'BEGIN { print "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg"
   for (k = 0; k <= 600; k++) { c = (k - 300) / 50; c = c < 0 ? 0 : c > 1 ? 1 : c; f = 28 + 85 * c

@@ -367,6 +367,11 @@ TEST_F(ReportTest, OfADeploymentIsDrawnFromWhatWasSaved) {
   deploy::Deployment d;
   d.glove.model = study::compensator("published-hw", 10).model;
   d.glove.model.name = "</title>it's 5 % <i>";
+  deploy::save_results(d, folder_);
+  expect_the_same_once_more();
+  EXPECT_NE(read("report.html").find("Cycles and stack were not measured"), std::string::npos);
+  EXPECT_EQ(read("results.json").find("cycles\": 0"), std::string::npos);
+  d.glove_figures.samples = 1;
   d.glove_figures.step.add(600);
   d.recording = "the six gestures";
   deploy::save_results(d, folder_);

@@ -213,7 +213,14 @@ double flash_share(const Deployment& d) {
   return static_cast<double>(fuller) / kAtmega328p.flash_bytes;
 }
 
+bool is_measured(const Deployment& d) { return d.glove_figures.samples > 0; }
+
 std::string budget_sentence(const Deployment& d) {
+  if (!is_measured(d))
+    return fmt::format(
+        "The fuller image takes {:.0f} % of a chip's flash. Cycles and stack were not measured: the boards' "
+        "simulation, flexor-cosim, is not installed.",
+        100 * flash_share(d));
   return fmt::format(
       "A sample is read and computed in {:.1f} % of its time, and the fuller image takes {:.0f} % of a "
       "chip's flash: cycles and "
@@ -230,28 +237,31 @@ Lines lines(const Deployment& d) {
   const TimeBudget t = time_budget(d);
   Lines out;
   const auto add = [&](const std::string& name, const std::string& value) { out.emplace_back(name, value); };
-  add("compensator, cycles per step of five", cycles(d.glove_figures.step));
-  add("all of a sample, frame sealed, cycles", cycles(d.glove_figures.sample));
+  const auto measured = [&](const std::string& name, const std::string& value) {
+    if (is_measured(d)) add(name, value);
+  };
+  measured("compensator, cycles per step of five", cycles(d.glove_figures.step));
+  measured("all of a sample, frame sealed, cycles", cycles(d.glove_figures.sample));
   add("worst error against double, whole range", fmt::format("{:.4f} deg", d.error.range_deg));
   if (d.error.recording_deg)
     add("the same over " + d.recording, fmt::format("{:.4f} deg", *d.error.recording_deg));
-  add("compared with the host to the bit",
-      fmt::format("{} angles over {} samples, {} mismatches", d.glove_figures.angles, d.glove_figures.samples,
-                  d.glove_figures.mismatches));
+  measured("compared with the host to the bit",
+           fmt::format("{} angles over {} samples, {} mismatches", d.glove_figures.angles,
+                       d.glove_figures.samples, d.glove_figures.mismatches));
   add("glove: flash, bytes", of_chip(glove_image().flash_bytes(), kAtmega328p.flash_bytes));
   add("glove: static RAM, bytes", of_chip(glove_image().ram_bytes(), kAtmega328p.ram_bytes));
-  add("glove: stack at most, bytes", fmt::format("{}", d.glove_figures.stack_bytes));
-  add("glove: awake", fmt::format("{:.1f} % of the time", 100 * d.glove_figures.awake_share));
+  measured("glove: stack at most, bytes", fmt::format("{}", d.glove_figures.stack_bytes));
+  measured("glove: awake", fmt::format("{:.1f} % of the time", 100 * d.glove_figures.awake_share));
   if (has_hand(d)) {
-    add("hand: tick of five loops, cycles", cycles(d.hand_figures.tick));
+    measured("hand: tick of five loops, cycles", cycles(d.hand_figures.tick));
     add("hand: flash, bytes", of_chip(hand_image().flash_bytes(), kAtmega328p.flash_bytes));
     add("hand: static RAM, bytes", of_chip(hand_image().ram_bytes(), kAtmega328p.ram_bytes));
-    add("hand: stack at most, bytes", fmt::format("{}", d.hand_figures.stack_bytes));
-    add("hand: awake, link at its fullest",
-        fmt::format("{:.0f} % of the time", 100 * d.hand_figures.awake_share));
+    measured("hand: stack at most, bytes", fmt::format("{}", d.hand_figures.stack_bytes));
+    measured("hand: awake, link at its fullest",
+             fmt::format("{:.0f} % of the time", 100 * d.hand_figures.awake_share));
   }
-  add("sample period",
-      fmt::format("{:.1f} ms: ADC {:.2f}, compute at most {:.2f}", t.period_ms, t.adc_ms, t.compute_ms));
+  measured("sample period",
+           fmt::format("{:.1f} ms: ADC {:.2f}, compute at most {:.2f}", t.period_ms, t.adc_ms, t.compute_ms));
   add("frame period", fmt::format("{:.1f} ms, of which {:.1f} on the wire", t.frame_period_ms, t.uart_ms));
   if (has_hand(d) && d.glove.key)
     add("radio: greatest delay",
@@ -262,26 +272,28 @@ Lines lines(const Deployment& d) {
 }  // namespace
 
 Json to_json(const Deployment& d) {
-  const auto statistic = [](const CycleStatistic& c) { return Json{{"mean", c.mean()}, {"worst", c.worst}}; };
+  const auto measured = [&](Json figure) { return is_measured(d) ? std::move(figure) : Json(nullptr); };
+  const auto statistic = [&](const CycleStatistic& c) {
+    return measured({{"mean", c.mean()}, {"worst", c.worst}});
+  };
   const TimeBudget t = time_budget(d);
   Json json = {{"targets", Json::array({{{"name", kAtmega328p.name},
                                          {"flash_bytes", glove_image().flash_bytes()},
                                          {"ram_bytes", glove_image().ram_bytes()},
-                                         {"stack_bytes", d.glove_figures.stack_bytes},
+                                         {"stack_bytes", measured(d.glove_figures.stack_bytes)},
                                          {"step_cycles", statistic(d.glove_figures.step)},
                                          {"worst_error_deg", d.error.worst_deg()}}})},
                {"sample_cycles", statistic(d.glove_figures.sample)},
                {"error_deg",
                 {{"range", d.error.range_deg},
                  {"recording", d.error.recording_deg ? Json(*d.error.recording_deg) : Json(nullptr)}}},
-               {"bit_exact",
-                {{"samples", d.glove_figures.samples},
-                 {"angles", d.glove_figures.angles},
-                 {"mismatches", d.glove_figures.mismatches}}},
+               {"bit_exact", measured({{"samples", d.glove_figures.samples},
+                                       {"angles", d.glove_figures.angles},
+                                       {"mismatches", d.glove_figures.mismatches}})},
                {"time_budget_ms",
                 {{"sample_period", t.period_ms},
                  {"adc", t.adc_ms},
-                 {"compute_worst", t.compute_ms},
+                 {"compute_worst", measured(t.compute_ms)},
                  {"frame_period", t.frame_period_ms},
                  {"frame_on_wire", t.uart_ms}}}};
   json["greatest_delay_ms"] =
@@ -292,12 +304,12 @@ Json to_json(const Deployment& d) {
   json["wiring"] = plan_of(d);
   json["calibration"] = d.calibration;
   json["next"] = next_of(d);
-  json["budget"] = {{"time_share", time_share(t)}, {"flash_share", flash_share(d)}};
+  json["budget"] = {{"time_share", measured(time_share(t))}, {"flash_share", flash_share(d)}};
   json["hand"] = nullptr;
   if (has_hand(d)) {
     json["hand"] = {{"flash_bytes", hand_image().flash_bytes()},
                     {"ram_bytes", hand_image().ram_bytes()},
-                    {"stack_bytes", d.hand_figures.stack_bytes},
+                    {"stack_bytes", measured(d.hand_figures.stack_bytes)},
                     {"tick_cycles", statistic(d.hand_figures.tick)}};
   }
   return json;

@@ -45,7 +45,7 @@ struct HandFigures {
 struct Deployment {
   model::Hardware hardware;
   Glove glove;
-  GloveFigures glove_figures;
+  GloveFigures glove_figures;  // without samples nothing was measured: there is no simulation of the boards
   HandFigures hand_figures;
   Error error;
   std::string recording;    // what the error was measured over, beside the whole range

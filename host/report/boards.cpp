@@ -98,6 +98,7 @@ void add_costs(Page& page, const Json& r) {
   page.heading("What it costs");
   page.paragraph(r.at("budget_sentence").get<std::string>());
   const Json& target = r.at("targets").at(0);
+  if (r.at("bit_exact").is_null()) return page.table(words_of("What is known", r.at("table")));
   constexpr double kCyclesPerMs = 16000;
   const double cycles = target.at("step_cycles").at("mean").get<double>();
   page.cards(
@@ -123,17 +124,20 @@ void render_deployment(const Saved& saved) {
   const Json& r = saved.results();
   save_wiring(r.at("wiring"), saved.folder());
   Page page("Firmware of " + saved.text("model_name"));
-  page.paragraph(
-      fmt::format("For {} at 16 MHz. Every figure was measured on the very {} in this folder, run "
-                  "instruction by instruction.",
-                  r.at("chips").get<std::string>(), r.at("boards").get<int>() == 2 ? "images" : "image"));
+  const bool is_measured = !r.at("bit_exact").is_null();
+  page.paragraph(fmt::format(
+      "For {} at 16 MHz.{}", r.at("chips").get<std::string>(),
+      is_measured ? fmt::format(" Every figure was measured on the very {} in this folder, run instruction "
+                                "by instruction.",
+                                r.at("boards").get<int>() == 2 ? "images" : "image")
+                  : ""));
   add_lead(page, r);
   add_wiring(page, r.at("wiring"));
   add_costs(page, r);
   const Figure figure{"time_budget", "Time budget",
                       "Light blue: the ADC reads the strips; orange: the board computes and seals a frame; "
                       "blue: the frame is on the wire; grey: it sleeps."};
-  page.drawing(figure, budget_svg(figure, r.at("time_budget_ms")));
+  if (is_measured) page.drawing(figure, budget_svg(figure, r.at("time_budget_ms")));
   page.write(saved);
 }
 

@@ -95,7 +95,6 @@ Covered covered_by(const std::string& name, const std::vector<float>& readings) 
   out.slow = std::min(1.0, slow * kStep_s / kSlow_s);
   out.fast = std::min(1.0, quick * kStep_s / kQuick_s);
   out.holds = std::min(1.0, holds_in(x) / kHolds);
-  out.missing = what_is_missing(out);
   return out;
 }
 

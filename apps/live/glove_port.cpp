@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "host/deploy/flash.hpp"
 #include "host/deploy/pair_key.hpp"
@@ -51,19 +52,9 @@ DeviceState after(DeviceState state, DeviceEvent event) {
 }
 
 const char* name_of(DeviceState state) {
-  switch (state) {
-    case DeviceState::listening:
-    case DeviceState::doubtful:
-      return "listening";
-    case DeviceState::glove:
-      return "glove";
-    case DeviceState::gone:
-      return "gone";
-    case DeviceState::replay:
-      return "replay";
-    default:
-      return "none";
-  }
+  constexpr std::array kNames = {"none",  "none", "listening", "listening", "none",
+                                 "glove", "gone", "replay",    "none"};
+  return kNames.at(static_cast<std::size_t>(state));
 }
 
 GlovePort::GlovePort(PortOptions options, Server& server, Calls calls)

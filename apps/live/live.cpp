@@ -136,7 +136,7 @@ void Live::learn_columns() {
       model_path_.clear();
       model_session_ = {};
       if (const std::optional<Session> known = sessions_.newest_with_model(glove_id())) {
-        model_path_ = sessions_.folder(*known) / known->model;
+        model_path_ = sessions_.folder(*known) / *known->model;
         model_ = load_model(*known, model_path_);
         model_session_ = *known;
       }

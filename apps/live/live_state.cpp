@@ -83,8 +83,12 @@ Live::Json Live::sessions_state() const {
   if (!options_.model.empty()) models.push_back(model_state({}, options_.model));
   for (const Session& s : sessions_.list()) {
     if (sessions.size() == kMostListed) break;
-    sessions.push_back(s);
-    if (!s.model.empty()) models.push_back(model_state(s, s.model));
+    sessions.push_back({{"name", s.name},
+                        {"person", s.person},
+                        {"side", s.side},
+                        {"files", s.files},
+                        {"seconds", s.seconds}});
+    if (s.model) models.push_back(model_state(s, *s.model));
   }
   Json ports = Json::array();
   if (options_.worn) {

@@ -1,18 +1,12 @@
 #include "apps/live/request.hpp"
 
 #include <array>
+#include <charconv>
 #include <optional>
 #include <utility>
 
 namespace flexor::live {
 namespace {
-
-int hexadecimal(char digit) {
-  if (digit >= '0' && digit <= '9') return digit - '0';
-  if (digit >= 'a' && digit <= 'f') return digit - 'a' + 10;
-  if (digit >= 'A' && digit <= 'F') return digit - 'A' + 10;
-  return -1;
-}
 
 // Once: what is encoded twice stays a name with a percent sign.
 std::optional<std::string> decoded(std::string_view text) {
@@ -23,12 +17,11 @@ std::optional<std::string> decoded(std::string_view text) {
       out += text[i];
       continue;
     }
-    const int high = i + 2 < text.size() ? hexadecimal(text[i + 1]) : -1;
-    const int low = high >= 0 ? hexadecimal(text[i + 2]) : -1;
-    if (low < 0) return std::nullopt;
-    const char byte = static_cast<char>(high * 16 + low);
-    if (byte == '/') return std::nullopt;
-    out += byte;
+    if (i + 2 >= text.size()) return std::nullopt;
+    const char* const end = text.data() + i + 3;
+    unsigned char byte = 0;
+    if (std::from_chars(end - 2, end, byte, 16).ptr != end || byte == '/') return std::nullopt;
+    out += static_cast<char>(byte);
     i += 2;
   }
   return out;

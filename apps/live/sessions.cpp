@@ -28,13 +28,10 @@ constexpr std::uint64_t kMostBytes = 1U << 13U;  // of a session.json: twenty ti
 constexpr std::size_t kMostFiles = 40;           // of a session that are listed
 
 // Letters of every script, digits and what is plain in a path.
-std::string as_file_name(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    out += byte >= 0x80 || std::isalnum(byte) != 0 ? c : '-';
-  }
-  return out;
+std::string as_file_name(std::string text) {
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < 0x80 && std::isalnum(c) == 0; }, '-');
+  return text;
 }
 
 void require_plain(const std::string& person) {
@@ -42,19 +39,6 @@ void require_plain(const std::string& person) {
     throw io::InputError(
         fmt::format("the person's name must be at most {} letters of UTF-8 without line ends", kLongestName));
   }
-}
-
-Json document_of(const Session& s) {
-  return {{"schema", "flexor-session"},
-          {"schema_version", 1},
-          {"person", s.person},
-          {"side", s.side},
-          {"glove", s.glove},
-          {"made", s.made},
-          {"seconds", s.seconds},
-          {"model", s.model.empty() ? Json(nullptr) : Json(s.model)},
-          {"accepted_unix_s", s.accepted_unix_s},
-          {"calibration", s.calibration}};
 }
 
 // A link or a FIFO of this name is nobody's of ours.
@@ -93,22 +77,14 @@ double written_s(const fs::path& folder) {
 std::optional<Session> load(const fs::path& folder) {
   try {
     const fs::path file = folder / "session.json";
-    const Json json =
-        io::parse_json(io::FileBeneath(folder, "session.json", kMostBytes).all(), file.string());
-    io::JsonReader reader(json, file.string());
-    if (reader.text("schema") != "flexor-session" || reader.number("schema_version") != 1) return {};
-    Session s;
+    Json json = {{"accepted_unix_s", 0}, {"calibration", nullptr}};  // older ones have none
+    json.update(io::parse_json(io::FileBeneath(folder, "session.json", kMostBytes).all(), file.string()));
+    if (json.at("schema") != "flexor-session" || json.at("schema_version") != 1) return {};
+    Session s = json.get<Session>();
     s.name = folder.filename().string();
-    s.person = reader.text("person");
     require_plain(s.person);
-    s.side = reader.text("side");
-    s.glove = reader.text("glove");
-    s.made = reader.text("made");
-    s.seconds = reader.number_within("seconds", 0, 1e9);
-    if (!reader.member("model").is_null()) s.model = reader.text("model");
-    if (s.model.find('/') != std::string::npos) return {};
-    s.accepted_unix_s = reader.number_or("accepted_unix_s", 0);
-    if (reader.has("calibration")) s.calibration = reader.member("calibration");
+    if (!(s.seconds >= 0 && s.seconds <= 1e9) || s.model.value_or("").find('/') != std::string::npos)
+      return {};
     if (s.seconds == 0 && is_plain_file(folder / "log.csv")) s.seconds = written_s(folder);
     return s;
   } catch (const std::exception&) {
@@ -220,14 +196,16 @@ void Sessions::accept(Session& session, const std::string& model) const {
 }
 
 void Sessions::save(const Session& session) const {
-  write_plain(folder(session) / "session.json", io::dump(document_of(session)));
+  Json document = {{"schema", "flexor-session"}, {"schema_version", 1}};
+  document.update(Json(session));
+  write_plain(folder(session) / "session.json", io::dump(document));
 }
 
 std::optional<Session> Sessions::newest_with_model(const std::string& glove) const {
   std::optional<Session> newest;  // not by their names, which repeat an hour once a year
   for (Session& s : list()) {
     const bool is_newer = !newest || s.accepted_unix_s > newest->accepted_unix_s;
-    if (s.glove == glove && !s.model.empty() && is_newer) newest = std::move(s);
+    if (s.glove == glove && s.model && is_newer) newest = std::move(s);
   }
   return newest;
 }

@@ -31,15 +31,16 @@ struct Session {
   std::string person;
   std::string side = "right";
   std::string glove;
-  std::string made;            // local time, ISO 8601
-  double seconds = 0;          // of its log; of a recording that was killed: what was written
-  std::string model;           // file in it; empty: none was accepted
-  double accepted_unix_s = 0;  // when it was
-  nlohmann::ordered_json calibration =
-      {};  // one that is open: what it takes to go on (Calibration::kept); null: none
+  std::string made;                       // local time, ISO 8601
+  double seconds = 0;                     // of its log; of a recording that was killed: what was written
+  std::optional<std::string> model = {};  // file in it; none: none was accepted
+  double accepted_unix_s = 0;             // when it was
+  // One that is open: what it takes to go on (Calibration::kept); null: none.
+  nlohmann::ordered_json calibration = {};
   std::vector<std::string> files = {};  // in it, its folders' reports as FOLDER/report.html; when listed
 };
-FLEXOR_PIPE(Session, name, person, side, files, seconds)  // as it is listed
+// As session.json has it; its folder has the name.
+FLEXOR_PIPE(Session, person, side, glove, made, seconds, model, accepted_unix_s, calibration)
 
 class Sessions {
  public:

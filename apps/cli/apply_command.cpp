@@ -7,10 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/commands.hpp"
-#include "host/identify/estimator.hpp"
+#include "host/identify/apply.hpp"
 #include "host/io/io.hpp"
 #include "host/model/standard_error.hpp"
-#include "host/recording/csv.hpp"
 
 namespace flexor::cli {
 namespace apply_command {
@@ -64,47 +63,8 @@ class CsvSink {
   fmt::memory_buffer out_;
 };
 
-template <class Estimator>
-void start_tracking(const Options& o, Estimator& estimator) {
-  estimator.track({});
-  if (estimator.trackers()->any()) return;
-  throw io::InputError(
-      fmt::format("{}: no input says what its strip reads at the open hand and at the fist, against which "
-                  "--track works: identify the model anew from a recording with both, or leave out --track",
-                  o.model));
-}
-
-struct Done {
-  std::vector<model::Followed>
-      followed;  // by what the strips are corrected at the end; empty without --track
-  model::RangeCount ranges;
-};
-
-// Every row of the log through the model.
-template <class Sink>
-Done follow(const Options& o, const model::Model& model, recording::CsvReader& reader, Sink&& sink) {
-  recording::Stream stream(reader, recording::Resets::follow);
-  Done done{{}, model::RangeCount(model)};
-  const auto with = [&](auto estimator) {
-    if (o.track) start_tracking(o, estimator);
-    recording::Row row;
-    bool any = false;
-    for (; stream.next(row); any = true) {
-      done.ranges.add(row.value);
-      estimator.push(row.t_s, row.value, sink);
-    }
-    if (!any) throw io::InputError(fmt::format("{}: no row with a reading of any input", reader.name()));
-    if (estimator.trackers()) done.followed = estimator.trackers()->followed();
-  };
-  if (o.arithmetic == "fixed") {
-    with(identify::Estimator<model::FixedArithmetic>(model));
-  } else if (o.arithmetic == "float") {
-    with(identify::Estimator<model::FloatArithmetic>(model));
-  } else {
-    with(identify::Estimator<model::DoubleArithmetic>(model));
-  }
-  for (const std::string& note : stream.notes()) log_note(note);
-  return done;
+identify::ApplyOptions options_of(const Options& o) {
+  return {o.model, o.arithmetic, o.intervals, o.track, log_note};
 }
 
 void say(const std::vector<model::Followed>& followed) {
@@ -168,7 +128,7 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
   std::vector<Spool> status(model.joints.size());
   std::vector<Spool> error_deg(o.intervals ? model.joints.size() : 0);
   const model::StandardErrors errors(model);
-  const Done done = follow(o, model, reader, [&](const identify::Estimate& e) {
+  const auto done = identify::apply(model, reader, options_of(o), [&](const identify::Estimate& e) {
     t_s.add(fmt::format("{}", e.t_s));
     for (std::size_t i = 0; i < angle_deg.size(); ++i) {
       angle_deg[i].add(fmt::format("{}", e.angle_deg[i]));
@@ -198,25 +158,12 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
   check_ranges(model, reader.name(), reader.columns(), done.ranges);
 }
 
-void require_accuracy(const Options& o, const model::Model& model) {
-  for (const model::Joint& joint : model.joints) {
-    if (joint.accuracy) continue;
-    throw io::InputError(fmt::format(
-        "{}: {} does not say how accurate it is: identify it with --pair, or leave out --intervals", o.model,
-        joint.name));
-  }
-}
-
 void run(const Options& o) {
   const model::Model model = model::load(o.model);
-  if (o.intervals) require_accuracy(o, model);
-  const bool live = o.file == "-";
   recording::CsvReader reader(o.file, {model::columns_of(model, o.inputs), o.time, recording::Holes::some});
-  for (std::size_t i = 0; i < model.inputs.size(); ++i)
-    check_unit(model.inputs[i], reader.name(), reader.columns()[i], reader.units()[i]);
   if (o.json) return print_json(o, model, reader);
-  CsvSink sink(model, live, o.intervals);
-  const Done done = follow(o, model, reader, std::ref(sink));
+  CsvSink sink(model, o.file == "-", o.intervals);
+  const auto done = identify::apply(model, reader, options_of(o), std::ref(sink));
   sink.flush();
   say(done.followed);
   check_ranges(model, reader.name(), reader.columns(), done.ranges);

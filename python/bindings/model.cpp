@@ -5,28 +5,13 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <variant>
-
-#include "host/identify/estimator.hpp"
-#include "host/identify/map_check.hpp"
+#include "host/identify/apply.hpp"
 #include "host/model/standard_error.hpp"
 #include "python/bindings/job.hpp"
 #include "python/bindings/recording.hpp"
 
 namespace flexor::python {
 namespace {
-
-using Estimator =
-    std::variant<identify::Estimator<model::DoubleArithmetic>, identify::Estimator<model::FloatArithmetic>,
-                 identify::Estimator<model::FixedArithmetic>>;
-
-// `arithmetic`: double, float, or fixed, as in the glove. Throws io::InputError.
-Estimator estimator_of(const model::Model& model, const std::string& arithmetic) {
-  if (arithmetic == "double") return identify::Estimator<model::DoubleArithmetic>(model);
-  if (arithmetic == "float") return identify::Estimator<model::FloatArithmetic>(model);
-  if (arithmetic == "fixed") return identify::Estimator<model::FixedArithmetic>(model);
-  throw io::InputError(fmt::format("arithmetic \"{}\": double, float or fixed", arithmetic));
-}
 
 // A row for each sample, a column for each joint.
 struct Angles {
@@ -57,7 +42,7 @@ class Steps {
       : period_s_(model.sample_period_s),
         inputs_(model.inputs.size()),
         joints_(model.joints.size()),
-        estimator_(estimator_of(model, arithmetic)) {}
+        estimator_(identify::estimator_of(model, arithmetic)) {}
 
   // (angles, status), a row for each of `readings`, which are a sample period apart.
   nb::tuple step(const Matrix& readings) {
@@ -81,11 +66,11 @@ class Steps {
   double period_s_;
   std::size_t inputs_;
   std::size_t joints_;
-  Estimator estimator_;
+  identify::AnyEstimator estimator_;
   std::uint64_t next_ = 0;
 };
 
-// As flexor apply: the log's clock is repaired, its readings come to the model's grid. (times, angles, status, standard errors,
+// As flexor apply. (times, angles, status, standard errors,
 // warnings)
 nb::tuple predict(const model::Model& model, const std::string& arithmetic, const recording::Log& log,
                   const std::vector<std::string>& inputs, bool intervals, bool track,
@@ -93,39 +78,16 @@ nb::tuple predict(const model::Model& model, const std::string& arithmetic, cons
   const auto reader =
       recording::open_log(log, {model::columns_of(model, inputs), {}, recording::Holes::some});
   std::vector<std::string> notes;
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    if (auto note =
-            identify::unit_note(model.inputs[i], reader->name(), reader->columns()[i], reader->units()[i]))
-      notes.push_back(std::move(*note));
-  }
-  for (const model::Joint& joint : model.joints) {
-    if (intervals && !joint.accuracy)
-      throw io::InputError(
-          fmt::format("{} does not say how accurate it is: identify it from measured angles", joint.name));
-  }
-  Estimator estimator = estimator_of(model, arithmetic);
-  const auto tracks_any = [](auto& one) {
-    one.track({});
-    return one.trackers()->any();
-  };
-  if (track && !std::visit(tracks_any, estimator))
-    throw io::InputError(
-        "no input says what its strip reads at the open hand and at the fist, against which it is tracked: "
-        "identify the model anew from a recording with both");
   const model::StandardErrors errors(model);
   Angles out{model.joints.size(), intervals ? &errors : nullptr};
-  recording::Stream stream(*reader, recording::Resets::follow);
   run(show, [&](Progress& progress) {
-    recording::Row row;
-    for (std::size_t rows = 0; stream.next(row); ++rows) {
+    const auto note = [&](const std::string& text) { notes.push_back(text); };
+    const auto step = [&](std::size_t rows) {
       if (rows % 4096 == 0) progress.step(rows, 0, "rows");
-      std::visit([&](auto& one) { one.push(row.t_s, row.value, out); }, estimator);
-    }
-    if (out.t_s.empty())
-      throw io::InputError(fmt::format("{}: no row with a reading of every input", reader->name()));
-    return true;
+    };
+    return identify::apply(model, *reader, {"model", arithmetic, intervals, track, note, step},
+                           std::ref(out));
   });
-  for (std::string& note : stream.notes()) notes.push_back(std::move(note));
   return nb::make_tuple(to_array(std::move(out.t_s)), out.table(out.angle_deg), out.table(out.status),
                         out.table(out.se_deg), notes);
 }

@@ -1,0 +1,39 @@
+// A log through a model, row by row: what flexor apply and Python's predict write.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "host/identify/estimator.hpp"
+#include "host/model/range_count.hpp"
+#include "host/recording/csv.hpp"
+
+namespace flexor::identify {
+
+using AnyEstimator = std::variant<Estimator<model::DoubleArithmetic>, Estimator<model::FloatArithmetic>,
+                                  Estimator<model::FixedArithmetic>>;
+// `arithmetic`: double, float, or fixed, as in the glove. Throws io::InputError.
+AnyEstimator estimator_of(const model::Model& model, const std::string& arithmetic);
+
+struct ApplyOptions {
+  std::string source = "model";  // the model's file, in messages
+  std::string arithmetic = "double";
+  bool intervals = false;  // every joint must say how accurate it is
+  bool track = false;
+  std::function<void(const std::string&)> note;  // of units before the first row, of the clock after the last
+  std::function<void(std::size_t rows)> progress = {};
+};
+
+struct Applied {
+  std::vector<model::Followed> followed;  // by what the strips are corrected at the end; empty: not tracked
+  model::RangeCount ranges;
+};
+
+// The log's clock is repaired, its readings come to the model's grid. Throws io::InputError: another unit, no reading, a model
+// without what is asked for.
+Applied apply(const model::Model& model, recording::LogReader& log, const ApplyOptions& options,
+              const std::function<void(const Estimate&)>& sink);
+
+}  // namespace flexor::identify

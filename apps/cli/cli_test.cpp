@@ -75,7 +75,7 @@ TEST_F(Cli, HeldPosesNameWhatTheReaderLeavesOut) {
   const std::string err = run(arguments).err;
   EXPECT_NE(err.find("1 row(s) are malformed"), std::string::npos) << err;
   EXPECT_NE(err.find("left out: middle_count; a sensor among them is dead"), std::string::npos) << err;
-  EXPECT_EQ(nlohmann::json::parse(run(arguments + " --json").out).at("warnings").size(), 2U);
+  EXPECT_EQ(json_of(arguments + " --json").at("warnings").size(), 2U);
 }
 
 TEST_F(Cli, WhatCannotBeDoneIsRefusedBeforeTheWork) {
@@ -153,10 +153,7 @@ TEST_F(Cli, OnlyTheFilesOfAReportNeedGnuplot) {
 }
 
 TEST_F(Cli, TheWholeChainRuns) {
-  const Finished identified =
-      run("identify " + kPair + "--structure hw --json --model m.json --report report");
-  ASSERT_EQ(identified.exit, 0) << identified.err;
-  const auto json = nlohmann::json::parse(identified.out);
+  const auto json = json_of("identify " + kPair + "--structure hw --json --model m.json --report report");
   EXPECT_TRUE(fs::exists(path("report/report.html")));
   EXPECT_EQ(run("show m.json").out.find("stopped"), std::string::npos);
   EXPECT_EQ(model::from_json(run("show --json m.json").out, "shown"), model::load(path("m.json")));
@@ -202,9 +199,8 @@ TEST_F(Cli, ApplyTracksAStripThatMovesAndSaysByHowMuch) {
   }
   io::write_file(path("log.csv"), log);
   for (const std::string arithmetic : {"double", "float", "fixed"}) {
-    const Finished r = run("apply poses.json log.csv --track --json --arithmetic " + arithmetic);
-    ASSERT_EQ(r.exit, 0) << r.err;
-    const auto tracking = nlohmann::json::parse(r.out).at("tracking");
+    const auto tracking =
+        json_of("apply poses.json log.csv --track --json --arithmetic " + arithmetic).at("tracking");
     EXPECT_EQ(tracking.size(), 4U) << "the thumb's poses are not known";
     EXPECT_LT(tracking.at("index_alpha").at("shift_deg"), 0);
     EXPECT_GT(tracking.at("ring_alpha").at("shift_deg"), 0);
@@ -225,7 +221,7 @@ TEST_F(Cli, ApplyHoldsThroughPausesAndSaysSo) {
   EXPECT_EQ(line(r.out, 1).substr(0, 38), "t_s,thumb_deg,thumb_status,index_deg,i");
   EXPECT_NE(r.out.find(",4\n"), std::string::npos);  // pause
   EXPECT_NE(r.out.find(",2\n"), std::string::npos);  // above the range
-  const auto json = nlohmann::json::parse(run("apply --json " + kPublished + " log.csv").out);
+  const auto json = json_of("apply --json " + kPublished + " log.csv");
   EXPECT_EQ(json.at("t_s").size(), 70u);
   EXPECT_EQ(json.at("channels").at("thumb").at("status")[25], 4);
   EXPECT_EQ(std::count(r.out.begin(), r.out.end(), '\n'), 71);  // header, and 0 to 6.9 s every 0.1 s
@@ -238,7 +234,7 @@ TEST_F(Cli, ApplyTakesASensorWithoutReadingsForThatOneAlone) {
   write("log.csv", log);
   const std::string apply = "apply --json " + kPublished + " ";
   for (const Finished& r : {run(apply + "log.csv"), run(apply + "-", path("log.csv"))}) {
-    const auto channels = nlohmann::json::parse(r.out).at("channels");
+    const auto channels = json_of(r).at("channels");
     EXPECT_EQ(channels.at("index").at("status")[9], 0);
     EXPECT_EQ(channels.at("index").at("status")[19], 3);
     EXPECT_EQ(channels.at("pinky").at("status")[19], 0);
@@ -264,8 +260,7 @@ TEST_F(Cli, ScorePairsTheColumnsOfOneNameAndWarnsOfTwoClocks) {
   write("a.csv", angles(0, 0));
   const auto joints = [&](const std::string& other, const std::string& options = "") {
     const Finished r = run("score a.csv " + other + " --json" + options);
-    EXPECT_EQ(r.exit, 0) << r.err;
-    const auto out = nlohmann::json::parse(r.out).at("joints");
+    const auto out = json_of(r).at("joints");
     const bool warned = r.err.find("thumb: the best lag lies at the edge of the search") != std::string::npos;
     EXPECT_EQ(warned, out.at("thumb").at("lag_at_edge").get<bool>()) << r.err;
     return out;
@@ -291,7 +286,7 @@ TEST_F(Cli, ExperimentPrintsTheTableAndOneJsonObject) {
   const Finished text = run("experiment --gestures 2,4 --trials 2");
   EXPECT_EQ(text.exit, 0) << text.err;
   EXPECT_NE(text.out.find("published-hw, here"), std::string::npos) << text.out;
-  const auto json = nlohmann::json::parse(run("experiment --gestures 2,4 --trials 2 --json").out);
+  const auto json = json_of("experiment --gestures 2,4 --trials 2 --json");
   ASSERT_EQ(json.at("cells").size(), 6U);
   const auto& cell = json.at("cells").at(0);
   EXPECT_EQ(cell.at("gesture"), 2);
@@ -305,24 +300,20 @@ TEST_F(Cli, ExperimentPrintsTheTableAndOneJsonObject) {
 
 TEST_F(Cli, TheTwinsConfigurationIsAFileThatCanBeEdited) {
   EXPECT_NE(run("twin").out.find("loop.integral_limit"), std::string::npos);
-  const Finished printed = run("twin --json");
-  EXPECT_EQ(printed.exit, 0);
-  io::write_file(path("twin.json"), printed.out);
-  const std::string same = "experiment --gestures 1 --trials 1 --compensators raw --json";
-  const auto mean = [](const Finished& r) {
-    return nlohmann::json::parse(r.out).at("cells").at(0).at("total_error_deg_s").at("mean").get<double>();
+  auto edited = json_of("twin --json");
+  io::write_file(path("twin.json"), edited.dump());
+  const auto mean = [&](const std::string& twin) {
+    const auto json = json_of("experiment --gestures 1 --trials 1 --compensators raw --json" + twin);
+    return json.at("cells").at(0).at("total_error_deg_s").at("mean").get<double>();
   };
-  EXPECT_EQ(mean(run(same)), mean(run(same + " --twin twin.json")));
-  auto edited = nlohmann::json::parse(printed.out);
+  EXPECT_EQ(mean(""), mean(" --twin twin.json"));
   edited["hardware"]["parameters"]["loop.integral_limit"]["value"] = 0.5;
   io::write_file(path("twin.json"), edited.dump());
-  EXPECT_LT(mean(run(same + " --twin twin.json")), mean(run(same)));
+  EXPECT_LT(mean(" --twin twin.json"), mean(""));
 }
 
 TEST_F(Cli, DeployWritesImagesAndOneJsonObject) {
-  const Finished r = run("deploy " + kPublished + " --rate 10 --json --out d");
-  ASSERT_EQ(r.exit, 0) << r.err;
-  const auto json = nlohmann::json::parse(r.out);
+  const auto json = json_of("deploy " + kPublished + " --rate 10 --json --out d");
   const auto& target = json.at("targets").at(0);
   EXPECT_EQ(target.at("name"), "atmega328p");
   EXPECT_GT(target.at("flash_bytes"), 3000);
@@ -341,10 +332,9 @@ TEST_F(Cli, DeployWritesImagesAndOneJsonObject) {
 TEST_F(Cli, DeployForVrSpeaksText) {
   io::write_file(path("mine.json"), R"({"schema": "flexor-hardware", "schema_version": 1, "pins": {
       "thumb": "A4", "index": "A3", "ring": "A1", "pinky": "A0", "calibrate": "D12"}})");
-  const Finished r = run("deploy " + kPublished +
-                         " --rate 100 --output opengloves --hand left --hardware mine.json --json --out d");
-  ASSERT_EQ(r.exit, 0) << r.err;
-  const auto json = nlohmann::json::parse(r.out);
+  const auto json =
+      json_of("deploy " + kPublished +
+              " --rate 100 --output opengloves --hand left --hardware mine.json --json --out d");
   EXPECT_EQ(json.at("fingers").at("covered").size(), 5U);
   EXPECT_TRUE(json.at("fingers").at("missing").empty());
   const auto& glove = json.at("wiring").at("boards").at(0).at("connections");
@@ -387,20 +377,16 @@ TEST_F(Cli, AGloveForVrWithoutAFingerIsRefusedUnlessAllowed) {
   const std::string command = "deploy two.json --output opengloves --out d";
   expect_refused(command, 2, "has no joint for thumb, middle, pinky");
   EXPECT_FALSE(fs::exists(path("d")));
-  const Finished r = run(command + " --allow-missing --json");
-  ASSERT_EQ(r.exit, 0) << r.err;
-  const auto json = nlohmann::json::parse(r.out);
+  const auto json = json_of(command + " --allow-missing --json");
   EXPECT_EQ(json.at("fingers").at("missing").size(), 3U);
   EXPECT_EQ(json.at("fingers").at("covered").at(1), "ring");
 }
 
 TEST_F(Cli, WiringIsThereBeforeAModelIs) {
-  auto hardware = nlohmann::json::parse(run("show --hardware flexor").out);
+  auto hardware = json_of("show --hardware flexor");
   hardware["parameters"]["divider.fixed_kohm"]["value"] = 47;
   io::write_file(path("mine.json"), hardware.dump());
-  const Finished r = run("wiring --hardware mine.json --json --out w");
-  ASSERT_EQ(r.exit, 0) << r.err;
-  EXPECT_EQ(nlohmann::json::parse(r.out).at("pins").at("pinky"), "A4");
+  EXPECT_EQ(json_of("wiring --hardware mine.json --json --out w").at("pins").at("pinky"), "A4");
   EXPECT_NE(content(path("w/wiring_glove.svg")).find("47 kΩ"), std::string::npos);
   EXPECT_NE(content(path("w/wiring.md")).find("resistor 47 kOhm"), std::string::npos);
   hardware["pins"]["thumb"] = "A4";
@@ -420,8 +406,7 @@ TEST_F(Cli, TrackWritesAnglesPreviewAndReportOfTheRealVideo) {
   if (!fs::exists(kVideo)) GTEST_SKIP() << "needs ../shared/data/video, which is not part of the repository";
   const Finished r = run("track " + kVideo + " --joints " + kGreenMarkers +
                          " --out a.csv --preview p.mp4 --report rep --seconds 2 --json");
-  ASSERT_EQ(r.exit, 0) << r.err;
-  EXPECT_EQ(nlohmann::json::parse(r.out).at("frames_labelled"), 49);
+  EXPECT_EQ(json_of(r).at("frames_labelled"), 49);
   const std::string angles = content(path("a.csv"));
   EXPECT_TRUE(angles.starts_with("t_s,index_dip_deg,index_dip_se_deg,index_dip_quality,index_pip_deg,"))
       << angles;
@@ -436,19 +421,17 @@ TEST_F(Cli, TrackWritesAnglesPreviewAndReportOfTheRealVideo) {
 TEST_F(Cli, SetupProposesTakesAnAssignmentAndSavesAJointFile) {
   if (!fs::exists(kVideo)) GTEST_SKIP() << "needs ../shared/data/video, which is not part of the repository";
   const std::string setup = "track --setup " + kVideo + " --joints " + kGreenMarkers + " --out s.png --json";
-  const Finished proposed = run(setup + " --save j.json");
-  ASSERT_EQ(proposed.exit, 0) << proposed.err;
   std::string assign;
-  const auto json = nlohmann::json::parse(proposed.out);
+  const auto json = json_of(setup + " --save j.json");
   for (const auto& c : json.at("candidates")) {
     if (c.at("mark") != "")
       assign += " --assign " + c.at("number").dump() + "=" + c.at("mark").get<std::string>();
   }
   EXPECT_GT(fs::file_size(path("s.png")), 10000U);
   EXPECT_EQ(run(setup + " --colour 718,335" + assign + " --save k.json").exit, 0);
-  const Finished r = run("track " + kVideo + " --joints k.json --out a.csv --seconds 0.5 --json");
-  ASSERT_EQ(r.exit, 0) << r.err;
-  EXPECT_EQ(nlohmann::json::parse(r.out).at("frames_labelled"), 13);
+  EXPECT_EQ(
+      json_of("track " + kVideo + " --joints k.json --out a.csv --seconds 0.5 --json").at("frames_labelled"),
+      13);
   expect_refused(setup + " --assign 99=wrist", 2, "there is no candidate 99");
   expect_refused(setup + " --assign 1=elbow", 2, "no mark is called \"elbow\"");
   expect_refused(setup + " --colour 9999,5", 2, "outside the picture");

@@ -102,6 +102,15 @@ class Command : public testing::Test {
     return wait(start(arguments, input, environment));
   }
 
+  // What it prints: one JSON object, nothing before it, nothing after it, and none among the messages.
+  static nlohmann::ordered_json json_of(const Finished& r) {
+    EXPECT_EQ(r.exit, 0) << r.err;
+    EXPECT_EQ(r.err.find('{'), std::string::npos) << "the object is no log";
+    EXPECT_TRUE(r.out.starts_with('{') && r.out.ends_with("}\n")) << r.out.substr(0, 500);
+    return nlohmann::ordered_json::parse(r.out, nullptr, false);
+  }
+  nlohmann::ordered_json json_of(const std::string& arguments) const { return json_of(run(arguments)); }
+
   // Exit status, one line that has `expected`, and no file that was not there before.
   void expect_refused(const std::string& arguments, int exit, const std::string& expected) const {
     const auto count = [&] { return std::distance(fs::recursive_directory_iterator(folder_), {}); };
@@ -124,6 +133,9 @@ class CommandOfWords : public Command {
  protected:
   pid_t start(const Arguments& arguments) const { return Command::start(quoted(arguments)); }
   Finished run(const Arguments& arguments) const { return wait(start(arguments)); }
+  nlohmann::ordered_json json_of(const Arguments& arguments) const {
+    return Command::json_of(run(arguments));
+  }
   void expect_refused(const Arguments& arguments, const std::string& expected) const {
     Command::expect_refused(quoted(arguments), 2, expected);
   }

@@ -68,9 +68,7 @@ TEST_F(DeployFaults, AModelsNameIsNeverCompiledNorMarkup) {
 }
 
 TEST_F(DeployFaults, AKeyIsKeptFromOneDeploymentToTheNext) {
-  const Finished first = deploy(kPublished, "--out d --json");
-  ASSERT_EQ(first.exit, 0) << first.err;
-  EXPECT_EQ(nlohmann::json::parse(first.out).at("key"), "new");
+  EXPECT_EQ(json_of(deploy(kPublished, "--out d --json")).at("key"), "new");
   const std::string key = content(path("d/pair.key"));
   EXPECT_EQ(key_in(path("d/glove.hex")) + "\n", key);
   write(path("d/mine.txt"), "mine");

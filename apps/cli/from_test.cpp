@@ -27,10 +27,9 @@ TEST_F(From, ARecordingIsRecordedAsItWas) {
   const auto begin = std::chrono::steady_clock::now();
   const Finished r = run({"record", path("again.csv"), "--from", log(), "--json"});
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  ASSERT_EQ(r.exit, 0) << r.err;
+  const auto said = Command::json_of(r);
   EXPECT_GT(took.count(), 1.5);
   EXPECT_LT(took.count(), 10);
-  const nlohmann::json said = nlohmann::json::parse(r.out);
   EXPECT_EQ(said.at("rows"), 76);
   EXPECT_EQ(said.at("unplugged"), 0);
   EXPECT_EQ(said.at("board_restarts"), 0);
@@ -48,9 +47,7 @@ TEST_F(From, ARecordingIsRecordedAsItWas) {
 }
 
 TEST_F(From, ARecordingIsShownFaster) {
-  const Finished r = run({"monitor", "--from", log(), "--speed", "10", "--json"});
-  ASSERT_EQ(r.exit, 0) << r.err;
-  const nlohmann::json said = nlohmann::json::parse(r.out);
+  const auto said = json_of({"monitor", "--from", log(), "--speed", "10", "--json"});
   EXPECT_EQ(said.at("columns").size(), 2U);
   EXPECT_EQ(said.at("columns")[0].at("now"), 475);
   EXPECT_EQ(said.at("columns")[0].at("least"), 400);
@@ -74,9 +71,7 @@ TEST_F(From, AMonitorDrawsWithItsOwnEscapesAlone) {
 }
 
 TEST_F(From, TheTwinsGlove) {
-  const Finished r = run({"record", path("twin.csv"), "--from", "twin", "--for", "4", "--json"});
-  ASSERT_EQ(r.exit, 0) << r.err;
-  const nlohmann::json said = nlohmann::json::parse(r.out);
+  const auto said = json_of({"record", path("twin.csv"), "--from", "twin", "--for", "4", "--json"});
   EXPECT_EQ(said.at("columns").size(), 5U);
   EXPECT_NEAR(said.at("rows").get<double>(), 401, 12);
   const recording::Recording log = recording::read_csv(path("twin.csv"), {});
@@ -90,10 +85,10 @@ TEST_F(From, TheTwinsGlove) {
 
 TEST_F(From, AVideoOfAHand) {
   make(FLEXOR_TEST_INPUTS);
-  const Finished r = run(
-      {"record", path("angles.csv"), "--from", path("video.mp4"), "--joints", path("joints.json"), "--json"});
-  ASSERT_EQ(r.exit, 0) << r.err;
-  EXPECT_EQ(nlohmann::json::parse(r.out).at("rows"), 20);
+  EXPECT_EQ(json_of({"record", path("angles.csv"), "--from", path("video.mp4"), "--joints",
+                     path("joints.json"), "--json"})
+                .at("rows"),
+            20);
   const recording::Recording log = recording::read_csv(path("angles.csv"), {});
   const std::vector<double>& index = log.column("index_mcp_deg").value;
   for (std::size_t k = 0; k < index.size(); ++k) {
@@ -108,9 +103,7 @@ TEST_F(From, AVideoOfAHand) {
 
 TEST_F(From, BothSimulatedBoards) {
   FLEXOR_NEEDS_TERMINALS();
-  const Finished r = run({"record", path("boards.csv"), "--from", "boards", "--for", "2", "--json"});
-  ASSERT_EQ(r.exit, 0) << r.err;
-  const nlohmann::json said = nlohmann::json::parse(r.out);
+  const auto said = json_of({"record", path("boards.csv"), "--from", "boards", "--for", "2", "--json"});
   EXPECT_EQ(said.at("columns")[1], "index_deg");
   EXPECT_NEAR(said.at("rows").get<double>(), 21, 5);
   EXPECT_NE(said.at("source").get<std::string>().find("Flexor's frames"), std::string::npos);

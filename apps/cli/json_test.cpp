@@ -8,16 +8,7 @@ namespace json_test {
 
 class Json : public Command {
  protected:
-  // What the command printed, parsed; null when that is anything but one object.
-  nlohmann::json run(const std::string& arguments) const {
-    const Finished r = Command::run(arguments + " --json");
-    EXPECT_EQ(r.exit, 0) << arguments << "\n" << r.err;
-    const auto json = nlohmann::json::parse(r.out, nullptr, false);
-    EXPECT_TRUE(json.is_object()) << arguments << " printed\n" << r.out.substr(0, 500);
-    EXPECT_TRUE(r.out.ends_with("}\n")) << arguments;
-    EXPECT_EQ(r.err.find('{'), std::string::npos) << arguments << ": the object is no log";
-    return json;
-  }
+  nlohmann::ordered_json run(const std::string& arguments) const { return json_of(arguments + " --json"); }
 };
 
 TEST_F(Json, OfRecalibrationAndWhatItLeavesAsItWas) {

@@ -48,7 +48,7 @@ TEST_F(Protocol, IsDrawnInPlaceWithABellAtEachChange) {
     ASSERT_EQ(frames[i].has("\033[5A"), i > 1);
     ASSERT_TRUE(i < 2 || part(i) == part(i - 1) || frames[i].has("\a")) << "a part begins with a move";
   }
-  EXPECT_EQ(bells, std::ssize(nlohmann::json::parse(run("protocol --json").out).at("moves")) + 1);
+  EXPECT_EQ(bells, std::ssize(json_of("protocol --json").at("moves")) + 1);
   EXPECT_EQ(guided(20).size(), 2U + 6) << "a machine that stood still goes on where time is";
 }
 

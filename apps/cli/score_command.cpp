@@ -103,7 +103,7 @@ nlohmann::ordered_json score_of(const Options& o, const recording::Recording& me
                     "--estimate-offset shifts one",
                     name));
   }
-  return score::to_json(s);
+  return s;
 }
 
 Output run(const Options& o) {

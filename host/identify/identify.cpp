@@ -378,7 +378,7 @@ void describe(const Options& options, const std::vector<Take>& takes, Result& r)
                           {"fitted_rmse_deg", joint.fitted_rmse_deg},
                           {"cross_validated_deg", joint.cross_validated_deg},
                           {"hold_drift_deg", joint.hold_drift_deg},
-                          {"holdout", score::to_json(joint.holdout)}};
+                          {"holdout", joint.holdout}};
     if (joint.untried > 0) joints[joint.name]["untried_structures"] = joint.untried;
   }
   r.model.fit = {{"joints", std::move(joints)}};

@@ -232,8 +232,6 @@ Json to_json(const Result& r) {
   Json joints = Json::object();
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     const JointResult& joint = r.joints[j];
-    Json baselines = Json::object();
-    for (const auto& [name, score] : joint.baselines) baselines[name] = score::to_json(score);
     Json rows = Json::array();
     for (const CandidateRow& row : joint.rows) {
       Json one = {
@@ -252,8 +250,8 @@ Json to_json(const Result& r) {
     const model::Ends ends =
         model::ends(r.model, *std::ranges::find(r.model.joints, joint.name, &model::Joint::name));
     joints[joint.name] = {{"verdict", score::to_json(joint.verdict)},
-                          {"holdout", score::to_json(joint.holdout)},
-                          {"baselines", std::move(baselines)},
+                          {"holdout", joint.holdout},
+                          {"baselines", joint.baselines},
                           {"pairs", rows_json(joint.pairs)},
                           {"lead_off_rmse_deg", {joint.sooner_deg, joint.later_deg}},
                           {"structure", joint.structure},

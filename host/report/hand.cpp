@@ -1,30 +1,25 @@
 // The report of a hand: an overview of its joints, and a page for each of them.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "host/io/io.hpp"
 #include "host/report/kinds.hpp"
 #include "host/report/sample_figures.hpp"
+#include "host/score/judge.hpp"
 
 namespace flexor::report {
 namespace {
 
-// What stands beside the compensator, by the same estimator from the same samples.
-struct Peer {
-  const char* key;
-  const char* name;
-};
-constexpr Peer kPeers[] = {{"line", "straight line"},
-                           {"limited_line", "line between limits"},
-                           {"line_lead", "line with lead"},
-                           {"static_curve", "static curve"},
-                           {"published_form", "published form"}};
+// What stands beside the compensator, by the same estimator from the same samples, without its article.
+std::string words_of(const score::Baseline& peer) { return std::strchr(peer.words, ' ') + 1; }
 
 // A column for the compensator at `own`, and one for each peer at `of`, by its key, and `behind` that.
 std::vector<Column> beside_peers(const std::string& own, const std::string& of,
                                  const std::string& behind = "") {
   std::vector<Column> out = {{"compensator", own, "{:.2f}°"}};
-  for (const Peer& peer : kPeers) out.emplace_back(peer.name, of + "/" + peer.key + behind, "{:.2f}°");
+  for (const score::Baseline& peer : score::kBaselines)
+    out.emplace_back(words_of(peer), of + "/" + peer.name + behind, "{:.2f}°");
   return out;
 }
 
@@ -200,8 +195,8 @@ void joint_cards(Page& page, const Json& joint) {
 void joint_scores(Page& page, const Json& joint) {
   page.heading("Scores beside the peers");
   std::vector<std::pair<std::string, Json>> scores = {{"compensator", joint.at("holdout")}};
-  for (const Peer& peer : kPeers)
-    scores.emplace_back(peer.name, joint.at("baselines").value(peer.key, Json()));
+  for (const score::Baseline& peer : score::kBaselines)
+    scores.emplace_back(words_of(peer), joint.at("baselines").value(peer.name, Json()));
   page.table(scores_table("Scores on the held-out part", scores));
   for (const Json& refusal : joint.at("baseline_refusals"))
     page.paragraph("Could not be fitted: " + refusal.get<std::string>() + ".");

@@ -45,7 +45,7 @@ struct Column {
 TableBlock table_of(const std::string& caption, const Json& rows, const std::vector<Column>& columns,
                     const std::string& title = "");
 
-// Every figure of some scores (score::to_json), each under its name; null: there is none.
+// Every figure of some scores (score::Score), each under its name; null: there is none.
 TableBlock scores_table(const std::string& caption, const std::vector<std::pair<std::string, Json>>& scores);
 
 // Of a report's own pages, which lie in one folder.

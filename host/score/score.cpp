@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "host/io/io.hpp"
@@ -185,21 +184,6 @@ Score compare(const Angles& measured, const Angles& estimated) {
   Score s = score(t_s, measured_deg, estimated_deg, std::max(measured.max_gap_s, estimated.max_gap_s));
   s.left_out = left_out;
   return s;
-}
-
-nlohmann::ordered_json to_json(const Score& s) {
-  return {{"rmse_deg", s.rmse_deg},
-          {"fit_percent", s.fit_percent},
-          {"r2", s.r2},
-          {"max_abs_deg", s.max_abs_deg},
-          {"p95_abs_deg", s.p95_abs_deg},
-          {"iae_deg_s", s.iae_deg_s},
-          {"best_lag_s", s.best_lag_s},
-          {"lag_at_edge", s.lag_at_edge},
-          {"lag_removed_rmse_deg", s.lag_removed_rmse_deg},
-          {"lag_removed_iae_deg_s", s.lag_removed_iae_deg_s},
-          {"samples", s.samples},
-          {"left_out", s.left_out}};
 }
 
 }  // namespace flexor::score

@@ -15,10 +15,11 @@
 
 #include <cstdint>
 #include <limits>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
+
+#include "host/io/pipe_json.hpp"
 
 namespace flexor::score {
 
@@ -36,6 +37,8 @@ struct Score {
   double lag_removed_rmse_deg = 0;
   double lag_removed_iae_deg_s = 0;
 };
+FLEXOR_PIPE(Score, rmse_deg, fit_percent, r2, max_abs_deg, p95_abs_deg, iae_deg_s, best_lag_s, lag_at_edge,
+            lag_removed_rmse_deg, lag_removed_iae_deg_s, samples, left_out)
 
 // The three spans have the same length, at least 2; t_s never decreasing; all finite. Nothing is integrated
 // over steps longer than max_step_s.
@@ -64,7 +67,5 @@ struct Angles {
 // of one time count as their mean. Samples of either in gaps of the other are left out. Throws io::InputError
 // when the two overlap by less than a second, io::JobError where the measured angle never changes.
 Score compare(const Angles& measured, const Angles& estimated);
-
-nlohmann::ordered_json to_json(const Score& score);
 
 }  // namespace flexor::score

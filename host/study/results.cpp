@@ -228,7 +228,10 @@ Json to_json(const Result& r, const Plan& plan) {
              : Json(nullptr);
   };
   const Distances distance = distances(r);
+  const Stops stops = stops_of(r);
   return {{"cells", cells_json(r)},
+          {"impact_deg_s", stops.impact_deg_s},
+          {"pressed_s", stops.pressed_s},
           {"log_rms",
            {{"gestures_1_to_4", whole(distance.fitted)},
             {"gestures_5_and_6", whole(distance.not_fitted)},

@@ -25,17 +25,14 @@ nb::object score_columns(const recording::Log& measured, const std::string& meas
     const recording::Series s = r.series(column);
     return score::Angles{s.t_s, s.value, recording::default_max_gap_s(s.t_s)};
   };
-  return to_python(
-      score::to_json(score::compare(series(reference, measured_column), series(estimate, estimated_column))));
+  return to_python(nlohmann::ordered_json(
+      score::compare(series(reference, measured_column), series(estimate, estimated_column))));
 }
 
 nb::object judge(const std::vector<double>& error_deg,
                  const std::map<std::string, std::vector<double>>& baselines, double period_s,
                  const std::vector<std::size_t>& part_ends) {
-  const score::Verdict verdict = score::judge(error_deg, baselines, period_s, part_ends);
-  nlohmann::ordered_json out = score::to_json(verdict);
-  out["words"] = score::in_words(verdict);
-  return to_python(out);
+  return to_python(score::to_json(score::judge(error_deg, baselines, period_s, part_ends)));
 }
 
 }  // namespace

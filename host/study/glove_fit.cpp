@@ -1,7 +1,5 @@
 #include "host/study/glove_fit.hpp"
 
-#include "host/deploy/hardware.hpp"
-
 namespace flexor::study {
 
 std::vector<identify::Take> hand_recordings(const std::vector<GloveRecording>& recordings) {
@@ -24,19 +22,15 @@ GloveFit fit_glove(const GloveRequest& request, const std::vector<GloveRecording
   }
   identify::Options leading = plain;
   leading.lead_s = out.lead_s.value_or(0);
-  std::vector<std::string> notes;
-  const auto fit = [&](const identify::Options& options) {
-    return deploy::on_hand(identify::fit_takes(logs, options), request.parameters, notes);
-  };
-  out.identified = fit(leading);
+  out.identified = identify::fit_takes(logs, leading);
   plain.structure = "limited-line";
-  out.baselines.push_back({"line", fit(plain)});
+  out.baselines.push_back({"line", identify::fit_takes(logs, plain)});
   leading.structure = "line-lead";
-  out.baselines.push_back({"line-lead", fit(leading)});
+  out.baselines.push_back({"line-lead", identify::fit_takes(logs, leading)});
   plain.structure = "auto";
   plain.initial = compensator("published-hw", request.rate_hz).model;
   plain.refit = true;
-  out.baselines.push_back({"published-hw-refitted", fit(plain)});
+  out.baselines.push_back({"published-hw-refitted", identify::fit_takes(logs, plain)});
   return out;
 }
 

@@ -1,5 +1,7 @@
 #include "host/study/glove_fit.hpp"
 
+#include "host/deploy/hardware.hpp"
+
 namespace flexor::study {
 
 std::vector<identify::Take> hand_recordings(const std::vector<GloveRecording>& recordings) {
@@ -22,15 +24,19 @@ GloveFit fit_glove(const GloveRequest& request, const std::vector<GloveRecording
   }
   identify::Options leading = plain;
   leading.lead_s = out.lead_s.value_or(0);
-  out.identified = identify::fit_takes(logs, leading);
+  std::vector<std::string> notes;
+  const auto fit = [&](const identify::Options& options) {
+    return deploy::on_hand(identify::fit_takes(logs, options), request.parameters, notes);
+  };
+  out.identified = fit(leading);
   plain.structure = "limited-line";
-  out.baselines.push_back({"line", identify::fit_takes(logs, plain)});
+  out.baselines.push_back({"line", fit(plain)});
   leading.structure = "line-lead";
-  out.baselines.push_back({"line-lead", identify::fit_takes(logs, leading)});
+  out.baselines.push_back({"line-lead", fit(leading)});
   plain.structure = "auto";
   plain.initial = compensator("published-hw", request.rate_hz).model;
   plain.refit = true;
-  out.baselines.push_back({"published-hw-refitted", identify::fit_takes(logs, plain)});
+  out.baselines.push_back({"published-hw-refitted", fit(plain)});
   return out;
 }
 

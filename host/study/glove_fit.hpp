@@ -1,6 +1,6 @@
 // Compensators fitted to recordings of the twin's glove, as a user fits them to a real one, by what flexor identify
 // runs (host/identify/identify.hpp): `identified`, predicting by the lag from finger to hand, and beside it, from the
-// very same recordings with the same loss, what a referee asks for first:
+// very same recordings with the same loss, what a referee asks for first, all within the ends of the hand:
 //   line                   gain and offset, inside the limits that the recordings show
 //   line-lead              the same with motion, predicting by the same lead
 //   published-hw-refitted  the published Hammerstein-Wiener model, of which only the gain and the dead zone's

@@ -439,6 +439,7 @@ Manifest read_manifest(const fs::path& path) {
   std::istringstream stream(bytes);
   recording::LineReader lines(stream, source, false);
   std::string line;
+  std::string more;
   Cells cells;
   std::vector<std::size_t> columns;
   std::size_t header = 0;
@@ -446,25 +447,28 @@ Manifest read_manifest(const fs::path& path) {
   char separator = ',';
   while (lines.next(line)) {
     if (line.find_first_not_of(" \t,;") == std::string::npos) continue;
+    const std::size_t row = lines.number();
+    if (columns.empty()) separator = recording::separator_of(line);
+    bool is_open = false;
+    while ((is_open = recording::split(line, separator, cells)) && lines.next(more)) line += ' ' + more;
     if (columns.empty()) {
-      separator = recording::separator_of(line);
-      recording::split(line, separator, cells);
       header = cells.size();
       columns = columns_of(cells, source);
       for (std::size_t i = kOwnColumns; i < columns.size(); ++i) out.covariates.push_back(cells[columns[i]]);
       continue;
     }
-    recording::split(line, separator, cells);
     Take& take = out.takes.emplace_back();
-    take.row = lines.number();
+    take.row = row;
     const auto cell = [&](std::size_t i) {
       return columns[i] < cells.size() ? io::to_utf8(io::one_line(cells[columns[i]])) : "";
     };
     take.subject = cell(kSubject);
     take.session = cell(kSession);
     for (std::size_t i = kOwnColumns; i < columns.size(); ++i) take.covariates.push_back(cell(i));
+    const std::string place = fmt::format("{}, row {}", source, row);
     try {
-      fill(take, cells, columns, header, out.folder, fmt::format("{}, row {}", source, take.row), rows);
+      if (is_open) throw InputError(place + ": a quote is not closed");
+      fill(take, cells, columns, header, out.folder, place, rows);
       out.digest += take.map;
     } catch (const InputError& error) {
       take.fault = reason_of(error, out.folder);

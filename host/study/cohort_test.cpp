@@ -206,6 +206,7 @@ TEST_F(Cohort, ARowThatIsWrongIsNamed) {
            {"P1,0," + good + "index=index_adc", "column \"map\": --map: no angle"},
            {"P1\x01,0," + good, "column 1: bytes that are no text"},
            {"P1,0,/dev/zero,0_camera.csv,", "column \"glove\": /dev/zero: is no file that stays"},
+           {"P1,0," + good + "\"never\nends", "a quote is not closed"},
            {"P1,0,0_glove.csv", "has 3 cells, the header 5"}}) {
     manifest("subject,session,glove,reference,map\nP0,0," + good + "\n" + row + "\n");
     const Manifest read = read_manifest(folder_ / "m.csv");
@@ -235,6 +236,10 @@ TEST_F(Cohort, AMapIsTextOrAFileAndAManifestMayBeASpreadsheets) {
                   "without Zo\xc3\xab nobody is left whose map is "
                   "\"\"ring=index_adc:index_deg\"\": it differs in row 2"))
       << files("out")["cohort.csv"];
+  manifest(
+      "subject,session,glove,reference,note\nP0,0,0_glove.csv,0_camera.csv,\"left hand\nP2,2\"\n"
+      "P1,0,1_glove.csv,1_camera.csv,5\" long\n");
+  EXPECT_EQ(read_manifest(folder_ / "m.csv").takes.at(1).covariates, std::vector<std::string>{"5\" long"});
   manifest("subject,session,glove,reference\nP0,0,0_glove.csv,0_camera.csv\nP1,0,1_glove.csv\n");
   const Manifest without = read_manifest(folder_ / "m.csv");
   EXPECT_EQ(without.takes.at(0).map + without.takes.at(0).fault, "");

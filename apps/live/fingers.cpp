@@ -137,6 +137,16 @@ bool Fingers::has_slipped() const {
   return slipped > 0 && slipped >= std::min<std::ptrdiff_t>(2, known);
 }
 
+bool Fingers::has_moved() const {
+  constexpr double kMoves = 0.5;  // of the span
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    const Column& column = columns_[inputs_[i]];
+    const auto& spread = model_->inputs[i].readings;
+    if (spread && column.most - column.least >= kMoves * spread->span()) return true;
+  }
+  return false;
+}
+
 float Fingers::raw(std::size_t finger) const {
   const auto& column = fingers_[finger].column;
   return static_cast<float>(column ? columns_[*column].now : kNone);
@@ -175,7 +185,10 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
   if (out.remark.empty() && stands && is_at_an_end(out.raw))
     out.remark = "stands at the end of what a board can read: is a wire loose?";
   out.quality = !out.remark.empty() ? "poor" : model_ || column.unit == "deg" ? "good" : "none";
-  if (!model_ && stands && out.remark.empty()) out.remark = "has not moved yet";
+  if (stands && out.remark.empty() && (!model_ || has_moved())) {
+    out.remark = "has not moved yet";
+    if (model_) at_best_fair(out);
+  }
   if (!finger.joint) return out;
   const model::Joint& joint = model_->joints[*finger.joint];
   if (joint.accuracy && std::isfinite(out.angle_deg)) {

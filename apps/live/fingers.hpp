@@ -60,6 +60,8 @@ class Fingers {
   // By whole bends two sensors (the one, where there is one) lie otherwise than when the model was made, by twice the standard error,
   // or drift more quickly than they could be followed.
   bool has_slipped() const;
+  // Some sensor of the model, over half of what the model was made from.
+  bool has_moved() const;
   bool is_worn() const { return estimator_.has_value(); }
   // The joints' angles of the newest sample, in the model's order; empty without a model.
   const std::vector<double>& joints_deg() const { return joints_deg_; }

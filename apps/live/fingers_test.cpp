@@ -81,7 +81,7 @@ TEST(Fingers, AStripThatHasNotMovedAndOneWhoseWireIsLooseAreSaid) {
   EXPECT_TRUE(holds(view[2].remark, "wire loose")) << view[2].remark;
 }
 
-TEST(Fingers, SayWhichStripIsNotTrackedBesideOthers) {
+model::Model two_strips() {
   model::Model two = model::strip_model(model::Poses{300, 700});
   model::Channel c;
   c.name = "middle";
@@ -90,6 +90,24 @@ TEST(Fingers, SayWhichStripIsNotTrackedBesideOthers) {
   c.valid_max = 850;
   c.saturation = {28, 113};
   model::add(two, c);
+  return two;
+}
+
+TEST(Fingers, AStripThatStandsWhileAnotherMovesIsNotGood) {
+  model::Model two = two_strips();
+  two.inputs[0].readings = two.inputs[1].readings = model::Spread{{0, 1}, {300, 700}};
+  Fingers fingers({"index_count", "middle_count"});
+  fingers.wear(two, false);
+  for (int k = 0; k < 20; ++k) fingers.add({0.01 * k, 0.01 * k, {400.0 + k, 500}, {}});
+  EXPECT_EQ(fingers.view(0.2)[1].quality, "good") << "nothing was asked of it yet";
+  for (int k = 0; k < 20; ++k) fingers.add({0.2 + 0.01 * k, 0.2 + 0.01 * k, {400.0 + 15 * k, 500}, {}});
+  EXPECT_EQ(fingers.view(0.4)[0].quality, "good");
+  EXPECT_EQ(fingers.view(0.4)[1].quality, "fair");
+  EXPECT_EQ(fingers.view(0.4)[1].remark, "has not moved yet");
+}
+
+TEST(Fingers, SayWhichStripIsNotTrackedBesideOthers) {
+  const model::Model two = two_strips();
   Fingers fingers({"index_count", "middle_count"});
   fingers.wear(two, true);
   fingers.add({0, 0, {300, 300}, {}});

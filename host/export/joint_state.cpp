@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <numbers>
 
 #include "host/io/output.hpp"
 #include "host/recording/csv.hpp"
+#include "host/recording/pair.hpp"
 #include "host/recording/stream.hpp"
 #include "host/recording/unit.hpp"
 
@@ -16,14 +18,12 @@ namespace {
 
 constexpr double kFlush_s = 1;
 
-constexpr std::pair<const char*, double> kUnknownFrom[] = {{"_quality", 3}, {"_status", 1}};
-
 // A joint's column: its angle is scale * value - zero_deg.
 struct Column {
   std::size_t angle;
   double scale;
   double zero_deg;
-  std::vector<std::pair<std::size_t, double>> unknown_from;  // a column beside it: from this value on
+  std::vector<std::pair<std::size_t, const recording::Unknown*>> unknown;  // by a column beside it
 };
 
 struct Columns {
@@ -58,10 +58,10 @@ Columns columns_of(recording::CsvReader& reader, const std::string& source, cons
     throw io::InputError(fmt::format("{}: no column is called NAME_deg or NAME_rad; there are {}", source,
                                      recording::listed(reader.columns())));
   for (std::size_t i = 0; i < out.joints.size(); ++i) {
-    for (const auto& [ending, from] : kUnknownFrom) {
-      if (!reader.has(out.joints[i] + ending)) continue;
-      out.places[i].unknown_from.emplace_back(read.size(), from);
-      read.push_back(out.joints[i] + ending);
+    for (const recording::Unknown& unknown : recording::kUnknown) {
+      if (!reader.has(out.joints[i] + unknown.ending)) continue;
+      out.places[i].unknown.emplace_back(read.size(), &unknown);
+      read.push_back(out.joints[i] + unknown.ending);
     }
   }
   reader.choose(read);
@@ -104,7 +104,7 @@ Written write_joint_states(const std::filesystem::path& recording, const Recorde
   double first_s = 0;
   double last_s = 0;
   std::size_t repeated = 0;
-  std::size_t lost = 0;
+  std::map<std::string, std::size_t> unknown;  // why
   std::vector<double> angle_deg;
   for (recording::Row row; stream.next(row);) {
     if (states && row.t_s <= last_s) {
@@ -122,11 +122,11 @@ Written write_joint_states(const std::filesystem::path& recording, const Recorde
     }
     angle_deg.clear();
     for (const Column& c : columns.places) {
-      const bool is_lost = std::ranges::any_of(
-          c.unknown_from, [&](const auto& one) { return row.value[one.first] >= one.second; });
-      lost += is_lost ? 1 : 0;
-      angle_deg.push_back(is_lost ? std::numeric_limits<double>::quiet_NaN()
-                                  : c.scale * row.value[c.angle] - c.zero_deg);
+      const auto by = std::ranges::find_if(
+          c.unknown, [&](const auto& one) { return row.value[one.first] >= one.second->from; });
+      if (by != c.unknown.end()) ++unknown[by->second->why];
+      angle_deg.push_back(by != c.unknown.end() ? std::numeric_limits<double>::quiet_NaN()
+                                                : c.scale * row.value[c.angle] - c.zero_deg);
     }
     states->add(row.t_s, angle_deg);
   }
@@ -138,9 +138,9 @@ Written write_joint_states(const std::filesystem::path& recording, const Recorde
   if (repeated > 0)
     done.notes.push_back(
         fmt::format("{}: {} row(s) have the time of the row before and are left out", source, repeated));
-  if (lost > 0)
+  for (const auto& [why, count] : unknown)
     done.notes.push_back(
-        fmt::format("{}: {} angle(s) were lost by the camera: they are written as not known", source, lost));
+        fmt::format("{}: {} angle(s) were {}: they are written as not known", source, count, why));
   return done;
 }
 

@@ -41,6 +41,18 @@ TEST(Csv, ALongCellIsShownWithoutCuttingALetterInTwo) {
   EXPECT_TRUE(is_utf8(reason("t_s,a\n0,1\n1," + cell + "\n")));
 }
 
+TEST(Csv, ALineThatABoardSaysBeforeItsRowsIsNoHeader) {
+  const std::string rows = "0.1,601,611,621,631\n0.2,602,612,622,632\n0.3,603,613,623,633\n";
+  for (const char* first : {"rst cause:2, boot mode:(3,6)", "x01,600,610,620,630"}) {
+    const Recording r = parse(std::string(first) + "\n" + rows);
+    EXPECT_EQ(r.t_s, (std::vector{0.1, 0.2, 0.3}));
+    EXPECT_EQ(r.columns.at(3).name, "column5");
+    EXPECT_NE(r.warnings.at(0).find("row 1 (\""), std::string::npos) << r.warnings[0];
+  }
+  EXPECT_EQ(parse("t_s,1,2,3,4\n" + rows).columns.at(0).name, "1");
+  EXPECT_NE(reason("idle,0.05,10\nidle,0.06,11\n").find("column \"column1\""), std::string::npos);
+}
+
 // Rows of one time are averaged: no reading may be so large that a sum of them is none.
 TEST(Csv, HugeReadingsAtOneTimeNeverBecomeInfinite) {
   std::string text = "t_s,a\n0,1\n";

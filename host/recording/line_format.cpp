@@ -52,7 +52,7 @@ bool read_keyed(std::string_view text, Cells& cells) {
 
 }  // namespace
 
-void split(std::string_view line, char separator, std::vector<std::string>& cells) {
+bool split(std::string_view line, char separator, std::vector<std::string>& cells) {
   std::size_t n = 0;
   const auto next_cell = [&]() -> std::string& {
     if (n == cells.size()) cells.emplace_back();
@@ -81,6 +81,7 @@ void split(std::string_view line, char separator, std::vector<std::string>& cell
     const std::string_view inner = trimmed(text);
     if (inner.size() != text.size()) text = std::string(inner);
   }
+  return quoted;
 }
 
 char separator_of(std::string_view first, std::string_view second) {

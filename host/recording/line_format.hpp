@@ -22,8 +22,9 @@ struct Cells {
   std::vector<std::string> value;
 };
 
-// RFC 4180 within one line; blanks separate as many at a time as there are. Reuses the strings of `cells`.
-void split(std::string_view line, char separator, std::vector<std::string>& cells);
+// RFC 4180 within one line; blanks separate as many at a time as there are. Reuses the strings of `cells`. Whether a quote is open
+// at its end.
+bool split(std::string_view line, char separator, std::vector<std::string>& cells);
 
 // The separator under which both lines have the same number of cells, else the one with most of the first; of one line, that which
 // it has.

@@ -98,8 +98,8 @@ void check_size(const Recording& sensor, double rate_hz) {
                   sensor.source, sensor.t_s.size(), seconds, rate_hz));
 }
 
-std::string quality_column(const std::string& column) {
-  return column.ends_with("_deg") ? without_unit(column) + "_quality" : "";
+std::string beside(const std::string& column, const Unknown& unknown) {
+  return column.ends_with("_deg") ? without_unit(column) + unknown.ending : "";
 }
 
 void keep_rows(Recording& r, const std::function<bool(std::size_t)>& wanted) {
@@ -166,16 +166,16 @@ double adc_top(double greatest) {
 }
 
 void leave_out_lost(Recording& r, const std::string& name) {
-  constexpr double kLost = 3;
-  const auto quality = std::ranges::find(r.columns, quality_column(name), &Column::name);
-  if (quality == r.columns.end()) return;
-  const std::vector<double> q = std::move(quality->value);
-  r.columns.erase(quality);
-  keep_rows(r, [&](std::size_t k) { return q[k] < kLost; });
-  require_rows(r, name);
-  if (r.t_s.size() < q.size()) {
-    r.warnings.push_back(fmt::format("{}: {} of {} rows of {} are lost and left out", r.source,
-                                     q.size() - r.t_s.size(), q.size(), name));
+  for (const Unknown& unknown : kUnknown) {
+    const auto column = std::ranges::find(r.columns, beside(name, unknown), &Column::name);
+    if (column == r.columns.end()) continue;
+    const std::vector<double> says = std::move(column->value);
+    r.columns.erase(column);
+    keep_rows(r, [&](std::size_t k) { return says[k] < unknown.from; });
+    require_rows(r, name);
+    if (r.t_s.size() < says.size())
+      r.warnings.push_back(fmt::format("{}: {} of {} rows of {} are {} and left out", r.source,
+                                       says.size() - r.t_s.size(), says.size(), name, unknown.why));
   }
 }
 
@@ -258,8 +258,10 @@ bool leave_out_frozen(Recording& angle, const std::string& column, const Series&
 
 std::vector<Recording> angle_segments(const Log& log, const std::string& column, const TimeOptions& time) {
   const std::unique_ptr<LogReader> reader = open_log(log, {{column}, time});
-  const std::string quality = quality_column(column);
-  if (!quality.empty() && reader->has(quality)) reader->choose({column, quality});
+  std::vector<std::string> columns = {column};
+  for (const Unknown& unknown : kUnknown)
+    if (reader->has(beside(column, unknown))) columns.push_back(beside(column, unknown));
+  reader->choose(columns);
   std::vector<Recording> out = read_segments(*reader, time);
   for (Recording& r : out) {
     leave_out_lost(r, column);

@@ -5,6 +5,7 @@
 // these instants.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
@@ -30,8 +31,16 @@ struct Pair {
 // The greatest count of a converter that reads as much: of 10 bits, 12, 14 ...
 double adc_top(double greatest);
 
-// Takes out the rows whose angle a tracker lost: NAME_deg has NAME_quality beside it, 3 where it is lost, and
-// that column goes too. Says how many rows. Throws io::JobError when fewer than two are left.
+// What stands beside NAME_deg where its angle is not known: NAME_quality or NAME_status, from this value on.
+struct Unknown {
+  const char* ending;
+  double from;
+  const char* why;
+};
+inline constexpr std::array<Unknown, 2> kUnknown = {
+    {{"_quality", 3, "lost by the camera"}, {"_status", 1, "held by the model"}}};
+
+// Takes out the rows whose angle is not known, and that column. Says how many rows. Throws io::JobError when fewer than two are left.
 void leave_out_lost(Recording& recording, const std::string& column);
 
 // One column alone, in the rows that have a reading of it. Throws io::JobError where these are fewer than two.

@@ -135,6 +135,10 @@ TEST(Pair, RowsThatATrackerLostAreLeftOut) {
   ASSERT_EQ(r.columns.size(), 1u);
   EXPECT_EQ(r.columns[0].value, (std::vector<double>{1, 3}));
   EXPECT_EQ(r.warnings.size(), 1u);
+  r = {"a.csv", {0, 1, 2, 3}, {{"a_deg", {1, 2, 3, 4}, "deg"}, {"a_status", {0, 1, 4, 0}, ""}}, {}, ""};
+  leave_out_lost(r, "a_deg");
+  EXPECT_EQ(r.t_s, (std::vector<double>{0, 3}));
+  EXPECT_EQ(r.warnings.at(0), "a.csv: 2 of 4 rows of a_deg are held by the model and left out");
   Recording lost{"c.csv", {0, 1}, {{"a_deg", {1, 2}, "deg"}, {"a_quality", {3, 3}, ""}}, {}, ""};
   EXPECT_THROW(leave_out_lost(lost, "a_deg"), io::JobError);
 }

@@ -271,8 +271,10 @@ class Finder : public TableState {
     for (std::size_t i = row; i-- > 0;) {
       const std::vector<std::string> names = cells_of(at(i)->text, separator_);
       const bool is_above = i + 1 == row;
-      const bool is_greeting = names.size() == 1 && (!is_above || options_.from == From::port ||
-                                                     names[0].find(' ') != std::string::npos);
+      const bool is_greeting =
+          names.size() == 1
+              ? !is_above || options_.from == From::port || names[0].find(' ') != std::string::npos
+              : names.size() != width && !names_any(names) && at(i)->text.find(':') != std::string::npos;
       const bool fits = names.size() <= width && 2 * names.size() > width;
       const auto is_number = [&](const auto& cell) { return is_number_or_time(cell, separator_); };
       if (!is_greeting && (fits || is_above) && !(is_units_row(names) && i > 0) &&
@@ -280,6 +282,13 @@ class Finder : public TableState {
         return i;
     }
     return row;
+  }
+
+  // Whether a cell is called a time, or states a unit.
+  static bool names_any(const std::vector<std::string>& cells) {
+    std::optional<double> unit_s;
+    return std::ranges::any_of(
+        cells, [&](const auto& cell) { return is_time_name(cell, unit_s) || !unit_of(cell).empty(); });
   }
 
   void leave_out_titles(std::size_t count) {
@@ -330,6 +339,11 @@ class Finder : public TableState {
     cut_blanks(cells_, width);
     header_ = cells_;
     has_header_ = has_word(cells_, separator_);
+    if (has_header_ && is_row(cells_, separator_, 1) && !names_any(cells_) && at(1) != nullptr) {
+      // Not its header: a row that has a word, or half of one.
+      has_header_ = false;
+      if (!has_word(cells_of(at(1)->text, separator_), separator_)) leave_out_titles(1);
+    }
     if (has_header_) {
       ++first_;
       cut_noise(header_[0]);

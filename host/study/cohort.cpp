@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <optional>
 #include <set>
@@ -31,6 +32,8 @@ using io::InputError;
 
 enum Column : std::size_t { kSubject, kSession, kGlove, kReference, kMap, kOwnColumns };
 constexpr std::array kNames = {"subject", "session", "glove", "reference", "map"};
+
+constexpr const char* kFiles = "files_digest";
 
 using Cells = std::vector<std::string>;
 
@@ -140,7 +143,12 @@ void fill(Take& take, Cells cells, const std::vector<std::size_t>& columns, std:
   for (const std::size_t i : {kGlove, kReference}) {
     const fs::path file = folder / cells[columns[i]];
     (i == kGlove ? take.files.sensor : take.files.reference) = file;
-    within(i, [&] { io::require_readable(file); });
+    within(i, [&] {
+      io::require_readable(file);
+      if (!fs::is_regular_file(file))  // a pipe can be read once
+        throw InputError(file.string() + ": is no file that stays: write it into one");
+      take.digest = io::digest(take.digest + io::read_file(file));
+    });
     io::note_input(file);
   }
   within(kMap, [&] {
@@ -231,6 +239,7 @@ class Run {
                        {"subject", take.subject},
                        {"session", take.session},
                        {"covariates", take.covariates},
+                       {kFiles, take.digest},
                        {"person", std::move(person)}});
     }
     settings_ = {{"kind", "cohort"},
@@ -395,8 +404,27 @@ std::string digest_of(const fs::path& folder, const Json& settings, const Shard&
   return out;
 }
 
+// What was made of logs that were changed since; of whom is left out all, for it is made of everybody's.
+void remove_outdated(const fs::path& folder, const Json& settings) {
+  std::ifstream file(folder / "run.json");
+  Json there = Json::parse(file, nullptr, false);
+  if (!is_of_cohort(there) || there.value("takes", Json()).size() != settings.at("takes").size()) return;
+  std::vector<std::size_t> outdated;
+  for (std::size_t t = 0; t < settings.at("takes").size(); ++t) {
+    Json& digest = there["takes"][t][kFiles];
+    if (digest == settings.at("takes")[t].at(kFiles)) continue;
+    digest = settings.at("takes")[t].at(kFiles);
+    outdated.push_back(t);
+  }
+  if (outdated.empty() || !is_same_run(there, settings)) return;
+  for (std::size_t job = settings.at("takes").size(); job < jobs_of(settings); ++job) outdated.push_back(job);
+  for (const std::size_t job : outdated) fs::remove(part_file(folder, job));
+  io::write_file(folder / "run.json", io::dump(settings));
+}
+
 void start_folder(const fs::path& folder, const Json& settings) {
   io::require_writable(folder / "cohort.csv");
+  remove_outdated(folder, settings);
   if (!is_same_run(folder, settings)) io::write_file(folder / "run.json", io::dump(settings));
   for (const char* inner : {"rows", "models"}) io::make_folder(folder / inner);
 }
@@ -411,6 +439,7 @@ Manifest read_manifest(const fs::path& path) {
   std::istringstream stream(bytes);
   recording::LineReader lines(stream, source, false);
   std::string line;
+  std::string more;
   Cells cells;
   std::vector<std::size_t> columns;
   std::size_t header = 0;
@@ -418,25 +447,28 @@ Manifest read_manifest(const fs::path& path) {
   char separator = ',';
   while (lines.next(line)) {
     if (line.find_first_not_of(" \t,;") == std::string::npos) continue;
+    const std::size_t row = lines.number();
+    if (columns.empty()) separator = recording::separator_of(line);
+    bool is_open = false;
+    while ((is_open = recording::split(line, separator, cells)) && lines.next(more)) line += ' ' + more;
     if (columns.empty()) {
-      separator = recording::separator_of(line);
-      recording::split(line, separator, cells);
       header = cells.size();
       columns = columns_of(cells, source);
       for (std::size_t i = kOwnColumns; i < columns.size(); ++i) out.covariates.push_back(cells[columns[i]]);
       continue;
     }
-    recording::split(line, separator, cells);
     Take& take = out.takes.emplace_back();
-    take.row = lines.number();
+    take.row = row;
     const auto cell = [&](std::size_t i) {
       return columns[i] < cells.size() ? io::to_utf8(io::one_line(cells[columns[i]])) : "";
     };
     take.subject = cell(kSubject);
     take.session = cell(kSession);
     for (std::size_t i = kOwnColumns; i < columns.size(); ++i) take.covariates.push_back(cell(i));
+    const std::string place = fmt::format("{}, row {}", source, row);
     try {
-      fill(take, cells, columns, header, out.folder, fmt::format("{}, row {}", source, take.row), rows);
+      if (is_open) throw InputError(place + ": a quote is not closed");
+      fill(take, cells, columns, header, out.folder, place, rows);
       out.digest += take.map;
     } catch (const InputError& error) {
       take.fault = reason_of(error, out.folder);

@@ -20,7 +20,8 @@ struct Take {
   std::string subject;
   std::string session;
   identify::PairFiles files;
-  std::string map;  // joint_map.hpp; empty: by the columns' names
+  std::string digest;  // of both files' bytes
+  std::string map;     // joint_map.hpp; empty: by the columns' names
   std::vector<std::string> covariates;
   std::string fault;  // file, row, column and why it cannot be tried; or empty
 };
@@ -50,7 +51,7 @@ struct CohortResult {
   std::vector<std::string> failed;  // of takes, why
 };
 
-// Goes on where the folder's rows end; takes that failed are tried once more. Throws io::InputError: a folder of another manifest,
+// Goes on where the folder's rows end; takes that failed, and those whose files were changed, are tried once more. Throws io::InputError: a folder of another manifest,
 // other options or another version; io::JobError: a file cannot be written; io::Cancelled: stopped, and says what is kept.
 CohortResult run_cohort(const CohortRequest& request,
                         const std::function<void(std::size_t done, std::size_t of)>& progress);

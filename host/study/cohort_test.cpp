@@ -157,6 +157,25 @@ TEST_F(Cohort, StoppedItGoesOnAndAnotherRunsFolderIsRefused) {
   EXPECT_TRUE(has(refusal(request("out")), "other settings"));
 }
 
+TEST_F(Cohort, ALogThatWasMendedIsIdentifiedAgainAndShardsOfOtherDataAreRefused) {
+  manifest("subject,session,glove,reference\nP0,0,0_glove.csv,0_camera.csv\nP1,0,4_glove.csv,4_camera.csv\n");
+  for (const std::size_t i : {1, 2}) (void)run_cohort(request("part" + std::to_string(i), {i, 2}), {});
+  (void)run_cohort(leaving_out("out"), {});
+  auto before = files("out");
+  take("0", 5, 0);
+  (void)run_cohort(leaving_out("out"), {});
+  (void)run_cohort(leaving_out("anew"), {});
+  EXPECT_TRUE(files("out") == files("anew"));
+  EXPECT_NE(files("out")["models/P0_0.json"], before["models/P0_0.json"]);
+  (void)run_cohort(request("part2", {2, 2}), {});
+  const auto refusal = [&] {
+    return io::refusal_of([&] { merge_cohort({folder_ / "part1", folder_ / "part2"}, folder_ / "m"); });
+  };
+  EXPECT_TRUE(has(refusal(), "\"takes\" differs")) << refusal();
+  (void)run_cohort(request("part1", {1, 2}), {});
+  EXPECT_EQ(refusal(), "accepted");
+}
+
 TEST_F(Cohort, AHeaderThatIsWrongIsRefused) {
   for (const auto& [header, what] : std::map<std::string, std::string>{
            {"subject,session,glove", "column \"reference\" is missing"},
@@ -186,6 +205,8 @@ TEST_F(Cohort, ARowThatIsWrongIsNamed) {
            {"P1,0," + good + "nowhere", "column \"map\": nowhere: "},
            {"P1,0," + good + "index=index_adc", "column \"map\": --map: no angle"},
            {"P1\x01,0," + good, "column 1: bytes that are no text"},
+           {"P1,0,/dev/zero,0_camera.csv,", "column \"glove\": /dev/zero: is no file that stays"},
+           {"P1,0," + good + "\"never\nends", "a quote is not closed"},
            {"P1,0,0_glove.csv", "has 3 cells, the header 5"}}) {
     manifest("subject,session,glove,reference,map\nP0,0," + good + "\n" + row + "\n");
     const Manifest read = read_manifest(folder_ / "m.csv");
@@ -215,6 +236,10 @@ TEST_F(Cohort, AMapIsTextOrAFileAndAManifestMayBeASpreadsheets) {
                   "without Zo\xc3\xab nobody is left whose map is "
                   "\"\"ring=index_adc:index_deg\"\": it differs in row 2"))
       << files("out")["cohort.csv"];
+  manifest(
+      "subject,session,glove,reference,note\nP0,0,0_glove.csv,0_camera.csv,\"left hand\nP2,2\"\n"
+      "P1,0,1_glove.csv,1_camera.csv,5\" long\n");
+  EXPECT_EQ(read_manifest(folder_ / "m.csv").takes.at(1).covariates, std::vector<std::string>{"5\" long"});
   manifest("subject,session,glove,reference\nP0,0,0_glove.csv,0_camera.csv\nP1,0,1_glove.csv\n");
   const Manifest without = read_manifest(folder_ / "m.csv");
   EXPECT_EQ(without.takes.at(0).map + without.takes.at(0).fault, "");

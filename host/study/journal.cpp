@@ -31,11 +31,14 @@ std::string seal_of(const fs::path& folder) {
 
 }  // namespace
 
+bool is_same_run(Json there, const Json& settings) {
+  if (there.is_object()) there.erase(kSeal);
+  return io::dump(there) == io::dump(settings);
+}
+
 bool is_same_run(const fs::path& folder, const Json& settings) {
   if (size_of(settings_file(folder)) == 0) return false;
-  Json there = Json::parse(io::read_file(settings_file(folder)), nullptr, false);
-  if (there.is_object()) there.erase(kSeal);
-  if (io::dump(there) == io::dump(settings)) return true;
+  if (is_same_run(Json::parse(io::read_file(settings_file(folder)), nullptr, false), settings)) return true;
   refuse(folder,
          " holds the results of other settings (see run.json there): choose another folder or remove it");
 }
@@ -53,8 +56,7 @@ void require_sealed(const fs::path& folder, const std::string& digest) {
   if (there.empty())
     refuse(folder, ": its run has not ended: give that shard's command once more, it goes on from there");
   if (there != digest)
-    refuse(folder,
-           ": its rows are not those that its run ended with: give that shard's command into a new folder");
+    refuse(folder, ": its rows are not those that its run ended with: give its command into a new folder");
 }
 
 Journal::Journal(const fs::path& folder, const Json& settings, const std::string& header)

@@ -14,10 +14,12 @@
 
 namespace flexor::study {
 
-// Whether the folder's run.json is `settings`, sealed or not; false: it has none. Throws io::InputError: it has another run's.
+// Whether what run.json holds is `settings`, sealed or not.
+bool is_same_run(nlohmann::ordered_json there, const nlohmann::ordered_json& settings);
+// Likewise of the folder's; false: it has none. Throws io::InputError: it has another run's.
 bool is_same_run(const std::filesystem::path& folder, const nlohmann::ordered_json& settings);
 
-// Adds to the run.json of a shard that is whole the digest of what it found. Throws io::InputError: it has another one.
+// Adds to the run.json of a run that is whole the digest of what it found. Throws io::InputError: it has another one.
 void seal(const std::filesystem::path& folder, nlohmann::ordered_json settings, const std::string& digest);
 bool is_sealed(const std::filesystem::path& folder);
 // Throws io::InputError: it has another one, or none.

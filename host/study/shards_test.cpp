@@ -78,15 +78,17 @@ TEST_F(ShardsTest, OneThatWasKilledBehindItsLastRowIsEndedByItsCommand) {
   EXPECT_EQ(refusal(), "accepted");
 }
 
-TEST_F(ShardsTest, AChangedDigitIsRefusedAlsoByItsOwnCommand) {
-  const fs::path file = folders_[1] / "trials.csv";
-  std::string rows = io::read_file(file);
-  char& digit = rows.at(rows.find('.', rows.find('\n')) + 1);
-  digit = digit == '3' ? '4' : '3';
-  io::write_file(file, rows);
-  const std::string said = folders_[1].string() + ": its rows are not those that its run ended with";
-  EXPECT_EQ(refusal().find(said), 0U) << refusal();
-  EXPECT_EQ(io::refusal_of([&] { (void)run(plan({2, 3}, folders_[1]), {}); }).find(said), 0U);
+TEST_F(ShardsTest, AChangedDigitIsRefusedAlsoByItsOwnCommandAndOfAWholeRun) {
+  (void)run(plan({}, folder_ / "whole"), {});
+  for (const auto& [folder, shard] : {std::pair(folders_[1], Shard{2, 3}), {folder_ / "whole", Shard()}}) {
+    std::string rows = io::read_file(folder / "trials.csv");
+    char& digit = rows.at(rows.find('.', rows.find('\n')) + 1);
+    digit = digit == '3' ? '4' : '3';
+    io::write_file(folder / "trials.csv", rows);
+    const std::string said = folder.string() + ": its rows are not those that its run ended with";
+    EXPECT_EQ(io::refusal_of([&] { (void)run(plan(shard, folder), {}); }).find(said), 0U);
+  }
+  EXPECT_NE(refusal().find("its rows are not those"), std::string::npos) << refusal();
 }
 
 TEST_F(ShardsTest, OnesThatAreMissingTwiceThereOrOfAnotherRunAreNamed) {

@@ -80,7 +80,7 @@ class Runner {
       if (!plan_.folder.empty()) open_journal();
       shards.empty() ? play_all() : take_over(shards);
       if (journal_) write([&] { journal_->finish(); });
-      if (plan_.shard.of > 1) seal(plan_.folder, settings_, journal_->digest());
+      if (journal_) seal(plan_.folder, settings_, journal_->digest());
     } catch (const std::exception&) {
       // An interruption ends compilers and the like, too: that they failed then is no news.
       if (is_stopped()) throw io::Cancelled("stopped: " + kept());

@@ -240,7 +240,7 @@ async function look(view) {
   const slipped = await view.score('worn 8 degrees off');
   view.check(`a score is of what the sliders show: ${worn}, then ${slipped}`, slipped > 1.1 * worn);
   await view.at('twin-slip_deg').fill('0');
-  await view.at('experiment-trials').fill('5000');
+  await view.at('experiment-trials').fill('10000');
   await view.click('experiment-run', 'strip-cancel');
   await view.says('job', '✕ Experiment');
   await view.at('experiment-trials').fill('1');

@@ -595,9 +595,9 @@ std::string describe(const Branches& b) {
   return out;
 }
 
-// The smallest of those that are as good as the best, then the others; the loss decides among equals. Not of those within a standard
-// error: on a short recording one fold has most of the loss, and all are. But of several sensors' branches, which are many, those within a
-// standard error that err little more.
+// Not of those within a standard error: on a short recording one fold has most of the loss, and all are. Several sensors' branches
+// are many: of their sums those within a standard error that err little more are as good. A larger one was chosen by chance there,
+// and erred more in gestures that no fold has seen.
 void rank(std::vector<Additive>::iterator begin, std::vector<Additive>::iterator end) {
   const auto loss = [](const Additive& one) { return mean(one.fold_loss); };
   const Additive best = *std::ranges::min_element(begin, end, {}, loss);

@@ -184,7 +184,7 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
 void add_to(model::Model& model, Additive fit, const std::vector<std::string>& inputs,
             const std::string& joint);
 
-// Best first: see the definition.
+// The smallest of those that are as good as the best, then the others; the loss decides among equals.
 void rank(std::vector<Additive>::iterator begin, std::vector<Additive>::iterator end);
 
 }  // namespace flexor::identify

@@ -37,11 +37,12 @@ struct Part {
   const char* what;
   const char* purpose;
 };
-constexpr std::array<Part, 4> kParts = {{
+constexpr std::array<Part, 5> kParts = {{
     {0, "Close halfway and open, quickly, 3 times", "matches the two clocks"},
     {7.5, "Close in four steps and open, with holds", "shows hysteresis and creep"},
-    {24.22, "Close all the way and open, at 4 speeds", "shows a sensor's blind ends"},
-    {59.42, "Go to places in no order, at any speed", "shows what is no script"},
+    {24.85, "Each finger to places of its own", "shows what one does to the next"},
+    {48.75, "Close all the way and open, at 3 speeds", "shows a sensor's blind ends"},
+    {68.58, "Each finger to places of its own", "shows what is no script"},
 }};
 
 struct Motion {
@@ -105,7 +106,9 @@ std::string frame(const Motion& m, std::size_t at, double t_s) {
 void list() {
   print(
       "The motion to identify a compensator from, glove and camera recording. Start with an open hand.\n"
-      "Let your fingers follow a little after one another, thumb first; seconds need not be met.\n"
+      "Let your fingers follow a little after one another, thumb first, but for parts 3 and 5, where each "
+      "goes its own way; seconds\n"
+      "need not be met.\n"
       "In a terminal, flexor protocol leads through it, with a bell at each change.\n\n");
   const double duration_s = study::recommended_motion().duration_s();
   for (const Part& part : kParts) {
@@ -137,7 +140,10 @@ void guide_motion(const std::function<double(double t_s)>& wait,
                   const std::function<void(const std::string& text)>& write) {
   using namespace protocol_command;
   const Motion m;
-  write("Let your fingers follow a little after one another, thumb first. Seconds need not be met.\n\n");
+  write(
+      "The bar is the index finger's. Let the others follow a little after one another, thumb first; in "
+      "parts 3 and 5 each goes its own\n"
+      "way. Seconds need not be met.\n\n");
   std::size_t at = 0;
   std::string before;
   for (double t_s = wait(-kReady_s); t_s < m.motion.duration_s(); t_s = wait(t_s + kFrame_s)) {

@@ -32,10 +32,10 @@ TEST_F(Protocol, LeadsThroughTheMotion) {
     return *std::ranges::find_if(frames.begin() + 1, frames.end(),
                                  [&](const Frame& f) { return f.t_s > t_s - 0.01; });
   };
-  EXPECT_TRUE(at(-5).has("Part 1 of 4") && at(-5).has("\n\033[K··") && at(-5).has("0:00 of"));
-  EXPECT_TRUE(at(15.5).has("Part 2 of 4") && at(15.5).has("██ 100 % closed"));
-  EXPECT_TRUE(at(26.32).has("Part 3 of 4") && at(26.32).has(" 51 % closed"));
-  EXPECT_TRUE(at(118.5).has("Part 4 of 4") && at(118.5).has("1:58 of 2:00"));
+  EXPECT_TRUE(at(-5).has("Part 1 of 5") && at(-5).has("\n\033[K··") && at(-5).has("0:00 of"));
+  EXPECT_TRUE(at(15.5).has("Part 2 of 5") && at(15.5).has("██ 100 % closed"));
+  EXPECT_TRUE(at(32).has("Part 3 of 5") && at(60).has("Part 4 of 5"));
+  EXPECT_TRUE(at(118.5).has("Part 5 of 5") && at(118.5).has("1:58 of 2:00"));
 }
 
 TEST_F(Protocol, IsDrawnInPlaceWithABellAtEachChange) {
@@ -54,8 +54,8 @@ TEST_F(Protocol, IsDrawnInPlaceWithABellAtEachChange) {
 
 TEST_F(Protocol, WhereNobodyLooksIsAListOfItsParts) {
   const Finished r = run("protocol");
-  EXPECT_EQ(lines(r.out), 3 + 1 + 4) << r.out;
-  EXPECT_NE(r.out.find("\n0:24-0:59  Close all"), std::string::npos) << r.out;
+  EXPECT_EQ(lines(r.out), 4 + 1 + 5) << r.out;
+  EXPECT_NE(r.out.find("\n0:48-1:08  Close all"), std::string::npos) << r.out;
   EXPECT_EQ(run("protocol --list").out, r.out);
 }
 

@@ -73,8 +73,8 @@ struct Hardware {
   double disturbance_mNm = 10.0;
   double potentiometer_range_deg = 250.0;
   double loop_proportional_per_deg = 0.05;
-  double loop_integral_per_deg_s = 0.126;
-  double loop_integral_limit = 114.2;
+  double loop_integral_per_deg_s = 0.1218;
+  double loop_integral_limit = 97.67;
   double loop_lower_deg = 0.0;
   double loop_upper_deg = 180.0;
   double loop_speed_deg_s = 800.0;

@@ -34,11 +34,12 @@ Distances distances(const Result& result);
 // and nothing is fitted to them.
 //   gesture 2  "large fluctuations in rho_2 and rho_3" without a compensator, where the person keeps index and
 //              middle still: swing of the hand's angle, from its smallest to its largest, with Raw; mean over
-//              the trials, the smaller of both fingers. Large: 20 degrees or more, a quarter of their range.
+//              the trials, the smaller of both fingers. Large: 10 degrees or more: the published
+//              compensator rests flat up to readings that allow 12 to 15 at most, and its error there is small.
 //   gesture 4  "no significant deviations" of rho_3, rho_4 and rho_5 from rho_r with any of the compensators:
 //              mean |e_i| over the gesture, E_i / duration, the largest of three fingers and three
 //              compensators. Not significant: 5 degrees or less.
-inline constexpr double kLargeSwing_deg = 20;
+inline constexpr double kLargeSwing_deg = 10;
 inline constexpr double kSignificant_deg = 5;
 
 struct ShapeCheck {

@@ -225,7 +225,7 @@ TEST(Trials, TheArticlesWordsAreChecked) {
     to.add(value);
   };
   set(r.cells[0].swing_deg[1], 30);  // gesture 2, raw
-  set(r.cells[0].swing_deg[2], 12);
+  set(r.cells[0].swing_deg[2], 8);
   for (std::size_t c = 3; c < 6; ++c) {
     for (Statistic& finger : r.cells[c].finger_deg_s) set(finger, 1);
   }
@@ -233,9 +233,9 @@ TEST(Trials, TheArticlesWordsAreChecked) {
   set(r.cells[4].finger_deg_s[3], 7 * p.motions[1].duration_s());
   const auto checks = shape_checks(r, p);
   ASSERT_EQ(checks.size(), 2U);
-  EXPECT_DOUBLE_EQ(checks[0].value_deg, 12);
+  EXPECT_DOUBLE_EQ(checks[0].value_deg, 8);
   EXPECT_EQ(checks[0].where, "raw, middle");
-  EXPECT_FALSE(checks[0].agrees()) << "large is at least 20 in both";
+  EXPECT_FALSE(checks[0].agrees()) << "large is at least 10 in both";
   EXPECT_NEAR(checks[1].value_deg, 7, 1e-12);
   EXPECT_EQ(checks[1].where, "published-w, ring");
   EXPECT_FALSE(checks[1].agrees()) << "not significant is at most 5";
@@ -243,6 +243,17 @@ TEST(Trials, TheArticlesWordsAreChecked) {
   EXPECT_TRUE(large.agrees());
   const ShapeCheck significant{4, "", "", kSignificant_deg + 0.1, kSignificant_deg, false};
   EXPECT_FALSE(significant.agrees());
+}
+
+// One constant for each compensator knows nothing of gestures. Without what strips feel of their neighbours the twin loses to it.
+TEST(Trials, TheTwinIsNearerToThePublishedTableThanOneConstantForEachCompensator) {
+  Plan p = plan("1-4", 48);
+  p.compensators = compensators({"raw", "published-w", "published-hw"}, 10);
+  const Distance near = *distances(run(p, {})).fitted;
+  EXPECT_LT(near.log_rms, 0.95 * near.null_log_rms);
+  EXPECT_GT(near.log_rms, 0.75 * near.null_log_rms) << "nearer than anything that was fitted";
+  for (const char* no : {"cloth.neighbour_share=0", "cloth.thumb_share=0"}) twin::assign(p.parameters, no);
+  EXPECT_GT(distances(run(p, {})).fitted->log_rms, near.null_log_rms);
 }
 
 TEST(Trials, ReadsWideCsvAsMotionAndNamesWhatIsMissing) {
@@ -322,8 +333,8 @@ TEST(TwinFigures, IdentifiedAndItsBaselinesBesideThePublishedCompensator) {
     }
     return std::exp(log_ratio);
   };
-  EXPECT_GT(ratio(1), 0.4);
-  EXPECT_LT(ratio(1), 0.8);
+  EXPECT_GT(ratio(1), 0.6);
+  EXPECT_LT(ratio(1), 0.9);
   EXPECT_LT(ratio(1), ratio(2)) << "the curve, play and lead are worth something beside a line";
   EXPECT_LT(ratio(3), ratio(2)) << "so is the line's lead";
   for (std::size_t c = 2; c <= 4; ++c) {

@@ -75,9 +75,7 @@ struct Lanes {
   }
 
   // ADC counts; one call a sample and lane.
-  int sample(int lane, double t_s) {
-    return strip[at(lane)].sample(divider, t_s, static_cast<double>(bend(constants, x, lane)));
-  }
+  int sample(int lane, double t_s) { return strip[at(lane)].sample(divider, t_s, felt_deg(lane)); }
 
   // Cameras look at what was there a latency ago.
   void look(std::int64_t now_ms) {
@@ -152,6 +150,22 @@ struct Lanes {
     for (View Trial::*view : {&Trial::glove_deg, &Trial::hand_deg}) {
       for (auto& finger : trials[at(t)].*view) finger.reserve(t < count ? frames : 0);
     }
+  }
+
+  // A finger's bend in its range: 0 at the lower limit, 1 at the upper one.
+  double share(int lane) const {
+    return static_cast<double>((bend(constants, x, lane) - x.lower[lane]) / (x.upper[lane] - x.lower[lane]));
+  }
+
+  // What the strip of finger i feels, r_i = share: r_i + c_(i-1) r_(i-1) + c_i r_(i+1), back in degrees. c_0, between thumb and
+  // index, is cloth.thumb_share, the others are cloth.neighbour_share.
+  double felt_deg(int lane) const {
+    double felt = share(lane);
+    for (const int other : {lane - kTrials, lane + kTrials}) {
+      if (other < 0 || other >= kLanes) continue;
+      felt += (std::min(lane, other) < kTrials ? p.thumb_share : p.neighbour_share) * share(other);
+    }
+    return static_cast<double>(x.lower[lane]) + felt * static_cast<double>(x.upper[lane] - x.lower[lane]);
   }
 
   void shoot(View Trial::*view, const float* seen_deg) {

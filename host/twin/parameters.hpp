@@ -39,25 +39,27 @@ struct Parameters : model::Hardware {
   double pose_share = 1.0;
   // how one trial differs from the next
   double start_spread_s = 0.05;
-  double rest_s = 53.38;
-  double pose_spread_deg = 0.3804;
+  double rest_s = 49.42;
+  double pose_spread_deg = 0.3806;
   double speed_spread = 0.05;
 
   // sensor in its cloth
-  PerFinger bend_lower_deg{83.04, 18.63, 24.1, 20.5, 35.13};
-  PerFinger bend_upper_deg{171.4, 126.3, 100.9, 110.9, 117.6};
+  PerFinger bend_lower_deg{82.21, 19.94, 21.65, 18.94, 33.97};
+  PerFinger bend_upper_deg{164, 117.3, 95.52, 108.6, 113.7};
   double donning_spread_deg = 2.0;
   double donning_gain_spread = 0.03;
-  double knuckle_deg = 2.0;
-  double slip_deg = 0.8367;
+  double knuckle_deg = 3.07;
+  double slip_deg = 0.8707;
   double visco_share = 0.03;
   double visco_s = 0.15;
-  double creep_share = 0.03078;
+  double creep_share = 0.03071;
   double creep_s = 8.0;
-  double drift_deg_per_min = 1.0;
-  double noise_deg = 0.5;
+  double neighbour_share = 0.05191;
+  double thumb_share = 0.1123;
+  double drift_deg_per_min = 0.7059;
+  double noise_deg = 0.3221;
   double noise_s = 0.02;
-  double flutter_deg = 1.0;
+  double flutter_deg = 0.2201;
   double flutter_hz = 4.5;
   double flutter_damping_per_s = 2.0;
   double burst_rate_per_s = 0.02;

@@ -53,7 +53,8 @@ Parameters perfect() {
                            "sensor.drift_deg_per_min", "sensor.flutter_deg",     "sensor.burst_rate_per_s",
                            "radio.jitter_s",           "radio.module_latency_s", "motor.coulomb_mNm",
                            "motor.viscous_mNms_rad",   "motor.backlash_deg",     "motor.disturbance_mNm",
-                           "potentiometer.noise_deg",  "camera.noise_deg"}) {
+                           "potentiometer.noise_deg",  "camera.noise_deg",       "cloth.neighbour_share",
+                           "cloth.thumb_share"}) {
     assign(p, std::string(name) + "=0");
   }
   p.bend_lower_deg = p.hand_lower_deg;

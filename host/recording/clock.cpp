@@ -6,9 +6,11 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <span>
 
 #include "host/io/io.hpp"
 #include "host/recording/sensor_lag.hpp"
+#include "host/recording/time.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -115,6 +117,9 @@ Clock given_clock(double offset_s, const std::vector<Opinion>& opinions, const C
   return out;
 }
 
+// Dates in both files are mostly of one computer.
+bool has_dates(std::span<const double> t_s) { return !t_s.empty() && t_s.front() >= kFirstEpoch_s; }
+
 // Times of a clock that runs so fast, as the other clock would have counted from the first one on.
 void take_out_drift(double drift_ppm, Recording& recording) {
   const double first_s = recording.t_s.front();
@@ -140,6 +145,13 @@ Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> gi
       clock.drift_ppm = taken_out_ppm;
       if (given) return given_clock(*given, opinions, clock, warnings);
       clock.surest = surest_at->alignment;
+      if (has_dates(witnesses.front().reading.t_s) && has_dates(witnesses.front().reference->t_s) &&
+          std::abs(clock.offset_s) < 2 * clock.standard_error_s) {
+        warnings.push_back(fmt::format(
+            "both files have dates, and the signals ({:+.3f} +- {:.3f} s) agree with them: one clock",
+            clock.offset_s, clock.standard_error_s));
+        clock.offset_s = clock.surest->clock_offset_s = 0;
+      }
       warnings.insert(warnings.end(), clock.surest->warnings.begin(), clock.surest->warnings.end());
       if (clock.confidence < kUnsure) {
         warnings.push_back(

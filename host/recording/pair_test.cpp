@@ -64,6 +64,18 @@ TEST(Pair, AColumnIsConvertedOnceAndSaysDegreesOnce) {
   }
 }
 
+TEST(Pair, DatesInBothFilesAreOneClockWhereTheSignalsDoNotContradict) {
+  constexpr double kDate_s = 1.7e9;
+  for (const double apart_s : {0.0, 0.3}) {
+    Pair pair = simulated();
+    for (double& t : pair.sensor.t_s) t += kDate_s;
+    for (double& t : pair.reference.t_s) t += kDate_s - 3 + apart_s;
+    const double found_s = align_pair(pair, 20, {}).clock_offset_s;
+    EXPECT_EQ(found_s == 0, apart_s == 0);
+    EXPECT_NEAR(found_s, apart_s, 0.05);
+  }
+}
+
 TEST(Pair, AnAngleInAUnitThatNobodyKnowsIsRefusedByName) {
   const auto refusal = [](const char* name) {
     Recording r{"c.csv", {0, 1}, {{name, {0, 1}, ""}}, {}, ""};

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "host/io/io.hpp"
+#include "host/recording/time.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::recording {
@@ -30,7 +31,6 @@ constexpr double kCounter = 4294967296.0;    // ticks of a 32-bit counter
 constexpr const char* kClock = "clock";      // --segment: it starts again
 constexpr const char* kNoData = "has a header but no data";
 constexpr double kDay_s = 86400;
-constexpr double kFirstEpoch_s = 1e9;  // since 1970: of 2001 to 2096
 constexpr double kLastEpoch_s = 4e9;
 constexpr double kHour_s = 3600;
 

@@ -11,6 +11,7 @@ namespace flexor::recording {
 // What a person says of a log's times.
 // Of this machine, monotonic: flexor record and live write it beside each row of a source.
 inline constexpr const char* kHostClock = "host_s";
+inline constexpr double kFirstEpoch_s = 1e9;  // since 1970, of 2001: what is less is no date
 
 struct TimeOptions {
   TimeOptions() = default;

@@ -287,9 +287,10 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
   }
 }
 
-// One sensor where it is as good as several and holds as still, with the rows of both.
+// One sensor where it is as good as several and holds as still, with the rows of both; of fits as good the smaller.
 JointFit better(JointFit several, JointFit one) {
-  const bool fewer = mean(one.fold_loss) <= (1 + kAsGood) * (1 + kAsGood) * mean(several.fold_loss) &&
+  const double tie = one.effective <= several.effective ? kAsGood : 0;
+  const bool fewer = mean(one.fold_loss) <= (1 + tie) * (1 + tie) * mean(several.fold_loss) &&
                      one.hold_drift_deg <= std::max(kMostDrift_deg, several.hold_drift_deg);
   for (CandidateRow& row : one.rows) row.structure = one.sensors.front() + " alone: " + row.structure;
   JointFit& other = fewer ? several : one;

@@ -36,7 +36,11 @@ int open(const wchar_t* name, int flags, int) {
   return _open_osfhandle(reinterpret_cast<intptr_t>(file), (flags & (O_ACCMODE | O_APPEND)) | O_BINARY);
 }
 
-int stat(const wchar_t* name, struct stat* status) { return _wstat64(name, status); }
+int stat(const wchar_t* name, struct stat* status) {
+  const int failed = _wstat64(name, status);
+  status->st_dev = 0;  // as fstat has it
+  return failed;
+}
 
 int access(const wchar_t* name, int mode) { return _waccess(name, mode & ~X_OK); }
 
@@ -74,7 +78,8 @@ ssize_t pread(int file, void* bytes, std::size_t count, off_t offset) {
   OVERLAPPED at = {};
   at.Offset = static_cast<DWORD>(offset);
   DWORD done = 0;
-  return ReadFile(handle_of(file), bytes, static_cast<DWORD>(count), &done, &at) != 0 ? done : failed();
+  const bool read = ReadFile(handle_of(file), bytes, static_cast<DWORD>(count), &done, &at) != 0;
+  return read || GetLastError() == ERROR_HANDLE_EOF ? static_cast<ssize_t>(done) : failed();
 }
 
 char* mkdtemp(char* pattern) {

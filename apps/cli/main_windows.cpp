@@ -12,9 +12,14 @@
 #include <vector>
 
 int wmain(int argc, wchar_t** argv) {
+  int number = 0;
   for (std::FILE* stream : {stdin, stdout, stderr}) {
-    if (_fileno(stream) < 0) (void)std::freopen("NUL", stream == stdin ? "r" : "w", stream);  // no console
-    _setmode(_fileno(stream), _O_BINARY);
+    // No console.
+    if (GetFileType(reinterpret_cast<HANDLE>(_get_osfhandle(number))) == FILE_TYPE_UNKNOWN &&
+        std::freopen("NUL", stream == stdin ? "r" : "w", stream) != nullptr)
+      (void)_dup2(_fileno(stream), number);
+    (void)_setmode(_fileno(stream), _O_BINARY);
+    ++number;
   }
   SetConsoleOutputCP(CP_UTF8);
   std::vector<std::string> words;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <codecvt>
 #include <filesystem>
 #include <system_error>
 #include <thread>
@@ -133,3 +134,25 @@ int pause() {
   Sleep(INFINITE);
   return -1;
 }
+
+// Names are UTF-8: GCC 12's std::filesystem::path makes them so, and reads them by these, which go by msvcrt's locale.
+namespace std {
+
+using Letters = codecvt<wchar_t, char, mbstate_t>;
+using Utf8 = codecvt_utf8_utf16<wchar_t>;
+
+Letters::result Letters::do_out(mbstate_t& state, const wchar_t* from, const wchar_t* end, const wchar_t*& next, char* to,
+                                char* to_end, char*& to_next) const {
+  return Utf8().out(state, from, end, next, to, to_end, to_next);
+}
+Letters::result Letters::do_in(mbstate_t& state, const char* from, const char* end, const char*& next, wchar_t* to,
+                               wchar_t* to_end, wchar_t*& to_next) const {
+  return Utf8().in(state, from, end, next, to, to_end, to_next);
+}
+int Letters::do_encoding() const noexcept { return 0; }
+int Letters::do_length(mbstate_t& state, const char* from, const char* end, size_t most) const {
+  return Utf8().length(state, from, end, most);
+}
+int Letters::do_max_length() const noexcept { return 4; }
+
+}  // namespace std

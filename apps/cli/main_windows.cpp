@@ -14,12 +14,9 @@
 int wmain(int argc, wchar_t** argv) {
   int number = 0;
   for (std::FILE* stream : {stdin, stdout, stderr}) {
-    // No console.
-    if (GetFileType(reinterpret_cast<HANDLE>(_get_osfhandle(number))) == FILE_TYPE_UNKNOWN &&
-        std::freopen("NUL", stream == stdin ? "r" : "w", stream) != nullptr)
-      (void)_dup2(_fileno(stream), number);
-    (void)_setmode(_fileno(stream), _O_BINARY);
-    ++number;
+    if (_get_osfhandle(number) < 0) (void)_dup2(_open("NUL", _O_RDWR), number);  // no console
+    stream->_file = number;
+    (void)_setmode(number++, _O_BINARY);
   }
   SetConsoleOutputCP(CP_UTF8);
   std::vector<std::string> words;

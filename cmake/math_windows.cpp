@@ -14,9 +14,9 @@ bool is_fused() {
 
 }  // namespace
 
-#define FLEXOR_BOTH(name)                                                                   \
-  extern "C" double name##_0(double x);                                                     \
-  extern "C" double name##_1(double x);                                                     \
+#define FLEXOR_BOTH(name)               \
+  extern "C" double name##_0(double x); \
+  extern "C" double name##_1(double x); \
   extern "C" double name(double x) { return is_fused() ? name##_1(x) : name##_0(x); }
 FLEXOR_BOTH(exp)
 FLEXOR_BOTH(log)
@@ -37,6 +37,7 @@ extern "C" double hypot(double a, double b) {
   if (!(y > x * 0x1p-54)) return x + y;
   const double h = std::sqrt(x * x + y * y);
   const double d = h <= 2 * y ? h - y : h - x;
-  const double excess = h <= 2 * y ? x * (2 * d - x) + (d - 2 * (x - y)) * d : 2 * d * (x - 2 * y) + ((4 * d - y) * y + d * d);
+  const double excess =
+      h <= 2 * y ? x * (2 * d - x) + (d - 2 * (x - y)) * d : 2 * d * (x - 2 * y) + ((4 * d - y) * y + d * d);
   return h - excess / (2 * h);
 }

@@ -4,9 +4,9 @@
 #include <io.h>
 #include <windows.h>
 
+#include <fcntl.h>
 #include <cstdio>
 #include <cstdlib>
-#include <fcntl.h>
 #include <filesystem>
 #include <string>
 #include <vector>

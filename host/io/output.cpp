@@ -38,7 +38,8 @@ std::vector<fs::path>& inputs() {
 
 bool is_input(const fs::path& file) {
   std::error_code error;
-  return std::ranges::any_of(inputs(), [&](const fs::path& path) { return fs::equivalent(path, file, error); });
+  return std::ranges::any_of(inputs(),
+                             [&](const fs::path& path) { return fs::equivalent(path, file, error); });
 }
 
 // What a path leads to.

@@ -15,7 +15,8 @@ namespace {
 
 // Windows' last error as errno; -1.
 int failed() {
-  const auto error = std::error_code(static_cast<int>(GetLastError()), std::system_category()).default_error_condition();
+  const auto error =
+      std::error_code(static_cast<int>(GetLastError()), std::system_category()).default_error_condition();
   errno = error.category() == std::generic_category() ? error.value() : EIO;
   return -1;
 }
@@ -31,8 +32,8 @@ int open(const wchar_t* name, int flags, int) {
                        : (flags & O_ACCMODE) == O_RDWR ? GENERIC_READ | GENERIC_WRITE
                                                        : GENERIC_WRITE;
   const DWORD how = (flags & O_CREAT) == 0 ? OPEN_EXISTING : (flags & O_EXCL) != 0 ? CREATE_NEW : OPEN_ALWAYS;
-  const HANDLE file = CreateFileW(name, access, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE, nullptr, how,
-                                  FILE_ATTRIBUTE_NORMAL, nullptr);
+  const HANDLE file = CreateFileW(name, access, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE,
+                                  nullptr, how, FILE_ATTRIBUTE_NORMAL, nullptr);
   if (file == INVALID_HANDLE_VALUE) return failed();
   return _open_osfhandle(reinterpret_cast<intptr_t>(file), (flags & (O_ACCMODE | O_APPEND)) | O_BINARY);
 }
@@ -50,7 +51,8 @@ int rename(const wchar_t* from, const wchar_t* to) {
   for (int attempt = 1;; ++attempt) {
     if (MoveFileExW(from, to, MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) != 0) return 0;
     const DWORD error = GetLastError();
-    if (attempt == kAttempts || (error != ERROR_SHARING_VIOLATION && error != ERROR_ACCESS_DENIED)) return failed();
+    if (attempt == kAttempts || (error != ERROR_SHARING_VIOLATION && error != ERROR_ACCESS_DENIED))
+      return failed();
     Sleep(50);
   }
 }
@@ -58,7 +60,8 @@ int rename(const wchar_t* from, const wchar_t* to) {
 int flock(int file, int) {
   OVERLAPPED lock = {};
   lock.OffsetHigh = 1;  // others read who has it
-  if (LockFileEx(handle_of(file), LOCKFILE_EXCLUSIVE_LOCK | LOCKFILE_FAIL_IMMEDIATELY, 0, 1, 0, &lock) != 0) return 0;
+  if (LockFileEx(handle_of(file), LOCKFILE_EXCLUSIVE_LOCK | LOCKFILE_FAIL_IMMEDIATELY, 0, 1, 0, &lock) != 0)
+    return 0;
   if (GetLastError() != ERROR_LOCK_VIOLATION) return failed();
   errno = EWOULDBLOCK;
   return -1;
@@ -141,12 +144,12 @@ namespace std {
 using Letters = codecvt<wchar_t, char, mbstate_t>;
 using Utf8 = codecvt_utf8_utf16<wchar_t>;
 
-Letters::result Letters::do_out(mbstate_t& state, const wchar_t* from, const wchar_t* end, const wchar_t*& next, char* to,
-                                char* to_end, char*& to_next) const {
+Letters::result Letters::do_out(mbstate_t& state, const wchar_t* from, const wchar_t* end,
+                                const wchar_t*& next, char* to, char* to_end, char*& to_next) const {
   return Utf8().out(state, from, end, next, to, to_end, to_next);
 }
-Letters::result Letters::do_in(mbstate_t& state, const char* from, const char* end, const char*& next, wchar_t* to,
-                               wchar_t* to_end, wchar_t*& to_next) const {
+Letters::result Letters::do_in(mbstate_t& state, const char* from, const char* end, const char*& next,
+                               wchar_t* to, wchar_t* to_end, wchar_t*& to_next) const {
   return Utf8().in(state, from, end, next, to, to_end, to_next);
 }
 int Letters::do_encoding() const noexcept { return 0; }

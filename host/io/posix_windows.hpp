@@ -17,7 +17,8 @@ constexpr int O_CLOEXEC = 0, O_NOFOLLOW = 0, O_DIRECTORY = 0, O_NOCTTY = 0, O_NO
 constexpr int F_GETFD = 1, F_GETFL = 3, F_DUPFD_CLOEXEC = 1030;
 constexpr int LOCK_EX = 2, LOCK_NB = 4;
 constexpr int EDQUOT = 10000;
-constexpr int SIGHUP = SIGBREAK, SIGALRM = 10000, SIGPIPE = SIGALRM, SIGXFSZ = SIGALRM;  // SIGBREAK: the window was closed
+constexpr int SIGHUP = SIGBREAK, SIGALRM = 10000, SIGPIPE = SIGALRM,
+              SIGXFSZ = SIGALRM;  // SIGBREAK: the window was closed
 constexpr int SA_RESTART = 0;
 constexpr bool S_ISSOCK(int) { return false; }
 
@@ -32,11 +33,13 @@ struct pollfd {
 };
 constexpr short POLLOUT = 4;
 
-int open(const wchar_t* name, int flags, int mode = 0);  // others may read, write, rename and remove the file meanwhile
-int stat(const wchar_t* name, struct stat* status);      // no numbers of files: st_ino is 0
+int open(const wchar_t* name, int flags,
+         int mode = 0);  // others may read, write, rename and remove the file meanwhile
+int stat(const wchar_t* name, struct stat* status);  // no numbers of files: st_ino is 0
 int access(const wchar_t* name, int mode);
-int rename(const wchar_t* from, const wchar_t* to);  // waits a while for who holds `to`: an antivirus, a cloud's folder
-int flock(int file, int operation);                  // at once or EWOULDBLOCK
+int rename(const wchar_t* from,
+           const wchar_t* to);       // waits a while for who holds `to`: an antivirus, a cloud's folder
+int flock(int file, int operation);  // at once or EWOULDBLOCK
 int fcntl(int file, int what, int least = 0);
 int fsync(int file);
 ssize_t write(int file, const void* bytes, std::size_t count);

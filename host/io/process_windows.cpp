@@ -8,7 +8,8 @@ namespace flexor::io {
 namespace {
 
 [[noreturn]] void refuse(const std::string& program) {
-  throw JobError(fmt::format("{}: the build for Windows starts no other programs yet: do this in WSL2", program));
+  throw JobError(
+      fmt::format("{}: the build for Windows starts no other programs yet: do this in WSL2", program));
 }
 
 }  // namespace

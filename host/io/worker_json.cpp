@@ -19,11 +19,13 @@ std::string bytes_from_json(const nlohmann::ordered_json& json) {
 }
 
 nlohmann::ordered_json to_json(const Progress& p) {
-  return {{"stage", to_utf8(p.stage)},
-          {"done", p.done},
-          {"of", p.of},
-          {"fraction", p.of > 0 ? nlohmann::ordered_json(static_cast<double>(p.done) / static_cast<double>(p.of)) : nullptr},
-          {"seconds_left", p.seconds_left ? nlohmann::ordered_json(*p.seconds_left) : nullptr}};
+  return {
+      {"stage", to_utf8(p.stage)},
+      {"done", p.done},
+      {"of", p.of},
+      {"fraction",
+       p.of > 0 ? nlohmann::ordered_json(static_cast<double>(p.done) / static_cast<double>(p.of)) : nullptr},
+      {"seconds_left", p.seconds_left ? nlohmann::ordered_json(*p.seconds_left) : nullptr}};
 }
 
 }  // namespace flexor::io

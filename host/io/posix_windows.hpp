@@ -17,8 +17,8 @@ constexpr int O_CLOEXEC = 0, O_NOFOLLOW = 0, O_DIRECTORY = 0, O_NOCTTY = 0, O_NO
 constexpr int F_GETFD = 1, F_GETFL = 3, F_DUPFD_CLOEXEC = 1030;
 constexpr int LOCK_EX = 2, LOCK_NB = 4;
 constexpr int EDQUOT = 10000;
-constexpr int SIGHUP = SIGBREAK, SIGALRM = 10000, SIGPIPE = SIGALRM,
-              SIGXFSZ = SIGALRM;  // SIGBREAK: the window was closed
+constexpr int SIGHUP = SIGBREAK;  // the window was closed
+constexpr int SIGALRM = 10000, SIGPIPE = SIGALRM, SIGXFSZ = SIGALRM;
 constexpr int SA_RESTART = 0;
 constexpr bool S_ISSOCK(int) { return false; }
 
@@ -33,12 +33,12 @@ struct pollfd {
 };
 constexpr short POLLOUT = 4;
 
-int open(const wchar_t* name, int flags,
-         int mode = 0);  // others may read, write, rename and remove the file meanwhile
+// Others may read, write, rename and remove the file meanwhile.
+int open(const wchar_t* name, int flags, int mode = 0);
 int stat(const wchar_t* name, struct stat* status);  // no numbers of files: st_ino is 0
 int access(const wchar_t* name, int mode);
-int rename(const wchar_t* from,
-           const wchar_t* to);       // waits a while for who holds `to`: an antivirus, a cloud's folder
+// Waits two seconds for who holds `to`: an antivirus, a cloud's folder.
+int rename(const wchar_t* from, const wchar_t* to);
 int flock(int file, int operation);  // at once or EWOULDBLOCK
 int fcntl(int file, int what, int least = 0);
 int fsync(int file);

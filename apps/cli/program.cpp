@@ -1,12 +1,8 @@
 #include <fmt/format.h>
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
-#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -24,6 +20,7 @@
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
+#include "host/io/posix.hpp"
 #include "host/io/process.hpp"
 #include "host/recording/line_format.hpp"
 

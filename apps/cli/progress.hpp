@@ -3,13 +3,13 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
 #include <string>
 
 #include "apps/cli/job.hpp"
+#include "host/io/posix.hpp"
 
 namespace flexor::cli {
 

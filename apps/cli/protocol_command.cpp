@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +8,7 @@
 
 #include "apps/cli/commands.hpp"
 #include "host/io/json.hpp"
+#include "host/io/posix.hpp"
 #include "host/study/catalogue.hpp"
 
 namespace flexor::cli {

@@ -4,8 +4,6 @@
 // between is ended by the next.
 #pragma once
 
-#include <sys/stat.h>
-
 #include <filesystem>
 #include <optional>
 
@@ -34,7 +32,7 @@ class OutFolder {
 
  private:
   struct OwnersAlone {
-    mode_t before = umask(0077);
+    unsigned before = umask(0077);
     ~OwnersAlone() { umask(before); }
   };
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <fstream>
 #include <iostream>
+#include <random>
 
 #include "host/io/io.hpp"
 
@@ -27,10 +28,9 @@ std::string first_line(std::istream& stream) {
 }  // namespace
 
 link::Key new_key() {
-  std::ifstream random("/dev/urandom", std::ios::binary);
+  std::random_device random;  // the system's
   link::Key key{};
-  random.read(reinterpret_cast<char*>(key.bytes), sizeof(key.bytes));
-  if (!random) throw io::JobError("/dev/urandom: no random key to be had");
+  for (std::uint8_t& byte : key.bytes) byte = static_cast<std::uint8_t>(random());
   return key;
 }
 

@@ -1,12 +1,11 @@
 // An open file that closes itself, and all of some bytes into one.
 #pragma once
 
-#include <poll.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <string_view>
 #include <utility>
+
+#include "host/io/posix.hpp"
 
 namespace flexor::io {
 

@@ -1,11 +1,7 @@
 #include "host/io/folder_lock.hpp"
 
-#include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -84,7 +80,7 @@ FolderLock::FolderLock(fs::path folder, std::string_view kind, const std::vector
 FolderLock::~FolderLock() {
   std::error_code ignored;
   fs::remove(folder_ / "lock", ignored);
-  if (made_) ::rmdir(folder_.c_str());  // if it is empty
+  if (made_) fs::remove(folder_, ignored);  // if it is empty
 }
 
 }  // namespace flexor::io

@@ -1,9 +1,6 @@
 #include "host/io/growing_file.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -49,6 +46,6 @@ void GrowingFile::fail(int error) const {
                              std::strerror(error)));
 }
 
-void GrowingFile::remove() { ::unlink(path_.c_str()); }
+void GrowingFile::remove() { std::filesystem::remove(path_); }
 
 }  // namespace flexor::io

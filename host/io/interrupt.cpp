@@ -1,12 +1,10 @@
 #include "host/io/interrupt.hpp"
 
-#include <unistd.h>
-
-#include <csignal>
 #include <mutex>
 #include <string>
 
 #include "host/io/io.hpp"
+#include "host/io/posix.hpp"
 
 namespace flexor::io {
 namespace {

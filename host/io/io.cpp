@@ -1,8 +1,6 @@
 #include "host/io/io.hpp"
 
 #include <fmt/format.h>
-#include <stdlib.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -14,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/io/interrupt.hpp"
+#include "host/io/posix.hpp"
 
 namespace flexor::io {
 namespace fs = std::filesystem;
@@ -178,7 +177,7 @@ Temporary::~Temporary() {
 }
 
 int Temporary::rename_to(const fs::path& path) {
-  if (std::rename(path_.c_str(), path.c_str()) != 0) return errno;
+  if (::rename(path_.c_str(), path.c_str()) != 0) return errno;
   keep();
   return 0;
 }

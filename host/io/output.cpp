@@ -1,15 +1,11 @@
 #include "host/io/output.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
-#include <csignal>
 #include <cstring>
 #include <optional>
 #include <set>
@@ -40,11 +36,10 @@ std::vector<fs::path>& inputs() {
   return all;
 }
 
-bool is_input(const struct stat& file) {
-  return std::ranges::any_of(inputs(), [&](const fs::path& path) {
-    struct stat status {};
-    return stat(path.c_str(), &status) == 0 && status.st_dev == file.st_dev && status.st_ino == file.st_ino;
-  });
+bool is_input(const fs::path& file) {
+  std::error_code error;
+  return std::ranges::any_of(inputs(),
+                             [&](const fs::path& path) { return fs::equivalent(path, file, error); });
 }
 
 // What a path leads to.
@@ -114,7 +109,7 @@ Target target_of(const fs::path& path) {
   if (access(target.file.c_str(), W_OK) != 0) cannot_write(path, errno);
   target.through = !S_ISREG(status.st_mode);
   if (target.through) return target;
-  if (is_input(status)) refuse(path, "it is an input of this command; choose another name");
+  if (is_input(target.file)) refuse(path, "it is an input of this command; choose another name");
   require_folder_of(target);
   target.existing = status;
   return target;
@@ -139,7 +134,7 @@ void remove_stale(const Target& target, const std::string& stem) {
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
     const auto process = writer_of(at->path().filename().string(), stem);
     if (!process || !fs::is_regular_file(fs::symlink_status(at->path(), ignored))) continue;
-    if (::kill(*process, 0) != 0 && errno == ESRCH) ::unlink(at->path().c_str());
+    if (::kill(*process, 0) != 0 && errno == ESRCH) fs::remove(at->path(), ignored);
   }
 }
 
@@ -222,7 +217,7 @@ void require_outputs(std::initializer_list<fs::path> files, const fs::path& repo
     const fs::path file = fs::weakly_canonical(fs::absolute(target.file));
     if (!taken.insert(file).second) refuse(path, "another output of this command has this name");
     if (!report.empty() &&
-        file.string().starts_with(fs::weakly_canonical(fs::absolute(report)).string() + "/"))
+        file.string().starts_with((fs::weakly_canonical(fs::absolute(report)) / "").string()))
       refuse(path, "it lies in the folder of the report, whose own files may take its place");
   }
 }

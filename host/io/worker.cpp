@@ -81,28 +81,6 @@ std::filesystem::path program_beside(const std::string& name) {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
 }
 
-Json bytes_to_json(std::string_view bytes) {
-  if (to_utf8(bytes) == bytes) return std::string(bytes);
-  Json out = Json::array();
-  for (const char c : bytes) out.push_back(static_cast<unsigned char>(c));
-  return out;
-}
-
-std::string bytes_from_json(const Json& json) {
-  if (!json.is_array()) return json.get<std::string>();
-  std::string out;
-  for (const Json& byte : json) out += static_cast<char>(byte.get<unsigned char>());
-  return out;
-}
-
-Json to_json(const Progress& p) {
-  return {{"stage", to_utf8(p.stage)},
-          {"done", p.done},
-          {"of", p.of},
-          {"fraction", p.of > 0 ? Json(static_cast<double>(p.done) / static_cast<double>(p.of)) : Json()},
-          {"seconds_left", p.seconds_left ? Json(*p.seconds_left) : Json()}};
-}
-
 Json answer(const std::function<Json()>& job) {
   try {
     return {{"result", job()}};

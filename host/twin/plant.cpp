@@ -7,7 +7,8 @@
 
 // The widest vectors that the processor has, chosen at start-up. Contraction into fused operations is off for
 // this room: the bits are the same with each.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_ADDRESS__)
 #define FLEXOR_VECTOR_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define FLEXOR_VECTOR_CLONES

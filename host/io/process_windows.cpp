@@ -1,0 +1,33 @@
+// The build for Windows starts no other programs yet.
+#include <fmt/format.h>
+
+#include "host/io/io.hpp"
+#include "host/io/worker.hpp"
+
+namespace flexor::io {
+namespace {
+
+[[noreturn]] void refuse(const std::string& program) {
+  throw JobError(
+      fmt::format("{}: the build for Windows starts no other programs yet: do this in WSL2", program));
+}
+
+}  // namespace
+
+Pipe::Pipe() = default;
+Process::~Process() = default;
+std::filesystem::path find_program(const std::string&, const char*) { return {}; }
+ProcessResult run_process(const std::vector<std::string>& argv, const std::filesystem::path&, const Watch&) {
+  refuse(argv.front());
+}
+Worker::Worker(const std::filesystem::path& program, std::vector<std::string>) { refuse(program.string()); }
+Worker::~Worker() = default;
+nlohmann::ordered_json Worker::run(const std::string& job, const nlohmann::ordered_json&,
+                                   const std::function<bool(const Progress&)>&) {
+  refuse(job);
+}
+WorkerPool::WorkerPool(std::filesystem::path program) { refuse(program.string()); }
+nlohmann::ordered_json WorkerPool::run(const std::string& job, const nlohmann::ordered_json&) { refuse(job); }
+std::filesystem::path program_beside(const std::string& name) { return name; }
+
+}  // namespace flexor::io

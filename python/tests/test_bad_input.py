@@ -142,6 +142,11 @@ def test_what_cannot_be_told_is_a_job_error(donning, found):
     refusal(lambda: found.compensator.predict(backwards))
 
 
+def test_readings_that_the_model_hardly_knows(found, donning):
+    twelve_bits = flexor.Recording({name: 8 * values + 2000 for name, values in donning.glove.columns.items()}, time=donning.glove.t_s)
+    assert "lie outside of the model's range" in refusal(lambda: found.compensator.predict(twelve_bits), flexor.JobError)
+
+
 def predicted(found, glove):
     return found.compensator.predict(glove, progress=False)["index_deg"]
 

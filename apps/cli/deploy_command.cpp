@@ -12,6 +12,7 @@
 #include "host/deploy/images.hpp"
 #include "host/deploy/out_folder.hpp"
 #include "host/deploy/pair_key.hpp"
+#include "host/identify/apply.hpp"
 #include "host/identify/map_check.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
@@ -50,6 +51,9 @@ std::vector<std::vector<double>> readings_of(const model::Model& model, const st
     if (const auto note = identify::unit_note(model.inputs[i], path, c.name, c.unit)) log_note(*note);
     for (std::size_t k = 0; k < out.size(); ++k) out[k].push_back(c.value[k]);
   }
+  model::RangeCount ranges(model);
+  for (const std::vector<double>& row : out) ranges.add(row);
+  identify::check_ranges(model, path, columns, ranges, log_warning);
   return out;
 }
 

@@ -155,7 +155,7 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
   print("}");
   if (o.track) print(",\"tracking\":" + to_json(done.followed));
   print(fmt::format(",\"version\":\"{}\"}}\n", FLEXOR_VERSION));
-  check_ranges(model, reader.name(), reader.columns(), done.ranges);
+  identify::check_ranges(model, reader.name(), reader.columns(), done.ranges, log_warning);
 }
 
 void run(const Options& o) {
@@ -166,7 +166,7 @@ void run(const Options& o) {
   const auto done = identify::apply(model, reader, options_of(o), std::ref(sink));
   sink.flush();
   say(done.followed);
-  check_ranges(model, reader.name(), reader.columns(), done.ranges);
+  identify::check_ranges(model, reader.name(), reader.columns(), done.ranges, log_warning);
 }
 
 }  // namespace apply_command

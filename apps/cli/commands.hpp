@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "host/io/worker.hpp"
-#include "host/model/range_count.hpp"
 #include "host/recording/time.hpp"
 #include "host/study/boards.hpp"
 
@@ -133,15 +132,6 @@ void add_seed(CLI::App& command, std::uint64_t& seed,
 void add_compensator(CLI::App& command, std::string& model, double& rate_hz);
 void add_duration(CLI::App& command, double& for_s);
 CLI::Option* add_port(CLI::App& command, std::string& port, const std::string& of);
-
-// A reading in another unit than the model's would give angles that look right: throws io::InputError. Where
-// either states none, a note says so. `unit` is that of the column for the model's input.
-void check_unit(const model::Input& input, const std::string& file, const std::string& column,
-                const std::string& unit);
-
-// Throws io::Doubt, one line, where the model hardly knows what the columns of the log hold; warns where it knows a part.
-void check_ranges(const model::Model& model, const std::string& file, const std::vector<std::string>& columns,
-                  const model::RangeCount& ranges);
 
 // The recommended motion as a guide for a terminal: what to do now, for how long still, what comes next, how far to close.
 // `wait` returns at t_s of the motion, or later, with the time that it is then; below zero it has not begun. `write` gets

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <map>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
@@ -13,6 +12,8 @@
 #include "host/deploy/images.hpp"
 #include "host/deploy/out_folder.hpp"
 #include "host/deploy/pair_key.hpp"
+#include "host/identify/apply.hpp"
+#include "host/identify/map_check.hpp"
 #include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 #include "host/report/render.hpp"
@@ -47,9 +48,12 @@ std::vector<std::vector<double>> readings_of(const model::Model& model, const st
   std::vector<std::vector<double>> out(r.t_s.size());
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const recording::Column& c = r.column(columns[i]);
-    check_unit(model.inputs[i], path, c.name, c.unit);
+    if (const auto note = identify::unit_note(model.inputs[i], path, c.name, c.unit)) log_note(*note);
     for (std::size_t k = 0; k < out.size(); ++k) out[k].push_back(c.value[k]);
   }
+  model::RangeCount ranges(model);
+  for (const std::vector<double>& row : out) ranges.add(row);
+  identify::check_ranges(model, path, columns, ranges, log_warning);
   return out;
 }
 

@@ -86,7 +86,10 @@ void run(Options& o) {
     o.live.worn = live::worn_boards();
     if (!o.live.worn->facts.why_not_written.empty()) log(o.live.worn->facts.why_not_written);
   } else if (o.demo || o.from == "twin") {
-    o.live.worn = live::worn_twin();
+    std::string unit = o.live.model.empty() ? "" : model::load(o.live.model).inputs.front().unit;
+    if (unit.empty()) unit = "count";
+    if (unit != "count") log(fmt::format("the twin's glove reads {}, as {} takes it", unit, o.live.model));
+    o.live.worn = live::worn_twin(unit);
   } else {
     o.live.recording = o.from;
   }

@@ -53,7 +53,8 @@ Output run(Options& o) {
   // Few sensors that do not fit are named, and the others stay; most are another glove.
   const bool few_misfit = !r.misfits.empty() && 2 * r.misfits.size() < r.sensors.size();
   for (const identify::LogRanges& log : r.logs)
-    if (!r.applied && !few_misfit) check_ranges(r.model, log.file, log.columns, log.ranges);
+    if (!r.applied && !few_misfit)
+      identify::check_ranges(r.model, log.file, log.columns, log.ranges, log_warning);
   // Where nothing is applied the very bytes: what was signed, compared or committed stays as it was.
   io::write_file(o.out, r.applied ? model::to_json(r.model) : old);
   if (!o.json) {

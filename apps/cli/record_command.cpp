@@ -41,6 +41,12 @@ std::string how_it_goes(const listen::Source& source, const listen::Log& log, do
   return text + (left_s > 0 ? fmt::format(", {:.0f} s left", left_s) : ", Ctrl-C ends it");
 }
 
+std::string why_silent(const listen::Tally& tally) {
+  if (tally.torn_since == 0) return "the glove fell silent: is it still running?";
+  return fmt::format("{} malformed rows came last, such as \"{}\"", tally.torn_since,
+                     io::start_of(tally.torn_line, 80));
+}
+
 struct Recorded {
   std::unique_ptr<listen::Log> log;
   int unplugged = 0;    // times
@@ -72,7 +78,8 @@ Recorded record(const Options& o, listen::Source& source, const std::atomic<bool
     take(samples, source, begin_s, o.out, log);
     out.silent_s = event == listen::Event::ended ? 0 : span.silent_s(source.now_s());
     if (!std::exchange(is_silent, out.silent_s >= kSilence_s) && is_silent)
-      cli::log_warning(fmt::format("nothing has come for {:g} s: is the glove still running?", kSilence_s));
+      cli::log_warning(
+          fmt::format("no sample has come for {:g} s: {}", kSilence_s, why_silent(source.tally())));
     if (log) log->flush_if_due(begin_s + source.now_s());
     if (!log && (event == listen::Event::ended || source.now_s() > kPatience_s))
       throw io::JobError("no sample came: the glove is heard but says nothing that can be recorded");
@@ -108,7 +115,8 @@ void run(const Options& o) {
                  log->restarts(), unplugged)},
       o.json);
   if (silent_s >= kSilence_s)
-    throw io::Doubt(fmt::format("{}: the glove fell silent {:.0f} s before the end", o.out, silent_s));
+    throw io::Doubt(
+        fmt::format("{}: no sample came in the last {:.0f} s: {}", o.out, silent_s, why_silent(tally)));
 }
 
 }  // namespace record_command

@@ -10,6 +10,7 @@
 
 #include "host/deploy/hardware.hpp"
 #include "host/study/bench.hpp"
+#include "host/twin/glove.hpp"
 #include "host/twin/radio.hpp"
 #include "host/twin/random.hpp"
 #include "host/twin/world.hpp"
@@ -79,12 +80,15 @@ struct TwinSource::Run {
 TwinSource::TwinSource(TwinOptions options)
     : input_(input_of(options)),
       pace_(options.pace),
-      wearer_(twin::draw_variation(input_.parameters, twin::seed_of(input_.seed, kTrial)), input_.motion) {
+      wearer_(twin::draw_variation(input_.parameters, twin::seed_of(input_.seed, kTrial)), input_.motion),
+      unit_(options.unit),
+      reading_(twin::Divider(input_.parameters).reading(unit_, "of the glove")) {
   facts.why_not_written = "the twin has no board: start flexor live --boards";
   facts.rate_hz = options.rate_hz;
   facts.lead_s = kLead_s;
   begin_again();
-  for (const std::string& finger : model::finger_names()) columns_.push_back(finger + "_count");
+  for (const std::string& finger : model::finger_names())
+    columns_.push_back(finger + (unit_ == "deg" ? "_alpha_" : "_") + unit_);
   if (options.motion) play(std::move(options.motion));
 }
 
@@ -158,7 +162,7 @@ void TwinSource::play(const std::string& motion, double pace) {
 }
 
 std::string TwinSource::says() const {
-  return fmt::format("the twin's glove at {:g} Hz", 1 / input_.compensator.sample_period_s);
+  return fmt::format("the twin's glove at {:g} Hz, in {}", 1 / input_.compensator.sample_period_s, unit_);
 }
 
 // Of the next sample.
@@ -179,7 +183,8 @@ listen::Event TwinSource::wait(double timeout_s, std::vector<listen::Sample>& ou
     return listen::Event::quiet;
   }
   ++tally_.samples;
-  out.push_back({t_s, t_s, std::vector<double>(run_->counts.begin(), run_->counts.end()), {}});
+  out.push_back({t_s, t_s, {}, {}});
+  std::ranges::transform(run_->counts, std::back_inserter(out.back().value), reading_);
   return listen::Event::samples;
 }
 

@@ -1,8 +1,8 @@
 // The twin's glove and hand without boards: the converter's counts of every strip, and a hand that follows what the glove's chain
 // makes of them over the radio.
 //
-// The person is that of the experiment's trial 0 with seed 1. Columns: FINGER_count. Time is the simulation's: it keeps pace
-// with the wall, and stands while nobody waits for samples. For one thread.
+// The person is that of the experiment's trial 0 with seed 1. Columns: FINGER_count, or in degrees FINGER_alpha_deg. Time is the
+// simulation's: it keeps pace with the wall, and stands while nobody waits for samples. For one thread.
 #pragma once
 
 #include <chrono>
@@ -22,6 +22,7 @@ namespace flexor::live {
 struct TwinOptions {
   double rate_hz = 100;                                           // 1 to 1000
   std::optional<twin::Motion> motion = study::ordinary_motion();  // again and again; none: at rest
+  std::string unit = "count";                                     // as twin::Divider::reading takes it
   double pace = 1;  // of the wall's time at most; 0: a sample is there whenever somebody waits
 };
 
@@ -66,6 +67,8 @@ class TwinSource : public WornGlove {
   twin::Wearer wearer_;
   std::unique_ptr<Run> run_;
   std::vector<std::string> columns_;
+  std::string unit_;
+  std::function<double(double counts)> reading_;
   listen::Tally tally_{.lost = 0};
   WornChange set_;
   double drifted_deg_ = 0;

@@ -66,6 +66,14 @@ TEST(TwinSource, SamplesAtItsRate) {
   EXPECT_EQ(source.tally().samples, samples.size());
 }
 
+TEST(TwinSource, ReadsInTheUnitThatAModelTakes) {
+  TwinOptions options = quick();
+  options.unit = "deg";
+  TwinSource source(options);
+  EXPECT_EQ(source.columns()[1], "index_alpha_deg");
+  EXPECT_NEAR(play(source, 0.1).back().value[1], 20, 20) << "an open finger, of more than 200 counts";
+}
+
 // Bent fingers bend their strips: counts rise with the angle. The hand follows.
 TEST(TwinSource, FollowsTheFinger) {
   TwinSource source(quick(study::motions("1").front()));

@@ -63,8 +63,8 @@ nlohmann::ordered_json WornGlove::pose_angles() {
   return out;
 }
 
-std::shared_ptr<WornGlove> worn_twin() {
-  return std::make_shared<TwinSource>(TwinOptions{.rate_hz = kTwinRate_hz});
+std::shared_ptr<WornGlove> worn_twin(const std::string& unit) {
+  return std::make_shared<TwinSource>(TwinOptions{.rate_hz = kTwinRate_hz, .unit = unit});
 }
 
 std::shared_ptr<WornGlove> worn_boards() {

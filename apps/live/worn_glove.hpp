@@ -65,7 +65,7 @@ class WornGlove : public listen::Source {
 // Both simulated boards (host/study/bench.hpp). Throws io::InputError, io::JobError.
 std::shared_ptr<WornGlove> worn_boards();
 
-// Glove and hand without boards, at once and on any machine.
-std::shared_ptr<WornGlove> worn_twin();
+// Glove and hand without boards, at once and on any machine; its readings in this unit.
+std::shared_ptr<WornGlove> worn_twin(const std::string& unit);
 
 }  // namespace flexor::live

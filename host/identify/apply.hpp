@@ -36,4 +36,8 @@ struct Applied {
 Applied apply(const model::Model& model, recording::LogReader& log, const ApplyOptions& options,
               const std::function<void(const Estimate&)>& sink);
 
+// Throws io::Doubt, one line, where the model hardly knows what the columns of the log hold; warns where it knows a part.
+void check_ranges(const model::Model& model, const std::string& file, const std::vector<std::string>& columns,
+                  const model::RangeCount& ranges, const std::function<void(const std::string&)>& warn);
+
 }  // namespace flexor::identify

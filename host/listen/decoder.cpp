@@ -69,7 +69,7 @@ class FrameDecoder : public Decoder {
       if (size == 1) tally_.understood += 1;  // a delimiter alone
       if (result == link::Received::nothing) continue;
       if (result != link::Received::pending) {
-        ++tally_.torn;
+        count_torn();
         continue;
       }
       if (!is_its_own()) continue;
@@ -79,7 +79,7 @@ class FrameDecoder : public Decoder {
   }
 
   void cut() final {
-    if (held_ > 0) ++tally_.torn;
+    if (held_ > 0) count_torn();
     held_ = 0;
     (void)packet_.push(link::kDelimiter);
   }
@@ -111,7 +111,7 @@ class FrameDecoder : public Decoder {
     std::uint16_t time_ms = 0;
     Sample sample;
     if (!read(time_ms, sample)) {
-      ++tally_.torn;
+      count_torn();
       return;
     }
     const std::optional<int> behind_ms = clock_.behind_ms(time_ms, host_s);
@@ -277,7 +277,7 @@ class LineDecoder : public Decoder {
       if (is_piece()) {
         // Of an end of a line nobody knows how much was lost.
       } else if (line_.bytes > kLongestLine) {
-        ++tally_.torn;
+        count_torn();
       } else if (!table_.push(line_)) {
         tally_.understood += line_.bytes;
       }
@@ -288,7 +288,7 @@ class LineDecoder : public Decoder {
   }
 
   void cut() override {
-    if (!may_be_piece_ && line_.bytes > 0) ++tally_.torn;
+    if (!may_be_piece_ && line_.bytes > 0) count_torn();
     splitter_.cut();
     line_.bytes = 0;
     may_be_piece_ = true;
@@ -319,7 +319,7 @@ class LineDecoder : public Decoder {
     recording::Row row;
     for (Take take = table_.take(row); take != Take::none; take = table_.take(row)) {
       const recording::Line& line = table_.line();
-      if (take == Take::malformed) ++tally_.torn;
+      if (take == Take::malformed) count_torn(line.text);
       if (take != Take::malformed) tally_.understood += line.bytes;
       if (take == Take::row) {
         if (tally_.samples == 0) name_columns();

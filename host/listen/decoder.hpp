@@ -41,8 +41,10 @@ struct Tally {
   std::uint64_t bytes = 0;
   std::uint64_t understood = 0;  // bytes of whole frames and lines
   std::uint64_t samples = 0;
-  std::uint64_t torn = 0;  // frames and lines that were no whole ones
-  std::uint64_t late = 0;  // frames that came twice, or after one that was sent later: no samples
+  std::uint64_t torn = 0;        // frames and lines that were no whole ones
+  std::uint64_t torn_since = 0;  // the newest sample
+  std::string torn_line = {};    // the newest of them; frames have none
+  std::uint64_t late = 0;        // frames that came twice, or after one that was sent later: no samples
   std::optional<std::uint64_t> lost =
       {};  // samples, by the gaps in their counter; none: they have no counter
   std::optional<Misfit> misfit =
@@ -72,8 +74,14 @@ class Decoder {
  protected:
   void count_sample() {
     ++tally_.samples;
+    tally_.torn_since = 0;
     tally_.misfit.reset();
     other_values_ = kFits;
+  }
+  void count_torn(std::string_view line = {}) {
+    ++tally_.torn;
+    ++tally_.torn_since;
+    tally_.torn_line = line;
   }
   void count_misfit(std::size_t found, std::size_t expected) {
     if (std::exchange(other_values_, found) == found) tally_.misfit = Misfit{found, expected};

@@ -176,6 +176,15 @@ TEST(Lines, TakeTheClockFromTheHeaderAndSurviveAReset) {
   EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"thumb_count", "index_count"}));
 }
 
+TEST(Lines, ThatAreMalformedSinceTheNewestSampleAreCountedAndOneIsKept) {
+  const auto decoder = make_decoder(Format::lines);
+  decoded(*decoder, bytes_of("t_s,a,b\n0,1,2\n0.1,1,2\nx\n0.2,1,2\n"));
+  EXPECT_EQ(decoder->tally().torn_since, 0U);
+  decoded(*decoder, bytes_of("0.3,error\n0.4,err\n"));
+  EXPECT_EQ(decoder->tally().torn_since, 2U);
+  EXPECT_EQ(decoder->tally().torn_line, "0.4,err");
+}
+
 // Found by mutated inputs: the units were written beyond the columns.
 TEST(Lines, UnitsBelowARowOfWordsAreTaken) {
   const auto decoder = make_decoder(Format::lines);

@@ -254,6 +254,14 @@ Completion complete_table(const Posture& posture, recording::LogReader& table, c
     progress(completion.rows);
   }
   if (completion.rows == 0) throw io::InputError(fmt::format("{}: no row below the header", table.name()));
+  const auto has_none = [&](const Completion::OfInput& input) {
+    return input.rows[static_cast<std::size_t>(Quality::missing)] +
+               input.rows[static_cast<std::size_t>(Quality::implausible)] ==
+           completion.rows;
+  };
+  if (std::ranges::all_of(completion.inputs, has_none))
+    throw io::InputError(
+        fmt::format("{}: no row has a plausible angle of {}", table.name(), recording::listed(options.from)));
   finish(completer, completion);
   completion.notes = table.notes();
   completion.left_out_rmse_deg = completer.left_out_rmse_deg();

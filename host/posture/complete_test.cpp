@@ -234,6 +234,13 @@ TEST(CompletingTables, KnowsOnlyThePast) {
   EXPECT_TRUE(whole[42].ends_with(",0,0,0\n")) << whole[42];
 }
 
+TEST(CompletingTables, WithoutAnyAngleOfTheHandIsRefused) {
+  for (const char* cell : {"", "-4000"})
+    EXPECT_THROW(
+        completion_of(fmt::format("t_s,index_mcp_deg\n0,{0}\n0.1,{0}\n", cell), {{"index_mcp_deg"}, {}, 0}),
+        io::InputError);
+}
+
 TEST(CompletingTables, TakesABendFromItsColumnOrItsJoints) {
   const Recorded r = test::person(83);
   std::string text = "t_s,index_deg\n";

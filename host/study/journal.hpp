@@ -48,7 +48,7 @@ class Journal {
   void finish() { file_->bring_to_disk(); }
 
   // Of all batches, as seal() has it.
-  const std::string& digest() const { return digest_; }
+  std::string digest() const { return digest_.empty() ? "no rows" : digest_; }
 
  private:
   std::filesystem::path path_;

@@ -58,6 +58,16 @@ TEST_F(ShardsTest, GiveTheBytesOfTheWholeRunInAnyOrder) {
     EXPECT_EQ(io::read_file(folder_ / "merged" / file), io::read_file(folder_ / "whole" / file)) << file;
 }
 
+TEST_F(ShardsTest, OneWithoutATrialIsFinished) {
+  folders_.clear();
+  for (std::size_t i = 1; i <= 8; ++i)
+    (void)run(plan({i, 8}, folders_.emplace_back(folder_ / "of8" / std::to_string(i))), {});
+  (void)run(plan({}, folder_ / "whole"), {});
+  (void)merged();
+  EXPECT_EQ(io::read_file(folder_ / "merged" / "trials.csv"),
+            io::read_file(folder_ / "whole" / "trials.csv"));
+}
+
 TEST_F(ShardsTest, AnUnfinishedOneIsNamedAndNothingIsWritten) {
   const std::string rows = io::read_file(folders_[1] / "trials.csv");
   std::ofstream(folders_[1] / "trials.csv", std::ios::trunc) << rows.substr(0, rows.size() - 5);

@@ -85,8 +85,9 @@ nb::tuple predict(const model::Model& model, const std::string& arithmetic, cons
     const auto step = [&](std::size_t rows) {
       if (rows % 4096 == 0) progress.step(rows, 0, "rows");
     };
-    return identify::apply(model, *reader, {"model", arithmetic, intervals, track, note, step},
-                           std::ref(out));
+    const auto done =
+        identify::apply(model, *reader, {"model", arithmetic, intervals, track, note, step}, std::ref(out));
+    identify::check_ranges(model, reader->name(), reader->columns(), done.ranges, note);
   });
   return nb::make_tuple(to_array(std::move(out.t_s)), out.table(out.angle_deg), out.table(out.status),
                         out.table(out.se_deg), notes);

@@ -10,8 +10,9 @@ NB_MODULE(_flexor, m) {
   }
   nb::exception<io::InputError>(m, "InputError", PyExc_ValueError).doc() =
       "What was given is wrong: what, where, and the mend.";
-  nb::exception<io::JobError>(m, "JobError", PyExc_RuntimeError).doc() =
-      "What was given is well-formed, but tells too little.";
+  auto job_error = nb::exception<io::JobError>(m, "JobError", PyExc_RuntimeError);
+  job_error.doc() = "What was given is well-formed, but tells too little.";
+  nb::exception<io::Doubt>(m, "Doubt", job_error);
   m.attr("version") = FLEXOR_VERSION;
   flexor::python::add_recording(m);
   flexor::python::add_model(m);

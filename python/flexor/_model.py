@@ -74,7 +74,8 @@ class Compensator:
         Status: 0 ok, 1 below and 2 above the valid range, 3 not a number, 4 a pause of the log; with anything but 0 the last
         good angle is held. ``inputs``: the columns of its inputs, if not those of the model. ``intervals``: also JOINT_se_deg,
         the root mean square error of such an angle on data that the fit did not see. ``track``: follows each sensor while the
-        glove is worn. Raises ``InputError``: no such column, another unit, no reading.
+        glove is worn. Raises ``InputError``: no such column, another unit, no reading; ``JobError``: readings that the model
+        hardly knows, as where ``flexor apply`` ends with 3.
         """
         t_s, *tables, warnings = run(core.predict, self._core, self._arithmetic, as_log(recording), list(inputs), intervals, track,
                                      progress=progress)

@@ -44,8 +44,8 @@ class Recording:
         elif time is not None:
             self.t_s = _seconds(_array(time), "", time_unit, source)
         elif rate_hz is not None:
-            if not rate_hz > 0:
-                raise InputError("the rate must be positive")
+            if not 0 < rate_hz < np.inf:
+                raise InputError("the rate must be positive and finite")
             self.t_s = np.arange(len(next(iter(columns.values()), ()))) / rate_hz
         else:
             self.t_s = _index_seconds(data, list(columns), time_unit, source)

@@ -47,9 +47,12 @@ def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[
         raise InputError("baseline_error_deg: a mapping of baselines' names to their errors")
     errors = {"": np.asarray(error_deg, float)} | {name: np.asarray(e, float) for name, e in baseline_error_deg.items()}
     for name, e in errors.items():
-        if e.shape != errors[""].shape or not np.isfinite(e).all():
-            raise InputError(f"errors{name and ' of ' + name}: finite numbers, as many of each, are needed: leave out what either lacks")
-    if not period_s > 0:
+        if e.ndim != 1 or e.size < 2 or e.shape != errors[""].shape or not np.isfinite(e).all():
+            raise InputError(f"errors{name and ' of ' + name}: two finite numbers or more, as many of each, are needed: leave out what either lacks")
+    ends = np.asarray([0, *part_ends])
+    if len(part_ends) and not ((np.diff(ends) > 0).all() and ends[-1] == len(error_deg)):
+        raise InputError(f"part_ends: the number of errors up to each part's end, rising to all {len(error_deg)}")
+    if not 0 < period_s < np.inf:
         raise InputError(f"period_s={period_s}: the time between samples, in seconds, is needed")
     judged = errors.pop("").tolist()
     return core.judge(judged, {name: e.tolist() for name, e in errors.items()}, period_s, list(part_ends))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Optional
 
 import numpy as np
@@ -65,6 +66,9 @@ class FlexorRegressor(RegressorMixin, BaseEstimator):
             angles = np.column_stack([X, np.ones(len(X))]) @ self.line_
         else:
             self.compensator_.reset()
-            angles = self.compensator_.step(X[:, [int(name[1:]) for name in self.compensator_.inputs]])[0]
+            angles, status = self.compensator_.step(X[:, [int(name[1:]) for name in self.compensator_.inputs]])
+            if 2 * np.count_nonzero(status) >= status.size:
+                warnings.warn(f"{np.count_nonzero(status)} of {status.size} angles are held: readings lie outside of the range of those "
+                              "that were fitted")
         return angles.reshape(len(X), *self._shape)
 

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <map>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"

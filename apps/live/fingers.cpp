@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "host/io/io.hpp"
 #include "host/io/numbers.hpp"

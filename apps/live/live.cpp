@@ -1,7 +1,5 @@
 #include "apps/live/live.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 

@@ -15,7 +15,6 @@
 #include <deque>
 #include <random>
 #include <tuple>
-#include <utility>
 
 #include "apps/live/assets.hpp"
 #include "apps/live/request.hpp"
@@ -46,17 +45,15 @@ constexpr seconds kFarewell{1};
 // wasm-unsafe-eval: what runs the markerless model is WebAssembly. It allows that alone, no eval of text.
 constexpr const char* kPagePolicy =
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' blob: data:; "
-    "connect-src 'self' "
-    "blob:; "
-    "media-src 'self' blob:; font-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'none'";
+    "connect-src 'self' blob:; media-src 'self' blob:; font-src 'self'; worker-src 'self' blob:; base-uri "
+    "'none'; form-action 'none'; frame-ancestors 'none'";
 // What lies in the sessions' folder may come from anybody: it is shown, has no origin to ask from, and runs nothing but the charts
 // of our own reports.
 const std::string& file_policy() {
-  static const std::string policy =
-      "sandbox allow-scripts; default-src 'none'; script-src " + report::report_script_source() +
-      "; style-src 'unsafe-inline'; img-src data:; media-src 'self'; base-uri 'none'; "
-      "form-action 'none'; frame-ancestors 'none'";
+  static const std::string policy = "sandbox allow-scripts; default-src 'none'; script-src " +
+                                    report::report_script_source() +
+                                    "; style-src 'unsafe-inline'; img-src data:; media-src 'self'; base-uri "
+                                    "'none'; form-action 'none'; frame-ancestors 'none'";
   return policy;
 }
 

@@ -134,8 +134,7 @@ class Writer {
   std::string text() const {
     return "namespace config {\n" + coefficients_ +
            "}  // namespace config\n\nclass Compensator {\n public:\n  int16_t alpha[5] = {};\n  int16_t "
-           "angle[5] = "
-           "{};\n\n  Compensator() {\n" +
+           "angle[5] = {};\n\n  Compensator() {\n" +
            rests_ + "  }\n\n  uint8_t step() {\n    uint8_t good = 0;\n" + shared_ + lines_ +
            "    return good;\n  }\n\n private:\n" + states_ + "};\n";
   }

@@ -82,10 +82,10 @@ namespace {
 void require_room_for_lines(const Glove& glove) {
   const double line_s = line_bytes(glove) * 10 / kUsbBaud;
   if (line_s <= glove.model.sample_period_s) return;
-  throw InputError(fmt::format(
-      "a line of up to {} bytes takes {:.1f} ms at {:g} baud, which is fixed, and the glove samples "
-      "every {:g} ms: lower --rate, or --encoding alpha sends the fingers alone",
-      line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s));
+  throw InputError(
+      fmt::format("a line of up to {} bytes takes {:.1f} ms at {:g} baud, which is fixed, and the glove "
+                  "samples every {:g} ms: lower --rate, or --encoding alpha sends the fingers alone",
+                  line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s));
 }
 
 // Bones of the driver's hand, from the wrist; a joint turns the one behind it.
@@ -157,8 +157,7 @@ int samples_per_frame(const Glove& glove) {
   }
   if (glove.key && glove.baud < kLeastBaudWithKey) {
     throw InputError(
-        fmt::format("a radio of {:g} baud is too slow for a key, which wants {:g}: raise "
-                    "radio.baud",
+        fmt::format("a radio of {:g} baud is too slow for a key, which wants {:g}: raise radio.baud",
                     glove.baud, kLeastBaudWithKey));
   }
   const int bytes = frame_bytes(glove.key);
@@ -209,8 +208,7 @@ void check_tracking(const Glove& glove) {
   if (std::ranges::any_of(tracked, [](const glove::TrackedStrip& strip) { return strip.half != 0; })) return;
   throw InputError(
       "--track: the model does not say what a strip reads at the open hand and at the fist: identify it anew "
-      "from a "
-      "recording with both, or leave out --track");
+      "from a recording with both, or leave out --track");
 }
 
 link::Turns turns_of(const Glove& glove) {

@@ -363,10 +363,10 @@ void check_made_for(const Glove& glove, int rate_hz, const std::uint16_t* calibr
   const model::Wiring wiring = model::wiring_of(glove.model);
   for (std::size_t i = 0; i < kFingers; ++i) {
     if (!wiring.input[i] || ids[i] == calibration[i]) continue;
-    throw InputError(fmt::format(
-        "{}: {} has another calibration of this sensor: --calibration as at its deployment, or deploy "
-        "and flash it anew",
-        model::finger_names()[i], name));
+    throw InputError(
+        fmt::format("{}: {} has another calibration of this sensor: --calibration as at its deployment, or "
+                    "deploy and flash it anew",
+                    model::finger_names()[i], name));
   }
 }
 
@@ -409,8 +409,7 @@ Bytes flash_block(const Glove& glove) {
   if (ram > glove::kArenaBytes || static_cast<int>(block.bytes.size()) > kRoom) {
     throw InputError(
         fmt::format("model {:?} is too large for an {}: {} of {} bytes of flash, {} of {} bytes of RAM: use "
-                    "fewer knots, or a "
-                    "smaller structure: identify --structure line-lead",
+                    "fewer knots, or a smaller structure: identify --structure line-lead",
                     glove.model.name, kAtmega328p.name, block.bytes.size(), kRoom, ram, glove::kArenaBytes));
   }
   return std::move(block.bytes);

@@ -9,8 +9,6 @@
 #include <cstring>
 #include <string_view>
 
-#include "host/io/io.hpp"
-
 namespace flexor::deploy {
 namespace {
 

@@ -1,7 +1,6 @@
 #include "host/posture/posture.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "host/io/json.hpp"
 #include "host/io/numbers.hpp"

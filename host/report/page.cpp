@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <span>
 #include <sstream>
-#include <utility>
 
 #include "host/io/base64.hpp"
 #include "host/io/io.hpp"

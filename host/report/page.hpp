@@ -4,6 +4,8 @@
 // eye sees; the style is for a phone first, light or dark as the reader's machine is.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <functional>
 #include <string>
 #include <string_view>
@@ -71,7 +73,7 @@ class Page {
   void picture(const Figure& figure, std::string_view jpeg);
   // What follows until end_details() opens on a click.
   void begin_details(const std::string& summary);
-  void end_details();
+  void end_details() { add("</details>\n"); }
 
   std::string html() const;
   // Its headings, paragraphs, cards, steps and tables for a terminal of 80 columns.

@@ -354,8 +354,6 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
   if (!curves_.empty()) plot(curves_.begin().key());
 }
 
-void Calibration::failed(const std::string& why) { failure_ = why; }
-
 void Calibration::plot(const std::string& finger) {
   if (step_ != Step::result || !curves_.contains(finger)) throw Refusal("no_plot", {{"finger", finger}});
   const Json& curve = curves_.at(finger);

@@ -28,11 +28,6 @@ CameraSource::CameraSource(std::string device, const std::string& joints, const 
   thread_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
 }
 
-CameraSource::~CameraSource() {
-  thread_.request_stop();
-  thread_.join();
-}
-
 void CameraSource::watch(const std::stop_token& stop) {
   try {
     bool ended = false;
@@ -84,8 +79,6 @@ double CameraSource::now_s() const {
   if (clock_) return clock_();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }
-
-std::string CameraSource::says() const { return says_; }
 
 listen::Event CameraSource::wait(double timeout_s, std::vector<listen::Sample>& out) {
   std::unique_lock lock(mutex_);

@@ -157,8 +157,6 @@ double Fingers::angle_of(const Finger& finger) const {
   return kNone;
 }
 
-float Fingers::angle_deg(std::size_t finger) const { return static_cast<float>(angle_of(fingers_[finger])); }
-
 FingerView Fingers::view_of(const Finger& finger, bool recent) const {
   FingerView out{finger.name, "", kNone, kNone, kNone, kNone, kNone, kNone, "none", "", ""};
   const Column& column = columns_[*finger.column];

@@ -101,8 +101,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (is_open_) --server_.clients_;  // the program ends, or a handler threw
     server_.connections_.erase(id_);
   }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
 
   void start() { spawn(&Connection::serve); }
   bool is_known() const { return is_known_; }  // has shown the token
@@ -474,17 +472,15 @@ void Server::every(double period_s, std::function<void()> tick) {
 void Server::post(std::function<void()> work) { asio::post(context_, std::move(work)); }
 
 void Server::stop() {
-  post([this] { end(); });
-}
-
-void Server::end() {
-  if (std::exchange(stopping_, true)) return;
-  error_code ignored;
-  acceptor_.close(ignored);
-  const auto all = connections_;
-  for (const auto& [id, connection] : all) connection->farewell();
-  pause_.expires_after(clients_ == 0 ? std::chrono::milliseconds(0) : std::chrono::milliseconds(200));
-  pause_.async_wait([this](error_code) { context_.stop(); });
+  post([this] {
+    if (std::exchange(stopping_, true)) return;
+    error_code ignored;
+    acceptor_.close(ignored);
+    const auto all = connections_;
+    for (const auto& [id, connection] : all) connection->farewell();
+    pause_.expires_after(clients_ == 0 ? std::chrono::milliseconds(0) : std::chrono::milliseconds(200));
+    pause_.async_wait([this](error_code) { context_.stop(); });
+  });
 }
 
 }  // namespace flexor::live

@@ -74,6 +74,17 @@ void copy(const cv::Mat& from, Picture& to) {
   from.copyTo(mat(to));
 }
 
+// Packets of a video file, without decoding them.
+std::size_t packets(const std::filesystem::path& path) {
+  std::size_t count = 0;
+  try {
+    cv::VideoCapture capture(path.string(), cv::CAP_FFMPEG, {cv::CAP_PROP_FORMAT, -1});
+    while (capture.grab()) ++count;
+  } catch (const cv::Exception&) {
+  }
+  return count;
+}
+
 }  // namespace
 
 VideoReader::VideoReader(const std::filesystem::path& path) : source_(path.string()) {
@@ -216,21 +227,6 @@ int DropFinder::add(double t_s) {
   dropped_ += missing;
   return missing;
 }
-
-namespace {
-
-// Packets of a video file, without decoding them.
-std::size_t packets(const std::filesystem::path& path) {
-  std::size_t count = 0;
-  try {
-    cv::VideoCapture capture(path.string(), cv::CAP_FFMPEG, {cv::CAP_PROP_FORMAT, -1});
-    while (capture.grab()) ++count;
-  } catch (const cv::Exception&) {
-  }
-  return count;
-}
-
-}  // namespace
 
 VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz)
     : path_(path) {

@@ -83,7 +83,9 @@ class PartWriter {
     for (const BoardOutput& one : outputs_) leaving.push_back(fixed_.graph.joint[one.joint]);
     needed_ = fixed_.graph.needed_for(leaving);
     mark_idle_strips();
-    number_inputs();
+    for (std::size_t i = 0; i < inputs_; ++i) {
+      if (needed_[i]) number_[i] = signals_++;
+    }
     knots_begin_ = compensator::kHeaderBytes + compensator::kInputBytes * signals_ +
                    compensator::kOutputBytes * static_cast<int>(outputs_.size());
     for (std::size_t b = 0; b < model_.blocks.size(); ++b) {
@@ -112,12 +114,6 @@ class PartWriter {
         return std::ranges::find(strips, wiring_.strip[i]) != strips.end();
       });
       if (!moves) needed_[i] = true;
-    }
-  }
-
-  void number_inputs() {
-    for (std::size_t i = 0; i < inputs_; ++i) {
-      if (needed_[i]) number_[i] = signals_++;
     }
   }
 

@@ -162,8 +162,6 @@ std::string Listener::says() const {
   return fmt::format("{} at {} baud{}", name_of(format()), baud(), remark.empty() ? "" : ": " + remark);
 }
 
-int Listener::descriptor() const { return port_ ? port_->descriptor() : -1; }
-
 Event Listener::wait(double timeout_s, std::vector<Sample>& out) {
   if (!port_) {
     const double due_s = tried_s_ + kTryEvery_s - now_s();

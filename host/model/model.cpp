@@ -298,9 +298,7 @@ std::string schema_json() {
               {"title", "Model document of Flexor"}};
   out.update(
       object_schema({{"schema", {{"const", kSchema}}}, {"schema_version", {{"const", kSchemaVersion}}}}));
-  add_schema_of(Model(), Model::header(), out);
-  add_schema_of(Model(), Model::graph(), out);
-  add_schema_of(Model(), Model::provenance(), out);
+  add_schema_of(Model(), out);
   Json strips = {""};
   for (const std::string& name : finger_names()) strips.push_back(name);
   out["properties"]["inputs"]["items"]["properties"]["strip"]["enum"] = strips;
@@ -314,10 +312,8 @@ Model from_json(const std::string& text, const std::string& source) {
   if (reader.number("schema_version") == 1)
     reader.fail("has schema version 1, with \"channels\", which is no longer read: identify it again");
   Model model;
-  read_members(reader, model, Model::header());
-  read_members(reader, model, Model::graph());
+  read_object(reader, model);
   for (Joint& joint : model.joints) joint.name = joint_name(joint.name);
-  read_members(reader, model, Model::provenance());
   reader.done();
   check_provenance(model, source);
   try {

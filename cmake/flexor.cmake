@@ -66,8 +66,8 @@ function(flexor_write_graph file)
   file(WRITE ${file} "${text}")
 endfunction()
 
-# Files that the program carries with it, as C++: FILES below FOLDER fill @ROWS@ of NAME.cpp.in, one {"name", text} each. Those with a
-# whole path have their own name; where one is missing, its text is empty.
+# Files that the program carries with it: flexor::ROOM::NAME() has a {"name", text} of each of FILES below FOLDER. Those with a whole path
+# have their own name; where one is missing, its text is empty.
 function(flexor_embed name folder)
   set(ROWS "")
   foreach(file IN LISTS ARGN)
@@ -83,7 +83,8 @@ function(flexor_embed name folder)
     endif()
     string(APPEND ROWS "      {\"${key}\", R\"embedded(${text})embedded\"},\n")
   endforeach()
-  configure_file(${name}.cpp.in ${name}.cpp @ONLY)
+  get_filename_component(room ${CMAKE_CURRENT_SOURCE_DIR} NAME)
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/embedded.cpp.in ${name}.cpp @ONLY)
 endfunction()
 
 add_library(flexor_warnings INTERFACE)

@@ -9,7 +9,6 @@
 
 #include "firmware/markers.hpp"
 #include "host/deploy/flash.hpp"
-#include "host/io/io.hpp"
 #include "host/score/trial.hpp"
 #include "host/study/boards.hpp"
 

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cstring>
 #include <string_view>
-#include <utility>
 
 #include "host/io/io.hpp"
 

@@ -12,7 +12,6 @@
 #include <map>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "host/deploy/intel_hex.hpp"
 #include "host/deploy/mcu.hpp"

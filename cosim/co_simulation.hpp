@@ -3,7 +3,6 @@
 #pragma once
 
 #include <functional>
-#include <iosfwd>
 
 #include "cosim/board.hpp"
 #include "cosim/byte_radio.hpp"

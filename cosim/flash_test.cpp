@@ -140,8 +140,7 @@ TEST_F(Flash, AnInterruptSaysWhatTheBoardHoldsAndASecondRunMends) {
   const std::string err = (folder_ / "err").string();
   const std::string command = fmt::format(
       "'{0}' flash '{1}' --port {2} 2> '{3}' & until grep -q writing '{3}' || ! kill -0 $!; do sleep 0.1; "
-      "done; "
-      "kill -TERM $!; wait $!",
+      "done; kill -TERM $!; wait $!",
       fs::absolute(FLEXOR_PROGRAM).string(), image(), board.port(), err);
   (void)std::system(command.c_str());
   EXPECT_NE(io::read_file(err).find("run the same command again"), std::string::npos) << io::read_file(err);

@@ -4,7 +4,6 @@
 #include <deque>
 #include <map>
 
-#include "cosim/co_simulation.hpp"
 #include "cosim/radio_ear.hpp"
 #include "firmware/markers.hpp"
 #include "host/twin/random.hpp"

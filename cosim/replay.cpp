@@ -156,6 +156,33 @@ void run(Board& board, double period_s, std::size_t samples, const std::size_t& 
   board.run_until(board.now() + 100 * kCyclesPerMs);
 }
 
+// The twin's motors and joints on a hand's pins: readings that its watch believes, so that no finger is limp.
+class Motors {
+ public:
+  explicit Motors(Board& board) : board_(board) {
+    for (int i = 0; i < deploy::kFingers; ++i) {
+      x_.lower[i] = static_cast<float>(parameters_.hand_lower_deg[static_cast<std::size_t>(i)]);
+      x_.upper[i] = static_cast<float>(parameters_.hand_upper_deg[static_cast<std::size_t>(i)]);
+      x_.motor[i] = x_.joint[i] = (x_.lower[i] + x_.upper[i]) / 2;
+      x_.noise[i] = 1U + static_cast<std::uint32_t>(i);
+    }
+  }
+
+  void step() {
+    for (int i = 0; i < deploy::kFingers; ++i) {
+      twin::detail::move_hand(constants_, x_, i,
+                              static_cast<std::int16_t>(std::lround(board_.duty(i) * hand::kFullDuty)));
+      board_.set_counts(i, twin::detail::read_potentiometer(constants_, x_, i));
+    }
+  }
+
+ private:
+  Board& board_;
+  twin::Parameters parameters_;
+  twin::PlantConstants constants_{parameters_};
+  twin::PlantState<deploy::kFingers> x_{};
+};
+
 }  // namespace
 
 deploy::GloveFigures replay(const deploy::Glove& glove, const Counts& counts,
@@ -244,37 +271,6 @@ Counts exercise(std::size_t samples, std::uint32_t seed) {
   }
   return out;
 }
-
-namespace {
-
-// The twin's motors and joints on a hand's pins: readings that its watch believes, so that no finger is limp.
-class Motors {
- public:
-  explicit Motors(Board& board) : board_(board) {
-    for (int i = 0; i < deploy::kFingers; ++i) {
-      x_.lower[i] = static_cast<float>(parameters_.hand_lower_deg[static_cast<std::size_t>(i)]);
-      x_.upper[i] = static_cast<float>(parameters_.hand_upper_deg[static_cast<std::size_t>(i)]);
-      x_.motor[i] = x_.joint[i] = (x_.lower[i] + x_.upper[i]) / 2;
-      x_.noise[i] = 1U + static_cast<std::uint32_t>(i);
-    }
-  }
-
-  void step() {
-    for (int i = 0; i < deploy::kFingers; ++i) {
-      twin::detail::move_hand(constants_, x_, i,
-                              static_cast<std::int16_t>(std::lround(board_.duty(i) * hand::kFullDuty)));
-      board_.set_counts(i, twin::detail::read_potentiometer(constants_, x_, i));
-    }
-  }
-
- private:
-  Board& board_;
-  twin::Parameters parameters_;
-  twin::PlantConstants constants_{parameters_};
-  twin::PlantState<deploy::kFingers> x_{};
-};
-
-}  // namespace
 
 deploy::HandFigures measure_hand(const deploy::Hand& settings, double seconds) {
   deploy::HandFigures result;

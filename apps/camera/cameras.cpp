@@ -163,8 +163,7 @@ class Track {
     if (named < s.never_found.size()) missing += ", ...";
     throw io::JobError(
         fmt::format("{}: {} in any of {} frame(s); {} does not fit it: {} of its {} marks were never found "
-                    "({}){}{}; flexor "
-                    "track --setup shows what is seen, --assign names it",
+                    "({}){}{}; flexor track --setup shows what is seen, --assign names it",
                     request_.video.string(), any ? "not all marks" : "no angle", s.frames,
                     request_.joints.string(), s.never_found.size(), s.marks, missing,
                     s.trouble.empty() ? "" : "; ", s.trouble.empty() ? "" : s.trouble.front()));
@@ -180,9 +179,8 @@ class Track {
     const bool printed = std::ranges::any_of(
         joints_.skeletons, [](const camera::Skeleton& s) { return s.kind == camera::MarkKind::printed; });
     out.warnings.push_back(
-        fmt::format("no lens calibration: an ordinary lens bends bones as long as these by {:.1f} degrees "
-                    "at the picture's corner, "
-                    "less towards its middle{}; flexor camera calibrate",
+        fmt::format("no lens calibration: an ordinary lens bends bones as long as these by {:.1f} degrees at "
+                    "the picture's corner, less towards its middle{}; flexor camera calibrate",
                     camera::edge_error_deg(out.width, out.height, bone_px),
                     printed ? ", and printed marks are taken as seen by a lens of 49 degrees" : ""));
   }

@@ -1,7 +1,6 @@
 // The twin's hand before the camera: angles against the exact truth.
 #include "apps/camera/film.hpp"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -6,8 +6,7 @@
 #include "host/identify/joint_map.hpp"
 #include "host/recording/csv.hpp"
 
-namespace flexor::cli {
-namespace align_command {
+namespace flexor::cli::align_command {
 
 struct Options {
   identify::SourceFiles files;
@@ -64,10 +63,7 @@ Output run(const Options& o) {
   return {to_json(aligned), in_words(o, aligned)};
 }
 
-}  // namespace align_command
-
-void add_align(CLI::App& app) {
-  using namespace align_command;
+void add(CLI::App& app) {
   const auto [o, command] =
       add_command(app, "align", "Find the clock offset of two logs of one motion from their signals", run);
   command->add_option("--sensor", o->files.sensor, "CSV log of the glove")->required();
@@ -75,8 +71,7 @@ void add_align(CLI::App& app) {
   command->add_option("--input", o->files.input, "column of the sensor log (default: its only one)");
   command->add_option("--output", o->files.output,
                       "column of the reference, degrees (default: its only one)");
-  command->add_option("--rate", o->rate_hz, "sample rate of the aligned recording, Hz")
-      ->capture_default_str();
+  add_shown(*command, "--rate", o->rate_hz, "sample rate of the aligned recording, Hz");
   command->add_option("--clock-offset", o->clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
   command->add_option("--output-unit", o->files.output_unit,
@@ -85,4 +80,4 @@ void add_align(CLI::App& app) {
   command->add_option("--out", o->out, "write the aligned recording: .csv");
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::align_command

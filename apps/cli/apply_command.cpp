@@ -11,8 +11,7 @@
 #include "host/io/io.hpp"
 #include "host/model/standard_error.hpp"
 
-namespace flexor::cli {
-namespace apply_command {
+namespace flexor::cli::apply_command {
 
 struct Options {
   std::string model;
@@ -80,7 +79,7 @@ void say(const std::vector<model::Followed>& followed) {
 }
 
 std::string to_json(const std::vector<model::Followed>& followed) {
-  nlohmann::ordered_json out = nlohmann::ordered_json::object();
+  Json out = Json::object();
   for (const model::Followed& f : followed) {
     if (!f.is_tracked) continue;
     out[f.input] = {{"shift_deg", f.shift_deg},
@@ -169,10 +168,7 @@ void run(const Options& o) {
   identify::check_ranges(model, reader.name(), reader.columns(), done.ranges, log_warning);
 }
 
-}  // namespace apply_command
-
-void add_apply(CLI::App& app) {
-  using namespace apply_command;
+void add(CLI::App& app) {
   const auto [o, command] =
       add_command(app, "apply", "Turn sensor readings into angles: wide CSV on standard output", run,
                   "one JSON object instead, when the recording has ended");
@@ -185,9 +181,8 @@ void add_apply(CLI::App& app) {
   command->add_option("file", o->file, "CSV recording; - reads standard input row by row")->required();
   command->add_option("--input", o->inputs,
                       "input columns, one for each of the model's inputs (default: those in the model)");
-  command->add_option("--arithmetic", o->arithmetic, "double, float or fixed (as in the glove)")
-      ->check(CLI::IsMember({"double", "float", "fixed"}))
-      ->capture_default_str();
+  add_shown(*command, "--arithmetic", o->arithmetic, "double, float or fixed (as in the glove)")
+      ->check(CLI::IsMember({"double", "float", "fixed"}));
   add_time_options(*command, o->time);
   command->add_flag(
       "--intervals", o->intervals,
@@ -197,4 +192,4 @@ void add_apply(CLI::App& app) {
       "follow each sensor while the glove is worn, from whole bends; corrections are reported at the end");
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::apply_command

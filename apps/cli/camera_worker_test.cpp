@@ -1,6 +1,4 @@
 // What comes out of the camera's worker: as good as exact angles, whole or not at all, and gone with its caller.
-#include <chrono>
-#include <thread>
 
 #include "apps/cli/command_test.hpp"
 #include "host/identify/identify.hpp"

@@ -17,9 +17,11 @@
 
 namespace flexor::cli {
 
+using Json = nlohmann::ordered_json;
+
 // What a command found: for programs, to which the version is added, and for people.
 struct Output {
-  nlohmann::ordered_json json;
+  Json json;
   std::string text;
 };
 void print(Output output, bool as_json);
@@ -80,10 +82,15 @@ void add_commands(CLI::App& app);
   X(twin, "The paper", "flexor twin record --out glove/")                                             \
   X(job, "Programs", "flexor job identify < request.json")                                            \
   X(completion, "Programs", "flexor completion bash > flexor.bash")
-#define FLEXOR_ADD_COMMAND(name, group, example) void add_##name(CLI::App& app);
+#define FLEXOR_ADD_COMMAND(name, group, example) \
+  namespace name##_command {                     \
+    void add(CLI::App& app);                     \
+  }
 FLEXOR_COMMANDS(FLEXOR_ADD_COMMAND)
 #undef FLEXOR_ADD_COMMAND
-void add_twin_wear(CLI::App& twin);
+namespace wear_command {
+void add(CLI::App& twin);
+}
 
 // The twin as shipped or from a file, with parameters set. Throws io::InputError.
 struct TwinFiles {
@@ -106,13 +113,19 @@ CLI::Option* add_choice(CLI::App& command, const std::string& name, T& to,
   return out->check(CLI::IsMember(choices));
 }
 
-// For options that name a folder: without a "/" at its end, since names of files follow one.
-inline const CLI::Validator kFolder(
-    [](std::string& name) {
-      while (name.size() > 1 && name.ends_with('/')) name.pop_back();
-      return std::string();
-    },
-    "");
+// Of which help shows the default.
+template <class T>
+CLI::Option* add_shown(CLI::App& command, const std::string& name, T& to, const std::string& about) {
+  return command.add_option(name, to, about)->capture_default_str();
+}
+// Without a "/" at its end, since names of files follow one.
+template <class T>
+CLI::Option* add_folder(CLI::App& command, const std::string& name, T& to, const std::string& about) {
+  return command.add_option(name, to, about)->transform([](std::string folder) {
+    while (folder.size() > 1 && folder.ends_with('/')) folder.pop_back();
+    return folder;
+  });
+}
 
 // The sample rate of --rate, where it is given. Throws io::InputError.
 void set_rate(model::Model& model, std::optional<double> rate_hz);
@@ -155,8 +168,7 @@ struct TrackOptions {
 };
 // With progress on standard error; what `flexor track --json` prints. As soon as `goes_on` is false it ends and
 // keeps what there is. Throws as the job does.
-nlohmann::ordered_json track_video(io::Worker& camera, const TrackOptions& options,
-                                   const std::function<bool()>& goes_on);
+Json track_video(io::Worker& camera, const TrackOptions& options, const std::function<bool()>& goes_on);
 
 // Prints to standard output, control characters but line ends and tabs as question marks; throws io::JobError when it is closed or full.
 void print(const std::string& text);

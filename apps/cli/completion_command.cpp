@@ -1,8 +1,7 @@
 
 #include "apps/cli/commands.hpp"
 
-namespace flexor::cli {
-namespace completion_command {
+namespace flexor::cli::completion_command {
 
 // Each asks the program for what may stand at the cursor, with the words of the line up to there: it knows no command itself.
 const std::map<std::string, const char*> kScripts = {
@@ -84,10 +83,7 @@ void run(const Options& o) {
     if (word.starts_with(line.back())) print(head + word + "\n");
 }
 
-}  // namespace completion_command
-
-void add_completion(CLI::App& app) {
-  using namespace completion_command;
+void add(CLI::App& app) {
   const auto [o, command] =
       add_command(app, "completion", "Completion of commands, options and choices for a shell", run);
   o->app = &app;
@@ -100,4 +96,4 @@ void add_completion(CLI::App& app) {
   command->prefix_command();
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::completion_command

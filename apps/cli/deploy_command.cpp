@@ -19,8 +19,7 @@
 #include "host/report/render.hpp"
 #include "host/study/boards.hpp"
 
-namespace flexor::cli {
-namespace deploy_command {
+namespace flexor::cli::deploy_command {
 
 struct Options {
   std::string model;
@@ -223,8 +222,8 @@ void measure(deploy::Deployment& d, const study::Boards& boards, const study::Co
 }
 
 // What is flashed, folders, what was measured of them, and the report, all in `folder`.
-nlohmann::ordered_json build(const Options& o, const study::Boards* boards, const study::Counts& counts,
-                             deploy::Deployment& d, const std::filesystem::path& folder) {
+Json build(const Options& o, const study::Boards* boards, const study::Counts& counts, deploy::Deployment& d,
+           const std::filesystem::path& folder) {
   const auto write = [&](const char* name, const deploy::FlashContent& flash) {
     io::write_file(folder / name, deploy::to_intel_hex(flash), io::Access::owner);
   };
@@ -235,14 +234,14 @@ nlohmann::ordered_json build(const Options& o, const study::Boards* boards, cons
   deploy::write_arduino_library(d.glove, folder / deploy::kArduinoFolder);
   if (boards != nullptr) measure(d, *boards, counts);
   save_results(d, folder);
-  nlohmann::ordered_json json = io::parse_json(io::read_file(folder / "results.json"), "results.json");
+  Json json = io::parse_json(io::read_file(folder / "results.json"), "results.json");
   report::render(folder);
   json["folder"] = o.out;
   json["model"] = o.model;
   return json;
 }
 
-std::string in_words(const deploy::Deployment& d, const PairKey& pair, const nlohmann::ordered_json& json) {
+std::string in_words(const deploy::Deployment& d, const PairKey& pair, const Json& json) {
   const std::string folder = io::one_line(d.folder);
   const bool radio = d.glove.output == deploy::Output::radio;
   std::string text = report::summary("deployment", json);
@@ -276,8 +275,8 @@ Output run(const Options& o) {
       deploy::fixed_point_error(d.glove.model, o.recording.empty() ? readings_of(d.glove, counts)
                                                                    : readings_of(d.glove.model, o.recording));
   deploy::OutFolder out(o.out);
-  nlohmann::ordered_json json = build(o, boards ? &*boards : nullptr, counts, d, out.staging());
-  json["key"] = pair.origin != nullptr ? nlohmann::ordered_json(pair.origin) : nullptr;
+  Json json = build(o, boards ? &*boards : nullptr, counts, d, out.staging());
+  json["key"] = pair.origin != nullptr ? Json(pair.origin) : nullptr;
   io::write_file(out.staging() / "report.json", io::dump(json));
   if (pair.key && !pair.is_stored) {
     deploy::write_key(out.staging() / deploy::kKeyFile, *pair.key);
@@ -312,20 +311,15 @@ void add_key_options(CLI::App& command, Options& o) {
       ->excludes(new_key);
 }
 
-}  // namespace deploy_command
-
-void add_deploy(CLI::App& app) {
-  using namespace deploy_command;
+void add(CLI::App& app) {
   const auto [o, command] = add_command(app, "deploy",
                                         "Flash content for glove and hand from a model file: image, "
                                         "settings, model; with what it costs measured",
                                         run);
   command->add_option("MODEL", o->model, "model file; --output log needs none");
   command->add_option("--rate", o->rate_hz, "sample rate: 10, 20, 50 or 100 Hz (default: the model's)");
-  command
-      ->add_option("--out", o->out,
-                   "write what is flashed, wiring, an Arduino library and the report into this folder")
-      ->transform(kFolder)
+  add_folder(*command, "--out", o->out,
+             "write what is flashed, wiring, an Arduino library and the report into this folder")
       ->required();
   add_choice(*command, "--output", o->output, deploy::kOutputs,
              "of the glove: radio; over USB opengloves, lines for VR drivers, text, lines of angles, or log, "
@@ -345,4 +339,4 @@ void add_deploy(CLI::App& app) {
       "the glove follows its strips while it is worn, from whole bends (not in the Arduino library)");
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::deploy_command

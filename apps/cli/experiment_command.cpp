@@ -56,13 +56,11 @@ std::vector<study::ScenarioResult> run_scenarios(const study::Plan& plan,
 
 void show(const Options& o, const study::Result& result,
           const std::vector<study::ScenarioResult>& scenarios) {
-  nlohmann::ordered_json json = study::to_json(result, o.plan);
+  Json json = study::to_json(result, o.plan);
   json["compensators"] = result.compensators;
   for (const twin::Motion& m : o.plan.motions)
-    json["motions"].push_back(
-        {{"name", m.name()}, {"gesture", m.number() > 0 ? nlohmann::ordered_json(m.number()) : nullptr}});
-  json["real_time_factor"] =
-      result.simulated_s > 0 ? nlohmann::ordered_json(result.real_time_factor()) : nlohmann::ordered_json();
+    json["motions"].push_back({{"name", m.name()}, {"gesture", m.number() > 0 ? Json(m.number()) : nullptr}});
+  json["real_time_factor"] = result.simulated_s > 0 ? Json(result.real_time_factor()) : Json();
   json["threads"] = result.threads;
   json["resumed_rows"] = result.resumed_rows;
   for (const study::ScenarioResult& s : scenarios) json["scenarios"].push_back(study::to_json(s));
@@ -178,66 +176,30 @@ void run(Options& o) {
   play_until_stopped(o);
 }
 
-}  // namespace experiment_command
-
-void set_rate(model::Model& model, std::optional<double> rate_hz) {
-  using namespace experiment_command;
-  if (!rate_hz) return;
-  if (!(*rate_hz > 0) || !std::isfinite(*rate_hz))
-    throw io::InputError("--rate must be a positive number of samples a second: 10, 20, 50 or 100");
-  model.sample_period_s = 1 / *rate_hz;
-  model::check(model);
-}
-
-twin::Parameters twin_parameters(const TwinFiles& twin) {
-  twin::Parameters p = twin.file.empty() ? twin::Parameters() : twin::load(twin.file);
-  for (const std::string& assignment : twin.set) twin::assign(p, assignment);
-  twin::check(p);
-  return p;
-}
-
-void add_twin_options(CLI::App& command, TwinFiles& twin, const char* about) {
-  command.add_option("--twin", twin.file, about);
-  command.add_option("--set", twin.set, "change one of its values: radio.loss=0.05; may be repeated");
-}
-
-void add_experiment(CLI::App& app) {
-  using namespace experiment_command;
+void add(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "experiment", "The published experiment in the twin: gestures x compensators x trials", run);
-  command
-      ->add_option("--gestures", o->gestures,
-                   "1-6, 2,4, or files: .json gesture, .csv or .txt recorded motion")
-      ->capture_default_str();
-  command->add_option("--trials", o->plan.trials, "trials of each gesture with each compensator")
-      ->capture_default_str();
-  command
-      ->add_option("--compensators", o->compensators,
-                   "raw, published-w, published-hw, or model files, with commas")
-      ->delimiter(',')
-      ->capture_default_str();
+  add_shown(*command, "--gestures", o->gestures,
+            "1-6, 2,4, or files: .json gesture, .csv or .txt recorded motion");
+  add_shown(*command, "--trials", o->plan.trials, "trials of each gesture with each compensator");
+  add_shown(*command, "--compensators", o->compensators,
+            "raw, published-w, published-hw, or model files, with commas")
+      ->delimiter(',');
   add_seed(*command, o->plan.seed);
-  command
-      ->add_option("--out", o->folder,
-                   "write trials.csv, results.json, figures and report.html here; goes on where a run was "
-                   "cut off, however it ended")
-      ->transform(kFolder);
-  command->add_option("--rate", o->rate_hz, "sample rate of the glove, Hz")->capture_default_str();
-  command->add_option("--threads", o->plan.threads, "0: as many as the machine has")->capture_default_str();
+  add_folder(*command, "--out", o->folder,
+             "write trials.csv, results.json, figures and report.html here; goes on where a run was "
+             "cut off, however it ended");
+  add_shown(*command, "--rate", o->rate_hz, "sample rate of the glove, Hz");
+  add_shown(*command, "--threads", o->plan.threads, "0: as many as the machine has");
   add_twin_options(*command, o->twin,
                    "configuration of the twin (default: the shipped one; flexor twin --json prints it)");
-  command
-      ->add_option(
-          "--engine", o->engine,
-          "twin, or avr: the firmware of both boards, instruction by instruction, with the twin around it")
-      ->check(CLI::IsMember({"twin", "avr"}))
-      ->capture_default_str();
-  command
-      ->add_option("--camera", o->camera,
-                   "angles: both cameras say the angle and a little noise; rendered: they take pictures of "
-                   "both hands, which are tracked")
-      ->check(CLI::IsMember({"angles", "rendered"}))
-      ->capture_default_str();
+  add_shown(*command, "--engine", o->engine,
+            "twin, or avr: the firmware of both boards, instruction by instruction, with the twin around it")
+      ->check(CLI::IsMember({"twin", "avr"}));
+  add_shown(*command, "--camera", o->camera,
+            "angles: both cameras say the angle and a little noise; rendered: they take pictures of "
+            "both hands, which are tracked")
+      ->check(CLI::IsMember({"angles", "rendered"}));
   command->add_flag(
       "--scenarios", o->plan.scenarios,
       "also with half-open poses, the glove re-donned, another person, drift, lost and late frames; where a "
@@ -246,14 +208,16 @@ void add_experiment(CLI::App& app) {
                       "2/8: only that part, on one of eight machines; flexor merge puts them together");
 }
 
-void add_merge(CLI::App& app) {
+}  // namespace experiment_command
+
+void merge_command::add(CLI::App& app) {
   using namespace experiment_command;
   const auto [o, command] = add_command(
       app, "merge",
       "Shards of an experiment or a cohort to the folder of the whole: the bytes that one machine writes",
       run_merge);
   command->add_option("DIR", o->shards, "the shards' folders, in any order")->required();
-  command->add_option("--out", o->folder, "the folder of the whole run")->required()->transform(kFolder);
+  add_folder(*command, "--out", o->folder, "the folder of the whole run")->required();
 }
 
 }  // namespace flexor::cli

@@ -11,8 +11,7 @@
 #include "host/model/matlab.hpp"
 #include "host/recording/time.hpp"
 
-namespace flexor::cli {
-namespace export_command {
+namespace flexor::cli::export_command {
 
 struct Options {
   std::string file;
@@ -94,21 +93,7 @@ Output run(Options& o) {
                       done.joints.size(), fmt::join(done.joints, ", "))};
 }
 
-}  // namespace export_command
-
-std::map<std::string, std::pair<double, double>> ends_deg(const std::string& file) {
-  std::map<std::string, std::pair<double, double>> out;
-  if (file.empty()) return out;
-  const model::Model model = model::load(file);
-  for (const model::Joint& joint : model.joints) {
-    const model::Ends ends = model::ends(model, joint);
-    out[joint.name] = {ends.open_deg, ends.fist_deg};
-  }
-  return out;
-}
-
-void add_export(CLI::App& app) {
-  using namespace export_command;
+void add(CLI::App& app) {
   auto o = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("export", "Recorded angles for ROS 2 and Foxglove; a model for MATLAB and C++");
@@ -141,4 +126,4 @@ void add_export(CLI::App& app) {
   });
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::export_command

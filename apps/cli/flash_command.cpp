@@ -10,8 +10,7 @@
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 
-namespace flexor::cli {
-namespace flash_command {
+namespace flexor::cli::flash_command {
 
 struct Options {
   std::string what;
@@ -69,10 +68,7 @@ Output run(const Options& o) {
           text};
 }
 
-}  // namespace flash_command
-
-void add_flash(CLI::App& app) {
-  using namespace flash_command;
+void add(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "flash", "Writes a deployment's image into a board through its bootloader, and compares", run);
   command->add_option("FOLDER_OR_HEX", o->what, "folder of flexor deploy, or an image in Intel HEX")
@@ -84,4 +80,4 @@ void add_flash(CLI::App& app) {
       ->check(CLI::PositiveNumber);
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::flash_command

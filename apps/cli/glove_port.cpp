@@ -112,8 +112,7 @@ void add_options(CLI::App& command, GlovePort& o) {
 }
 
 void add_speed(CLI::App& command, GlovePort& o) {
-  command.add_option("--speed", o.speed, "of a recording with --from: 2 plays it in half the time")
-      ->capture_default_str()
+  add_shown(command, "--speed", o.speed, "of a recording with --from: 2 plays it in half the time")
       ->needs("--from");
 }
 
@@ -124,8 +123,7 @@ std::unique_ptr<listen::Source> open_glove(const GlovePort& o) {
   return source;
 }
 
-nlohmann::ordered_json source_json(const GlovePort& o, const listen::Source& source) {
-  using Json = nlohmann::ordered_json;
+Json source_json(const GlovePort& o, const listen::Source& source) {
   const auto* port = dynamic_cast<const listen::Listener*>(&source);
   const bool has_port = port != nullptr && o.from.empty();
   return {{"port", has_port ? Json(o.port) : Json(nullptr)},

@@ -21,8 +21,7 @@
 #include "host/report/render.hpp"
 #include "host/study/cohort.hpp"
 
-namespace flexor::cli {
-namespace identify_command {
+namespace flexor::cli::identify_command {
 
 struct Options {
   identify::SourceFiles files;
@@ -121,8 +120,7 @@ double lead_for(const std::string& what, double rate_hz) {
   if (what == "hand") return sample_s + kRadio_s + kHand_s;
   if (what == "vr") return sample_s + kText_s;
   const auto budget = io::parse_json(io::read_document(what), what);
-  const auto total =
-      budget.is_object() ? budget.value("total", nlohmann::ordered_json()) : nlohmann::ordered_json();
+  const auto total = budget.is_object() ? budget.value("total", Json()) : Json();
   if (!total.is_object() || !total.contains("mean_ms") || !total["mean_ms"].is_number())
     throw io::InputError(fmt::format("--for {}: hand, vr, or a file that flexor latency --json wrote", what));
   return total["mean_ms"].get<double>() / 1000 + kHand_s;
@@ -225,7 +223,7 @@ Output run_poses(const Options& o) {
   std::vector<std::string> warnings = poses.warnings;
   warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
   if (!o.json) log_warnings(warnings);
-  nlohmann::ordered_json joints = nlohmann::ordered_json::object();
+  Json joints = Json::object();
   std::string text;
   for (std::size_t j = 0; j < r.model.joints.size(); ++j) {
     const model::Input& input = r.model.inputs[j];
@@ -284,7 +282,7 @@ void run(Options& o) {
     report::render(o.report);
   }
   if (!o.json) log_warnings(result.warnings);
-  const nlohmann::ordered_json json = to_json(result);
+  const Json json = to_json(result);
   print({json, report::summary("hand", json) + line_of("model", o.model) +
                    line_of("report", o.report, "/report.html")},
         o.json);
@@ -300,12 +298,10 @@ void add_cohort(CLI::App& command, Options& o) {
                          "COHORT.csv: many takes, a row each with subject, session, glove, reference (files "
                          "beside the manifest), map (as --map, a file with that, or empty) and further "
                          "columns, which the table carries along; with --out");
-  CLI::Option* out = command
-                         .add_option("--out", o.out,
-                                     "of --manifest: cohort.csv, a row a subject, session and joint, and "
-                                     "models/SUBJECT_SESSION.json; goes on where a run was cut off (75: "
-                                     "stopped, give the command again)")
-                         ->transform(kFolder)
+  CLI::Option* out = add_folder(command, "--out", o.out,
+                                "of --manifest: cohort.csv, a row a subject, session and joint, and "
+                                "models/SUBJECT_SESSION.json; goes on where a run was cut off (75: "
+                                "stopped, give the command again)")
                          ->needs(manifest);
   manifest->needs(out);
   for (const char* other : {"--pair", "--sensor", "--reference", "--joints", "--map", "--poses", "--model",
@@ -316,17 +312,15 @@ void add_cohort(CLI::App& command, Options& o) {
           "--shard", o.shard,
           "2/8: only that part of --manifest, on one of eight machines; flexor merge puts them together")
       ->needs(manifest);
-  command.add_option("--threads", o.request.threads, "0: as many as the machine has")->capture_default_str();
+  add_shown(command, "--threads", o.request.threads, "0: as many as the machine has");
 }
 
 void add_structure(CLI::App& command, identify::Request& r) {
-  command
-      .add_option("--structure", r.structure,
-                  "auto; line (by least squares); a sum of curves: limited-line, line-lead, curve, "
-                  "hysteresis or e.g. \"curve(20) + play(0.08) > curve(20) + motion(0.3)\"; a chain: "
-                  "linear-dynamic, hammerstein, wiener, hw, wh, hysteresis-hw or e.g. \"hysteresis(2) > "
-                  "curve(10) > lti(2) > saturation\" or \"curve > pair > curve\"")
-      ->capture_default_str();
+  add_shown(command, "--structure", r.structure,
+            "auto; line (by least squares); a sum of curves: limited-line, line-lead, curve, "
+            "hysteresis or e.g. \"curve(20) + play(0.08) > curve(20) + motion(0.3)\"; a chain: "
+            "linear-dynamic, hammerstein, wiener, hw, wh, hysteresis-hw or e.g. \"hysteresis(2) > "
+            "curve(10) > lti(2) > saturation\" or \"curve > pair > curve\"");
 }
 
 // What several joints or recordings take.
@@ -381,10 +375,7 @@ void add_pairs(CLI::App& command, Options& o) {
       ->excludes(refit);
 }
 
-}  // namespace identify_command
-
-void add_identify(CLI::App& app) {
-  using namespace identify_command;
+void add(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "identify", "From a glove log and measured angles to a compensator proven on unseen data", run);
   identify::Request& r = o->request;
@@ -403,9 +394,8 @@ void add_identify(CLI::App& app) {
   command->add_option("--input", o->files.input, "column of the sensor log (default: its only one)");
   command->add_option("--output", o->files.output,
                       "column of the reference, degrees (default: its only one)");
-  command->add_option("--rate", r.rate_hz, "sample rate of the compensator, Hz")->capture_default_str();
-  command->add_option("--split", r.split, "share of the recording, from its start, that is fitted")
-      ->capture_default_str();
+  add_shown(*command, "--rate", r.rate_hz, "sample rate of the compensator, Hz");
+  add_shown(*command, "--split", r.split, "share of the recording, from its start, that is fitted");
   add_structure(*command, r);
   command
       ->add_option("--time-limit", o->time_limit_s,
@@ -435,12 +425,10 @@ void add_identify(CLI::App& app) {
                    "where it starts again; each trial is a take; once more for a second file")
       ->type_name("COLUMN|clock");
   command->add_option("--model", o->model, "write the model document here");
-  command
-      ->add_option("--report", o->report,
-                   "write report.html, a page for each joint, figures and samples into this folder")
-      ->transform(kFolder);
+  add_folder(*command, "--report", o->report,
+             "write report.html, a page for each joint, figures and samples into this folder");
   add_pairs(*command, *o);
   add_cohort(*command, *o);
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::identify_command

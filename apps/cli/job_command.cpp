@@ -11,8 +11,6 @@
 namespace flexor::cli {
 namespace job_command {
 
-using Json = nlohmann::ordered_json;
-
 struct Options {
   std::vector<std::string> name;
   bool schema = false;
@@ -136,13 +134,12 @@ class Request : public CLI::Config {
 
 }  // namespace job_command
 
-nlohmann::ordered_json job_schema(const std::vector<std::string>& name) {
+Json job_schema(const std::vector<std::string>& name) {
   job_command::Commands commands;
   return job_command::schema_of(job_command::command_of(commands.app, name));
 }
 
-nlohmann::ordered_json run_job(const std::vector<std::string>& name, const nlohmann::ordered_json& request,
-                               const io::Event& event) {
+Json run_job(const std::vector<std::string>& name, const Json& request, const io::Event& event) {
   using namespace job_command;
   Commands commands;
   CLI::App* command = &commands.app;
@@ -199,10 +196,7 @@ void run(const Options& o) {
   throw JobEnded{status_of(answer)};
 }
 
-}  // namespace job_command
-
-void add_job(CLI::App& app) {
-  using namespace job_command;
+void add(CLI::App& app) {
   const auto [o, command] =
       add_command(app, "job",
                   "A command for other programs: its options as one JSON object on standard input, one JSON "
@@ -213,4 +207,5 @@ void add_job(CLI::App& app) {
   command->add_flag("--schema", o->schema, "print the JSON Schema of the job's request");
 }
 
+}  // namespace job_command
 }  // namespace flexor::cli

@@ -5,8 +5,7 @@
 #include "host/report/render.hpp"
 #include "host/study/latency.hpp"
 
-namespace flexor::cli {
-namespace latency_command {
+namespace flexor::cli::latency_command {
 
 struct Options {
   std::string model = "published-hw";
@@ -38,7 +37,7 @@ Output run(const Options& o) {
     study::save_results(budget, title, o.folder);
     report::render(o.folder);
   }
-  nlohmann::ordered_json json = to_json(budget);
+  Json json = to_json(budget);
   json["title"] = title;
   json["rate_hz"] = o.rate_hz;
   json["frame_rate_hz"] = frames_hz;
@@ -46,18 +45,14 @@ Output run(const Options& o) {
   return {json, report::summary("latency", json) + line_of("report", o.folder, "/report.html")};
 }
 
-}  // namespace latency_command
-
-void add_latency(CLI::App& app) {
-  using namespace latency_command;
+void add(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "latency", "Time from a sensor's edge to the motor, stage by stage, on simulated boards", run);
   add_compensator(*command, o->model, o->rate_hz);
-  command->add_option("--edges", o->edges, "how many, at random times")->capture_default_str();
+  add_shown(*command, "--edges", o->edges, "how many, at random times");
   add_seed(*command, o->seed);
   add_twin_options(*command, o->twin);
-  command->add_option("--out", o->folder, "write report.html and latency.csv into this folder")
-      ->transform(kFolder);
+  add_folder(*command, "--out", o->folder, "write report.html and latency.csv into this folder");
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::latency_command

@@ -10,8 +10,7 @@
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
-namespace flexor::cli {
-namespace live_command {
+namespace flexor::cli::live_command {
 
 struct Options {
   live::LiveOptions live;
@@ -104,10 +103,7 @@ void run(Options& o) {
   live.run(*stop.flag());
 }
 
-}  // namespace live_command
-
-void add_live(CLI::App& app) {
-  using namespace live_command;
+void add(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "live", "One page in a browser: the hand as it moves, a guided calibration, scopes, sessions", run,
       "the address as one JSON object on standard output, at the start");
@@ -115,11 +111,9 @@ void add_live(CLI::App& app) {
       "Whoever has the address it prints, which holds a secret, can use the glove; nobody else can. It is "
       "for this\n"
       "machine alone; for others a reverse proxy with TLS goes before it (docs/live.md).");
-  command
-      ->add_option("--port", o->live.port,
-                   "serial port of the glove or of a radio; auto: what there is of a glove and a hand, also "
-                   "when it is plugged in later")
-      ->capture_default_str();
+  add_shown(*command, "--port", o->live.port,
+            "serial port of the glove or of a radio; auto: what there is of a glove and a hand, also "
+            "when it is plugged in later");
   CLI::Option* hand =
       command->add_option("--hand", o->live.hand, "serial port of the bionic hand, shown beside the glove");
   command->add_option("--baud", o->live.baud, "of the port (default: found by listening)")
@@ -157,4 +151,4 @@ void add_live(CLI::App& app) {
   command->add_option("--http", o->live.server.port, "port of the page (default: any that is free)");
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::live_command

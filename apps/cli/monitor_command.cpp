@@ -9,8 +9,7 @@
 #include "apps/cli/glove_port.hpp"
 #include "host/io/interrupt.hpp"
 
-namespace flexor::cli {
-namespace monitor_command {
+namespace flexor::cli::monitor_command {
 
 struct Options {
   GlovePort glove;
@@ -92,8 +91,8 @@ class View {
     return static_cast<double>(samples_) / std::max(source_.now_s() - begin_s_, 1e-3);
   }
 
-  nlohmann::ordered_json json() const {
-    nlohmann::ordered_json columns = nlohmann::ordered_json::array();
+  Json json() const {
+    Json columns = Json::array();
     for (std::size_t i = 0; i < ranges_.size(); ++i) {
       columns.push_back({{"name", source_.columns()[i]},
                          {"now", ranges_[i].now},
@@ -133,21 +132,17 @@ void run(const Options& o) {
   }
   if (o.json) {
     const listen::Tally& tally = source->tally();
-    nlohmann::ordered_json json = source_json(o.glove, *source);
-    json.update(
-        {{"rate_hz", view.rate_hz()},
-         {"columns", view.json()},
-         {"torn", tally.torn},
-         {"lost", tally.lost ? nlohmann::ordered_json(*tally.lost) : nlohmann::ordered_json(nullptr)}});
+    Json json = source_json(o.glove, *source);
+    json.update({{"rate_hz", view.rate_hz()},
+                 {"columns", view.json()},
+                 {"torn", tally.torn},
+                 {"lost", tally.lost ? Json(*tally.lost) : Json(nullptr)}});
     return print({json, ""}, true);
   }
   if (!live) view.draw(false, false);
 }
 
-}  // namespace monitor_command
-
-void add_monitor(CLI::App& app) {
-  using namespace monitor_command;
+void add(CLI::App& app) {
   const auto [o, command] =
       add_command(app, "monitor",
                   "A glove in the terminal, as it moves: a bar for each finger; or a hand, with its duties "
@@ -158,4 +153,4 @@ void add_monitor(CLI::App& app) {
   add_duration(*command, o->for_s);
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::monitor_command

@@ -9,8 +9,7 @@
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 
-namespace flexor::cli {
-namespace pair_command {
+namespace flexor::cli::pair_command {
 
 namespace fs = std::filesystem;
 
@@ -78,10 +77,7 @@ Output run(const Options& o) {
                       who, io::one_line(file), io::shell_word(file))};
 }
 
-}  // namespace pair_command
-
-void add_pair(CLI::App& app) {
-  using namespace pair_command;
+void add(CLI::App& app) {
   const auto [o, command] =
       add_command(app, "pair", "One key for glove and hand over USB, without a compiler", run);
   command->add_option("--glove", o->glove, "the glove's serial port");
@@ -89,8 +85,7 @@ void add_pair(CLI::App& app) {
   command->add_option("--baud", o->baud, "of the bootloaders (default: 115200, then 57600 as old ones have)")
       ->check(CLI::PositiveNumber);
   command->add_option("--key", o->key, "file with the key, 32 hexadecimal digits (default: a new key)");
-  command->add_option("--out", o->out, "file that a new key is written to, for its owner alone")
-      ->capture_default_str();
+  add_shown(*command, "--out", o->out, "file that a new key is written to, for its owner alone");
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::pair_command

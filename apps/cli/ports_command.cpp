@@ -5,8 +5,7 @@
 #include "host/deploy/send_pages.hpp"
 #include "host/listen/listener.hpp"
 
-namespace flexor::cli {
-namespace ports_command {
+namespace flexor::cli::ports_command {
 
 struct Options {
   bool listen = false;
@@ -50,9 +49,9 @@ Heard look(const Options& o, const std::string& port) {
   }
 }
 
-nlohmann::ordered_json to_json(const deploy::BoardContents& c) {
+Json to_json(const deploy::BoardContents& c) {
   const auto digest = [](const std::optional<std::uint16_t>& crc) {
-    return crc ? nlohmann::ordered_json(fmt::format("{:04x}", *crc)) : nlohmann::ordered_json();
+    return crc ? Json(fmt::format("{:04x}", *crc)) : Json();
   };
   return {{"board", c.board == link::BoardKind::glove ? "glove" : "hand"},
           {"image_version", c.version},
@@ -67,9 +66,9 @@ Output run(const Options& o) {
   const std::vector<std::string> names =
       o.port.empty() ? deploy::find_ports("/dev") : std::vector{deploy::choose_port(o.port)};
   for (const std::string& port : names) ports.push_back(look(o, port));
-  Output out = {{{"ports", nlohmann::ordered_json::array()}}, ""};
+  Output out = {{{"ports", Json::array()}}, ""};
   for (const Heard& h : ports) {
-    nlohmann::ordered_json& entry = out.json["ports"].emplace_back();
+    Json& entry = out.json["ports"].emplace_back();
     entry["port"] = h.port;
     if (o.listen || o.ask) entry["says"] = h.says;
     if (o.listen) entry["baud"] = h.baud;
@@ -82,10 +81,7 @@ Output run(const Options& o) {
   return out;
 }
 
-}  // namespace ports_command
-
-void add_ports(CLI::App& app) {
-  using namespace ports_command;
+void add(CLI::App& app) {
   const auto [o, command] = add_command(app, "ports", "Serial ports that may be gloves or hands", run);
   CLI::Option* listen = command->add_flag(
       "--listen", o->listen, "listen to each, and say what speaks there; most boards restart by that");
@@ -97,4 +93,4 @@ void add_ports(CLI::App& app) {
   command->add_option("--port", o->port, "this one alone (default: each that may be a board)");
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::ports_command

@@ -9,8 +9,7 @@
 #include "host/io/output.hpp"
 #include "host/posture/complete_file.hpp"
 
-namespace flexor::cli {
-namespace posture_command {
+namespace flexor::cli::posture_command {
 
 struct CompleteOptions {
   std::string posture;
@@ -22,13 +21,13 @@ struct CompleteOptions {
   bool json = false;
 };
 
-nlohmann::ordered_json json_of(const posture::Completion& c, const std::vector<std::string>& warnings) {
+Json json_of(const posture::Completion& c, const std::vector<std::string>& warnings) {
   constexpr std::array kQualities = {"used", "missing", "implausible", "noisy", "stuck", "beyond"};
-  nlohmann::ordered_json inputs = nlohmann::ordered_json::object();
+  Json inputs = Json::object();
   for (const auto& input : c.inputs) {
     for (std::size_t q = 0; q < kQualities.size(); ++q) inputs[input.name][kQualities[q]] = input.rows[q];
   }
-  nlohmann::ordered_json error_deg = nlohmann::ordered_json::object();
+  Json error_deg = Json::object();
   for (int j = 0; j < posture::kJoints; ++j)
     error_deg[std::string(posture::joint_name(j))] = c.mean_se_deg[j];
   return {{"rows", c.rows},
@@ -132,11 +131,9 @@ void add_complete(CLI::App& posture) {
                    "strips that sense the sum of joints: index=index_mcp+index_pip; their column is "
                    "index_deg where FILE has it, else the joints' columns are summed")
       ->delimiter(',');
-  command
-      ->add_option("--rest", o->job.rest_s,
-                   "seconds at the start in which the person is shown, at rest first: every joint that FILE "
-                   "has is read there, later only what is sensed")
-      ->capture_default_str();
+  add_shown(*command, "--rest", o->job.rest_s,
+            "seconds at the start in which the person is shown, at rest first: every joint that FILE "
+            "has is read there, later only what is sensed");
   add_choice(*command, "--flexion", o->job.flexion_is_positive, {{"negative", false}, {"positive", true}},
              "sign of bent fingers (MCP, PIP, IP, DIP), in FILE and in what is written: negative, as in "
              "posture documents, or positive, as flexor apply writes angles");
@@ -149,13 +146,10 @@ void add_complete(CLI::App& posture) {
   command->add_option("--out", o->out, "the completed CSV")->required();
 }
 
-}  // namespace posture_command
-
-void add_posture(CLI::App& app) {
-  using namespace posture_command;
+void add(CLI::App& app) {
   CLI::App* posture = app.add_subcommand("posture", "What sensed joints say of the whole hand");
   posture->require_subcommand(1);
   add_complete(*posture);
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::posture_command

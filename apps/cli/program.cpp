@@ -30,73 +30,6 @@ namespace {
   throw io::JobError(fmt::format("standard output: cannot be written: {}", std::strerror(errno)));
 }
 
-}  // namespace
-
-void add_time_options(CLI::App& command, recording::TimeOptions& time) {
-  command.add_option("--time-unit", time.unit,
-                     "s, ms, us or ns: of a time column that states no unit (default: s)");
-  command.add_option("--time-column", time.columns,
-                     "which column is the time, where several could be; once more for a second file");
-  command.add_option("--log-rate", time.log_rate_hz, "rows a second of a log without any time")
-      ->check(CLI::Range(0.01, 1e5));
-}
-
-void add_hardware(CLI::App& command, std::string& hardware) {
-  command
-      .add_option("--hardware", hardware,
-                  "glove and hand: flexor, lucidgloves, or a document (flexor show --hardware)")
-      ->capture_default_str();
-}
-
-void add_seed(CLI::App& command, std::uint64_t& seed, const char* about) {
-  // CLI11 alone takes -1 for 2^64 - 1.
-  const auto fault = [](const std::string& text) {
-    std::uint64_t value = 0;
-    const char* const end = text.data() + text.size();
-    const auto [at, error] = std::from_chars(text.data(), end, value);
-    return error == std::errc() && at == end
-               ? std::string()
-               : fmt::format("{} is no whole number from 0 to {}", text, UINT64_MAX);
-  };
-  command.add_option("--seed", seed, about)->check(fault)->capture_default_str();
-}
-
-void add_compensator(CLI::App& command, std::string& model, double& rate_hz) {
-  command.add_option("--compensator", model, "raw, published-w, published-hw, or a model file")
-      ->capture_default_str();
-  command.add_option("--rate", rate_hz, "sample rate of the glove: 10, 20, 50 or 100 Hz")
-      ->capture_default_str();
-}
-
-void add_duration(CLI::App& command, double& for_s) {
-  command.add_option("--for", for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
-}
-
-CLI::Option* add_port(CLI::App& command, std::string& port, const std::string& of) {
-  return command.add_option("--port", port, "serial port" + of + ", or auto: the only one there is")
-      ->capture_default_str();
-}
-
-void print(Output output, bool as_json) {
-  output.json.emplace("version", FLEXOR_VERSION);
-  print(as_json ? io::dump(output.json) : output.text);
-}
-
-std::string line_of(const char* what, const std::filesystem::path& folder, const char* file) {
-  return folder.empty() ? "" : fmt::format("{:<9}{}{}\n", what, folder.string(), file);
-}
-
-void print(const std::string& text) { print_as_it_is(io::without_controls(text, "\n\r\t")); }
-
-void print_as_it_is(const std::string& text) {
-  if (job_output != nullptr) return void(job_output->result += text);
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
-    standard_output_failed();
-  }
-}
-
-namespace {
-
 // A stream that was closed must not become the number of a file that is opened later, into which messages
 // would go.
 void occupy_standard_streams() {
@@ -117,20 +50,6 @@ void parse(CLI::App& app, int argc, char** argv) {
   }
   if (close(dup(STDOUT_FILENO)) != 0) standard_output_failed();
 }
-
-}  // namespace
-
-// Losing a line of a log is no reason to lose the work.
-void log(const std::string& line, const char* kind) {
-  if (job_output != nullptr) {
-    const std::string text =
-        line.substr(line.starts_with(std::string(kind) + ": ") ? std::strlen(kind) + 2 : 0);
-    return void(job_output->event({{"warning", {{"kind", kind}, {"text", io::to_utf8(text)}}}}));
-  }
-  (void)std::fputs((io::without_controls(line, "\n\r\t") + "\n").c_str(), stderr);
-}
-
-namespace {
 
 // What every option of every command has in common.
 void guard_options(CLI::App& app) {
@@ -228,11 +147,159 @@ int failed(const std::string& text, int status) {
 
 }  // namespace
 
+void add_time_options(CLI::App& command, recording::TimeOptions& time) {
+  command.add_option("--time-unit", time.unit,
+                     "s, ms, us or ns: of a time column that states no unit (default: s)");
+  command.add_option("--time-column", time.columns,
+                     "which column is the time, where several could be; once more for a second file");
+  command.add_option("--log-rate", time.log_rate_hz, "rows a second of a log without any time")
+      ->check(CLI::Range(0.01, 1e5));
+}
+
+void set_rate(model::Model& model, std::optional<double> rate_hz) {
+  if (!rate_hz) return;
+  if (!(*rate_hz > 0) || !std::isfinite(*rate_hz))
+    throw io::InputError("--rate must be a positive number of samples a second: 10, 20, 50 or 100");
+  model.sample_period_s = 1 / *rate_hz;
+  model::check(model);
+}
+
+twin::Parameters twin_parameters(const TwinFiles& twin) {
+  twin::Parameters p = twin.file.empty() ? twin::Parameters() : twin::load(twin.file);
+  for (const std::string& assignment : twin.set) twin::assign(p, assignment);
+  twin::check(p);
+  return p;
+}
+
+void add_twin_options(CLI::App& command, TwinFiles& twin, const char* about) {
+  command.add_option("--twin", twin.file, about);
+  command.add_option("--set", twin.set, "change one of its values: radio.loss=0.05; may be repeated");
+}
+
+std::map<std::string, std::pair<double, double>> ends_deg(const std::string& file) {
+  std::map<std::string, std::pair<double, double>> out;
+  if (file.empty()) return out;
+  const model::Model model = model::load(file);
+  for (const model::Joint& joint : model.joints) {
+    const model::Ends ends = model::ends(model, joint);
+    out[joint.name] = {ends.open_deg, ends.fist_deg};
+  }
+  return out;
+}
+
+void add_hardware(CLI::App& command, std::string& hardware) {
+  add_shown(command, "--hardware", hardware,
+            "glove and hand: flexor, lucidgloves, or a document (flexor show --hardware)");
+}
+
+void add_seed(CLI::App& command, std::uint64_t& seed, const char* about) {
+  // CLI11 alone takes -1 for 2^64 - 1.
+  const auto fault = [](const std::string& text) {
+    std::uint64_t value = 0;
+    const char* const end = text.data() + text.size();
+    const auto [at, error] = std::from_chars(text.data(), end, value);
+    return error == std::errc() && at == end
+               ? std::string()
+               : fmt::format("{} is no whole number from 0 to {}", text, UINT64_MAX);
+  };
+  add_shown(command, "--seed", seed, about)->check(fault);
+}
+
+void add_compensator(CLI::App& command, std::string& model, double& rate_hz) {
+  add_shown(command, "--compensator", model, "raw, published-w, published-hw, or a model file");
+  add_shown(command, "--rate", rate_hz, "sample rate of the glove: 10, 20, 50 or 100 Hz");
+}
+
+void add_duration(CLI::App& command, double& for_s) {
+  command.add_option("--for", for_s, "seconds (default: until Ctrl-C)")->check(CLI::PositiveNumber);
+}
+
+CLI::Option* add_port(CLI::App& command, std::string& port, const std::string& of) {
+  return add_shown(command, "--port", port, "serial port" + of + ", or auto: the only one there is");
+}
+
+void print(Output output, bool as_json) {
+  output.json.emplace("version", FLEXOR_VERSION);
+  print(as_json ? io::dump(output.json) : output.text);
+}
+
+std::string line_of(const char* what, const std::filesystem::path& folder, const char* file) {
+  return folder.empty() ? "" : fmt::format("{:<9}{}{}\n", what, folder.string(), file);
+}
+
+void print(const std::string& text) { print_as_it_is(io::without_controls(text, "\n\r\t")); }
+
+void print_as_it_is(const std::string& text) {
+  if (job_output != nullptr) return void(job_output->result += text);
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
+    standard_output_failed();
+  }
+}
+
+void check_ranges(const model::Model& model, const std::string& file, const std::vector<std::string>& columns,
+                  const model::RangeCount& ranges) {
+  std::vector<std::string> doubts;
+  std::vector<std::string> turned;
+  std::string mend = "another board or divider, or a sensor that is not plugged in?";
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    const model::InputCount& count = ranges.counts()[i];
+    const model::Input& input = model.inputs[i];
+    const std::string read = fmt::format("of {} readings, which span {:g} to {:g}, lie outside of the",
+                                         count.readings, count.low, count.high);
+    const std::string outside = fmt::format("column \"{}\": {} {} model's range {:g} to {:g}", columns[i],
+                                            count.outside, read, input.valid_min, input.valid_max);
+    if (count.mostly_outside()) {
+      doubts.push_back(outside);
+    } else if (count.mostly_beyond()) {
+      doubts.push_back(fmt::format("column \"{}\": {} {} {:g} to {:g} that the model was made from",
+                                   columns[i], count.beyond, read, input.readings->reading.front(),
+                                   input.readings->reading.back()));
+    } else if (count.readings > 0 && 10 * count.outside >= count.readings) {
+      log_warning(fmt::format("{}: {}", file, outside));
+    }
+    if (ranges.mirrored(i)) turned.push_back(columns[i]);
+  }
+  if (const auto pair = ranges.exchanged()) {
+    const std::string& one = columns[pair->first];
+    const std::string& other = columns[pair->second];
+    mend = fmt::format(
+        "\"{}\" and \"{}\" seem to be exchanged: exchange them with --input, and check the others", one,
+        other);
+    if (doubts.empty()) doubts.push_back("each reads as the other did when the model was made");
+  }
+  if (!turned.empty()) {
+    mend = fmt::format(
+        "{}: the converter's full scale minus the reading is what the model was made from: is the divider "
+        "wired the other way round?",
+        recording::listed(turned));
+    if (doubts.empty()) log_warning(fmt::format("{}: {}", file, mend));
+  }
+  if (doubts.empty()) return;
+  const std::string more =
+      doubts.size() > 1 ? fmt::format("; and {} more column(s)", doubts.size() - 1) : std::string();
+  throw io::Doubt(fmt::format("{}: {}{}: {}", file, doubts.front(), more, mend));
+}
+
+void check_unit(const model::Input& input, const std::string& file, const std::string& column,
+                const std::string& unit) {
+  if (const auto note = identify::unit_note(input, file, column, unit)) log_note(*note);
+}
+
+// Losing a line of a log is no reason to lose the work.
+void log(const std::string& line, const char* kind) {
+  if (job_output != nullptr) {
+    const std::string text =
+        line.substr(line.starts_with(std::string(kind) + ": ") ? std::strlen(kind) + 2 : 0);
+    return void(job_output->event({{"warning", {{"kind", kind}, {"text", io::to_utf8(text)}}}}));
+  }
+  (void)std::fputs((io::without_controls(line, "\n\r\t") + "\n").c_str(), stderr);
+}
+
 void add_commands(CLI::App& app) {
   app.require_subcommand(1);
   app.formatter(std::make_shared<Formatter>());
 #define FLEXOR_ADD_COMMAND(name, group_of, example) \
-  add_##name(app);                                  \
+  name##_command::add(app);                         \
   begin_with(*app.get_subcommand(#name)->group(group_of), example);
   FLEXOR_COMMANDS(FLEXOR_ADD_COMMAND)
 #undef FLEXOR_ADD_COMMAND

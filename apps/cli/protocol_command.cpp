@@ -14,8 +14,6 @@
 namespace flexor::cli {
 namespace protocol_command {
 
-using Json = nlohmann::ordered_json;
-
 struct Options {
   bool json = false;
   bool list = false;
@@ -155,8 +153,7 @@ void guide_motion(const std::function<double(double t_s)>& wait,
   write("\aThat is all: end both recordings.\n");
 }
 
-void add_protocol(CLI::App& app) {
-  using namespace protocol_command;
+void protocol_command::add(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "protocol", "The motion to record a glove and a camera with: in a terminal a guide through it",
       run, "one JSON object on standard output: every move");

@@ -5,8 +5,7 @@
 #include "host/io/io.hpp"
 #include "host/io/output.hpp"
 
-namespace flexor::cli {
-namespace recalibrate_command {
+namespace flexor::cli::recalibrate_command {
 
 struct Options {
   identify::RecalibrationFiles request;
@@ -63,10 +62,7 @@ Output run(Options& o) {
   return {to_json(r), in_words(r, o.out)};
 }
 
-}  // namespace recalibrate_command
-
-void add_recalibrate(CLI::App& app) {
-  using namespace recalibrate_command;
+void add(CLI::App& app) {
   const auto [o, command] =
       add_command(app, "recalibrate", "Fit a model's sensors anew to a glove that was put on again", run);
   command->footer(
@@ -96,4 +92,4 @@ void add_recalibrate(CLI::App& app) {
   command->add_option("--out", o->out, "write the new model document here")->required();
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::recalibrate_command

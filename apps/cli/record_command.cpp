@@ -9,8 +9,7 @@
 #include "host/io/interrupt.hpp"
 #include "host/listen/log.hpp"
 
-namespace flexor::cli {
-namespace record_command {
+namespace flexor::cli::record_command {
 
 struct Options {
   std::string out;
@@ -98,14 +97,14 @@ void run(const Options& o) {
   const auto [log, unplugged, silent_s] = record(o, *source, *stop.flag());
   if (!log) throw io::Cancelled("interrupted");
   const listen::Tally& tally = source->tally();
-  nlohmann::ordered_json json = {{"out", o.out}};
+  Json json = {{"out", o.out}};
   json.update(source_json(o.glove, *source));
   json.update({{"columns", source->columns()},
                {"rows", log->rows()},
                {"duration_s", log->duration_s()},
                {"torn", tally.torn},
                {"late", tally.late},
-               {"lost", tally.lost ? nlohmann::ordered_json(*tally.lost) : nlohmann::ordered_json(nullptr)},
+               {"lost", tally.lost ? Json(*tally.lost) : Json(nullptr)},
                {"board_restarts", log->restarts()},
                {"unplugged", unplugged}});
   print(
@@ -119,10 +118,7 @@ void run(const Options& o) {
         fmt::format("{}: no sample came in the last {:.0f} s: {}", o.out, silent_s, why_silent(tally)));
 }
 
-}  // namespace record_command
-
-void add_record(CLI::App& app) {
-  using namespace record_command;
+void add(CLI::App& app) {
   const auto [o, command] = add_command(app, "record",
                                         "What a glove says, or with --from a simulated one or a camera, as a "
                                         "recording: wide CSV with the board's clock and this machine's",
@@ -133,4 +129,4 @@ void add_record(CLI::App& app) {
   add_duration(*command, o->for_s);
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::record_command

@@ -7,8 +7,7 @@
 #include "host/io/folder_lock.hpp"
 #include "host/report/render.hpp"
 
-namespace flexor::cli {
-namespace report_command {
+namespace flexor::cli::report_command {
 
 struct Options {
   std::string folder;
@@ -24,21 +23,16 @@ Output run(const Options& o) {
   return {{{"report", page}}, fmt::format("report   {}\n", page)};
 }
 
-}  // namespace report_command
-
-void add_report(CLI::App& app) {
-  using namespace report_command;
+void add(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "report", "Draw a job's report once more, from the results that it saved in its folder", run);
-  command
-      ->add_option("FOLDER", o->folder,
-                   "that identify --report, experiment --out, track --report, deploy --out or latency --out "
-                   "has written")
-      ->transform(kFolder)
+  add_folder(*command, "FOLDER", o->folder,
+             "that identify --report, experiment --out, track --report, deploy --out or latency --out "
+             "has written")
       ->required();
   command->add_flag(
       "--pdf", o->files,
       "also every curve as PDF and SVG (by gnuplot), and every drawing as SVG, beside the page");
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::report_command

@@ -12,8 +12,7 @@
 #include "host/report/page.hpp"
 #include "host/score/score.hpp"
 
-namespace flexor::cli {
-namespace score_command {
+namespace flexor::cli::score_command {
 
 struct Options {
   std::string reference;
@@ -79,9 +78,8 @@ recording::Recording angle_of(recording::Recording all, const std::string& colum
 }
 
 // `name`: of the joint, before its messages; empty: there is one alone.
-nlohmann::ordered_json score_of(const Options& o, const recording::Recording& measured,
-                                const std::string& column, const recording::Recording& estimated,
-                                const std::string& of, const std::string& name) {
+Json score_of(const Options& o, const recording::Recording& measured, const std::string& column,
+              const recording::Recording& estimated, const std::string& of, const std::string& name) {
   const auto angles = [](const recording::Recording& r, const std::string& c) {
     const recording::Series s = r.series(c);
     return score::Angles{s.t_s, s.value, recording::default_max_gap_s(s.t_s)};
@@ -113,7 +111,7 @@ Output run(const Options& o) {
   recording::Recording estimate = read(o.estimate, o.estimate_column, o.time);
   for (double& t : estimate.t_s) t += o.estimate_offset_s;
   const auto columns = columns_of(o, reference, estimate);
-  std::vector<std::pair<std::string, nlohmann::ordered_json>> scores;
+  std::vector<std::pair<std::string, Json>> scores;
   for (const auto& [measured, estimated] : columns) {
     const std::string joint = recording::without_unit(measured);
     scores.emplace_back(
@@ -123,15 +121,12 @@ Output run(const Options& o) {
   report::Page page("");
   page.table(report::scores_table("", scores));
   if (scores.size() == 1) return {scores.front().second, page.text()};
-  nlohmann::ordered_json joints;
+  Json joints;
   for (const auto& [joint, score] : scores) joints[joint] = score;
   return {{{"joints", joints}}, page.text()};
 }
 
-}  // namespace score_command
-
-void add_score(CLI::App& app) {
-  using namespace score_command;
+void add(CLI::App& app) {
   const auto [o, command] = add_command(app, "score", "Compare two CSV files of angles", run);
   command->add_option("reference", o->reference, "CSV with the measured angle")->required();
   command->add_option("estimate", o->estimate, "CSV with the estimated angle, on the same clock")->required();
@@ -139,9 +134,8 @@ void add_score(CLI::App& app) {
                       "its column (default: all angles that both have by one name, or the only one)");
   command->add_option("--estimate-column", o->estimate_column,
                       "its column (default: all angles that both have by one name, or the only one)");
-  command->add_option("--estimate-offset", o->estimate_offset_s, "seconds to add to the estimate's clock")
-      ->capture_default_str();
+  add_shown(*command, "--estimate-offset", o->estimate_offset_s, "seconds to add to the estimate's clock");
   add_time_options(*command, o->time);
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::score_command

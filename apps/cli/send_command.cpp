@@ -17,8 +17,7 @@
 #include "host/io/interrupt.hpp"
 #include "host/io/serial.hpp"
 
-namespace flexor::cli {
-namespace send_command {
+namespace flexor::cli::send_command {
 
 struct Options {
   std::string model;  // or the folder of a deployment
@@ -125,7 +124,7 @@ Output run(const Options& o) {
   if (bootloader && !o.bootloader)
     log("the model is too large for EEPROM: it goes through the bootloader, over USB, and the glove pauses");
   const deploy::Sent sent = bootloader ? send_pages(o, path) : send_live(o, glove, path);
-  nlohmann::ordered_json json = {{"model", o.model}, {"port", path}, {"bytes", sent.bytes}};
+  Json json = {{"model", o.model}, {"port", path}, {"bytes", sent.bytes}};
   if (sent.pieces) json["pieces"] = *sent.pieces;
   json["bootloader"] = bootloader;
   json["took_s"] = sent.took_s;
@@ -134,10 +133,7 @@ Output run(const Options& o) {
                             sent.pieces ? fmt::format(" in {} pieces", *sent.pieces) : "", sent.took_s)};
 }
 
-}  // namespace send_command
-
-void add_send(CLI::App& app) {
-  using namespace send_command;
+void add(CLI::App& app) {
   const auto [o, command] = add_command(
       app, "send", "A model into a glove that runs, or what changed in a deployment into its board", run);
   command
@@ -161,4 +157,4 @@ void add_send(CLI::App& app) {
                     "the glove pauses for some seconds (default where the model does not fit EEPROM)");
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::send_command

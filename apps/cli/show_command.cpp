@@ -4,8 +4,7 @@
 #include "host/model/diagram.hpp"
 #include "host/model/hardware.hpp"
 
-namespace flexor::cli {
-namespace show_command {
+namespace flexor::cli::show_command {
 
 struct Options {
   std::string model;
@@ -23,10 +22,7 @@ void run(const Options& o) {
   print(o.json ? model::to_json(m) : model::diagram(m));
 }
 
-}  // namespace show_command
-
-void add_show(CLI::App& app) {
-  using namespace show_command;
+void add(CLI::App& app) {
   const auto [o, command] =
       add_command(app, "show", "Show a model document: a diagram of its blocks, and its limits", run,
                   "the document itself, checked");
@@ -39,4 +35,4 @@ void add_show(CLI::App& app) {
   command->add_flag("--schema", o->schema, "the JSON Schema of every such document instead")->excludes(model);
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::show_command

@@ -18,8 +18,6 @@
 
 namespace flexor::cli {
 
-using Json = nlohmann::ordered_json;
-
 namespace track_command {
 
 struct Options {
@@ -185,8 +183,7 @@ Json track_video(io::Worker& camera, const TrackOptions& o, const std::function<
                     });
 }
 
-void add_track(CLI::App& app) {
-  using namespace track_command;
+void track_command::add(CLI::App& app) {
   const auto [o, command] =
       add_command(app, "track", "Angles of a hand from a video or a camera: marks on its joints", run);
   command->add_option("video", o->track.video, "video file, or a camera: /dev/video0")->required();
@@ -197,8 +194,7 @@ void add_track(CLI::App& app) {
   command->add_option("--lens", o->track.lens, "lens file of flexor camera calibrate");
   command->add_option("--preview", o->track.preview,
                       "write the video with marks, bones and angles drawn in (.mp4)");
-  command->add_option("--report", o->track.report, "write report.html with figures into this folder")
-      ->transform(kFolder);
+  add_folder(*command, "--report", o->track.report, "write report.html with figures into this folder");
   command->add_option("--seconds", o->track.seconds, "stop after so many; a camera also stops at Ctrl-C");
   auto* setup = command->add_flag("--setup", o->setup,
                                   "no angles: number the marks in one picture, propose their names");
@@ -215,7 +211,7 @@ void add_track(CLI::App& app) {
       ->needs(setup);
 }
 
-void add_camera(CLI::App& app) {
+void camera_command::add(CLI::App& app) {
   using namespace track_command;
   CLI::App* camera = app.add_subcommand("camera", "Calibrate a lens; film the twin's hand");
   camera->require_subcommand(1);
@@ -223,16 +219,16 @@ void add_camera(CLI::App& app) {
       add_command(*camera, "calibrate", "The lens from pictures of a checkerboard", run_calibrate);
   calibrate->add_option("pictures", c->pictures, "five or more, the board tilted in different directions")
       ->required();
-  calibrate->add_option("--board", c->board, "inner corners, COLUMNSxROWS")->capture_default_str();
+  add_shown(*calibrate, "--board", c->board, "inner corners, COLUMNSxROWS");
   calibrate->add_option("--out", c->out, "write the lens file here")->required();
 
   const auto [f, film] =
       add_command(*camera, "film",
                   "The twin wears its glove before a camera: a log, a video, and the exact angles", run_film);
   film->add_option("--out", f->folder, "folder for glove.csv, video.mp4, truth.csv, joints.json")->required();
-  film->add_option("--gestures", f->gestures, "what follows the calibration motion, as for flexor experiment")
-      ->capture_default_str();
-  film->add_option("--rate", f->rate_hz, "of the glove's log, Hz")->capture_default_str();
+  add_shown(*film, "--gestures", f->gestures,
+            "what follows the calibration motion, as for flexor experiment");
+  add_shown(*film, "--rate", f->rate_hz, "of the glove's log, Hz");
   add_seed(*film, f->seed);
   add_twin_options(*film, f->twin);
 }

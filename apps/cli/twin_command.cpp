@@ -7,10 +7,7 @@
 #include "apps/cli/progress.hpp"
 #include "host/study/glove_recording.hpp"
 
-namespace flexor::cli {
-namespace twin_command {
-
-using Json = nlohmann::ordered_json;
+namespace flexor::cli::twin_command {
 
 struct RecordOptions {
   study::GloveRequest request;
@@ -94,22 +91,15 @@ void add_twin_record(CLI::App& twin) {
       "motion; the glove's log, what a camera sees of the fingers and what another sees of the hand, each "
       "donning a file of its own. Then flexor identify, as with any recording",
       record);
-  command->add_option("--out", o->folder, "write the recordings into this folder")
-      ->transform(kFolder)
-      ->required();
-  command
-      ->add_option("--donnings", o->request.donnings,
-                   "recordings of two minutes, the glove put on anew for each; one is what a user does")
-      ->capture_default_str();
-  command->add_option("--rate", o->request.rate_hz, "sample rate of the glove, Hz")->capture_default_str();
+  add_folder(*command, "--out", o->folder, "write the recordings into this folder")->required();
+  add_shown(*command, "--donnings", o->request.donnings,
+            "recordings of two minutes, the glove put on anew for each; one is what a user does");
+  add_shown(*command, "--rate", o->request.rate_hz, "sample rate of the glove, Hz");
   add_seed(*command, o->request.seed, "other than the experiment's");
   add_twin_options(*command, o->twin);
 }
 
-}  // namespace twin_command
-
-void add_twin(CLI::App& app) {
-  using namespace twin_command;
+void add(CLI::App& app) {
   auto json = std::make_shared<bool>(false);
   CLI::App* command =
       app.add_subcommand("twin",
@@ -118,10 +108,10 @@ void add_twin(CLI::App& app) {
   command->add_flag("--json", *json, "as a configuration file, to edit and give to --twin");
   command->require_subcommand(0, 1);
   add_twin_record(*command);
-  add_twin_wear(*command);
+  wear_command::add(*command);
   command->callback([json, command] {
     if (command->get_subcommands().empty()) show_parameters(*json);
   });
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::twin_command

@@ -7,8 +7,7 @@
 #include "host/io/interrupt.hpp"
 #include "host/study/bench.hpp"
 
-namespace flexor::cli {
-namespace wear_command {
+namespace flexor::cli::wear_command {
 
 struct Options {
   study::BenchOptions bench;
@@ -25,7 +24,7 @@ struct Options {
 void say(const Options& o, const study::Bench& bench) {
   if (!o.key.empty()) deploy::write_key(o.key, *bench.key());
   print({{{"port", bench.port()},
-          {"key", o.key.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(o.key)},
+          {"key", o.key.empty() ? Json(nullptr) : Json(o.key)},
           {"bootloader", bench.has_bootloader()},
           {"rate_hz", o.rate_hz},
           {"seed", o.bench.seed}},
@@ -55,10 +54,7 @@ void run(Options& o) {
   }
 }
 
-}  // namespace wear_command
-
-void add_twin_wear(CLI::App& twin) {
-  using namespace wear_command;
+void add(CLI::App& twin) {
   const auto [o, command] =
       add_command(twin, "wear",
                   "A glove without hardware: both boards simulated in real time with their own firmware, "
@@ -67,13 +63,10 @@ void add_twin_wear(CLI::App& twin) {
                   run, "one JSON object on standard output, as soon as the glove is there");
   command->add_option("--port-link", o->bench.port_link,
                       "a name for the port that stays (default: the pseudo-terminal's own, /dev/pts/N)");
-  command
-      ->add_option("--motion", o->motion,
-                   "what the hand does, again and again: rest, calibration, ordinary, protocol, or 1 to 6 of "
-                   "the published gestures")
-      ->capture_default_str();
-  command->add_option("--slip", o->slip_deg, "every strip has slipped by so many degrees of bend")
-      ->capture_default_str();
+  add_shown(*command, "--motion", o->motion,
+            "what the hand does, again and again: rest, calibration, ordinary, protocol, or 1 to 6 of "
+            "the published gestures");
+  add_shown(*command, "--slip", o->slip_deg, "every strip has slipped by so many degrees of bend");
   add_duration(*command, o->for_s);
   add_compensator(*command, o->model, o->rate_hz);
   command->add_option("--key", o->key, "write the pair's key into this file, for flexor send");
@@ -81,4 +74,4 @@ void add_twin_wear(CLI::App& twin) {
   add_twin_options(*command, o->twin);
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::wear_command

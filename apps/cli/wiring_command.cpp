@@ -5,8 +5,7 @@
 #include "host/io/folder_lock.hpp"
 #include "host/report/wiring.hpp"
 
-namespace flexor::cli {
-namespace wiring_command {
+namespace flexor::cli::wiring_command {
 
 struct Options {
   std::string out;
@@ -17,7 +16,7 @@ struct Options {
 
 Output run(const Options& o) {
   const model::Hardware hardware = model::hardware(o.hardware);
-  nlohmann::ordered_json json = deploy::wiring_plan(hardware, o.output);
+  Json json = deploy::wiring_plan(hardware, o.output);
   const io::FolderLock lock(o.out, "wiring");
   report::save_wiring(json, o.out);
   json["folder"] = o.out;
@@ -30,17 +29,12 @@ Output run(const Options& o) {
                   io::shell_word(o.hardware))};
 }
 
-}  // namespace wiring_command
-
-void add_wiring(CLI::App& app) {
-  using namespace wiring_command;
+void add(CLI::App& app) {
   const auto [o, command] = add_command(app, "wiring", "What to solder where, with pictures and parts", run);
-  command->add_option("--out", o->out, "write pictures and list into this folder")
-      ->transform(kFolder)
-      ->required();
+  add_folder(*command, "--out", o->out, "write pictures and list into this folder")->required();
   add_hardware(*command, o->hardware);
   add_choice(*command, "--output", o->output, deploy::kOutputs,
              "of the glove: radio, or over a cable to the PC opengloves, text, log");
 }
 
-}  // namespace flexor::cli
+}  // namespace flexor::cli::wiring_command

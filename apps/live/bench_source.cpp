@@ -3,11 +3,6 @@
 #include <utility>
 
 namespace flexor::live {
-namespace {
-
-constexpr unsigned kBaud = 9600;  // of the boards' line, as deployed
-
-}  // namespace
 
 BenchSource::BenchSource(const std::filesystem::path& program, study::BenchOptions options,
                          const study::BenchChange& begin, bool readings)
@@ -16,15 +11,10 @@ BenchSource::BenchSource(const std::filesystem::path& program, study::BenchOptio
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
   listen::ListenerOptions listening;
   listening.port = bench_.port();
-  listening.baud = kBaud;
+  listening.baud = 9600;  // of the boards' line, as deployed
   listening.format = listen::Format::frames;
   listening.readings = readings;
   listener_ = std::make_unique<listen::Listener>(std::move(listening), [](const std::string&) {});
-}
-
-BenchSource::~BenchSource() {
-  thread_.request_stop();
-  thread_.join();
 }
 
 void BenchSource::advance() {

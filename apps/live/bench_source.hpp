@@ -22,7 +22,6 @@ class BenchSource : public WornGlove {
   // listen::ListenerOptions. Throws as study::Bench and listen::Listener.
   BenchSource(const std::filesystem::path& program, study::BenchOptions options,
               const study::BenchChange& begin, bool readings);
-  ~BenchSource() override;
 
   // Throws what went wrong with the boards meanwhile.
   listen::Event wait(double timeout_s, std::vector<listen::Sample>& out) override;
@@ -55,7 +54,7 @@ class BenchSource : public WornGlove {
   study::BenchView view_;
   std::exception_ptr fault_;
   std::unique_ptr<listen::Listener> listener_;
-  std::jthread thread_;
+  std::jthread thread_;  // last, so that it ends first
 };
 
 }  // namespace flexor::live

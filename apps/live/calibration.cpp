@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <span>
 #include <sstream>
@@ -354,8 +353,6 @@ void Calibration::identified(const Json& result, std::vector<std::string> warnin
   go(StepEvent::identified, "nothing_to_identify");
   if (!curves_.empty()) plot(curves_.begin().key());
 }
-
-void Calibration::failed(const std::string& why) { failure_ = why; }
 
 void Calibration::plot(const std::string& finger) {
   if (step_ != Step::result || !curves_.contains(finger)) throw Refusal("no_plot", {{"finger", finger}});

@@ -72,7 +72,7 @@ class Calibration {
       double lead_s, const nlohmann::ordered_json& pose_angles = nlohmann::ordered_json::array()) const;
   // Of `flexor job identify`.
   void identified(const nlohmann::ordered_json& result, std::vector<std::string> warnings);
-  void failed(const std::string& why);
+  void failed(const std::string& why) { failure_ = why; }
   void accepted() { go(StepEvent::accepted, "nothing_to_accept"); }
   void sent() { is_sent_ = step_ == Step::send; }  // into the glove
   bool is_sent() const { return is_sent_; }

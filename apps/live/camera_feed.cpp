@@ -34,10 +34,6 @@ CameraFeed::CameraFeed(std::string joints, bool drawn, std::function<void(Pictur
       ended_(std::move(ended)),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
-void CameraFeed::take(double t_s, std::string jpeg) { add({t_s, std::move(jpeg), {}}); }
-
-void CameraFeed::draw(double t_s, const twin::PerFinger& mcp_deg) { add({t_s, "", mcp_deg}); }
-
 bool CameraFeed::is_busy() {
   const std::lock_guard lock(mutex_);
   return !waiting_.empty();

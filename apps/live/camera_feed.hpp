@@ -27,12 +27,10 @@ class CameraFeed {
   // has gone and nothing is seen any more.
   CameraFeed(std::string joints, bool drawn, std::function<void(PictureSeen)> seen,
              std::function<void(std::string)> failed, std::function<void(std::string)> ended);
-  CameraFeed(const CameraFeed&) = delete;
-  CameraFeed& operator=(const CameraFeed&) = delete;
 
   // Never waits; where four pictures wait already the oldest goes.
-  void take(double t_s, std::string jpeg);
-  void draw(double t_s, const twin::PerFinger& mcp_deg);
+  void take(double t_s, std::string jpeg) { add({t_s, std::move(jpeg), {}}); }
+  void draw(double t_s, const twin::PerFinger& mcp_deg) { add({t_s, "", mcp_deg}); }
   bool is_busy();  // a picture waits
 
  private:

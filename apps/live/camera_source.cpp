@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <iterator>
 #include <utility>
 
@@ -27,11 +26,6 @@ CameraSource::CameraSource(std::string device, const std::string& joints, const 
   says_ = fmt::format("{}: {} x {} pixels", device_, first.width, first.height);
   take(first);
   thread_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
-}
-
-CameraSource::~CameraSource() {
-  thread_.request_stop();
-  thread_.join();
 }
 
 void CameraSource::watch(const std::stop_token& stop) {
@@ -85,8 +79,6 @@ double CameraSource::now_s() const {
   if (clock_) return clock_();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }
-
-std::string CameraSource::says() const { return says_; }
 
 listen::Event CameraSource::wait(double timeout_s, std::vector<listen::Sample>& out) {
   std::unique_lock lock(mutex_);

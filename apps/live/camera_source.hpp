@@ -27,14 +27,13 @@ class CameraSource : public listen::Source {
   CameraSource(std::string device, const std::string& joints, const std::string& lens,
                const std::filesystem::path& program = io::program_beside("flexor-camera"),
                std::function<double()> clock = {});  // asked when a picture has come; none: the machine's
-  ~CameraSource() override;                          // within the time of a picture
 
   // Throws what went wrong with the camera meanwhile. ended: of a file.
   listen::Event wait(double timeout_s, std::vector<listen::Sample>& out) override;
   const std::vector<std::string>& columns() const override { return columns_; }
   const listen::Tally& tally() const override { return tally_; }
   double now_s() const override;
-  std::string says() const override;
+  std::string says() const override { return says_; }
 
  private:
   void watch(const std::stop_token& stop);
@@ -58,7 +57,7 @@ class CameraSource : public listen::Source {
   std::vector<listen::Sample> waiting_;
   std::exception_ptr fault_;
   bool ended_ = false;
-  std::jthread thread_;
+  std::jthread thread_;  // last, so that it ends first: within the time of a picture
 };
 
 }  // namespace flexor::live

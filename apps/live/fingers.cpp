@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "host/io/io.hpp"
 #include "host/io/numbers.hpp"
@@ -157,8 +156,6 @@ double Fingers::angle_of(const Finger& finger) const {
   if (finger.column && columns_[*finger.column].unit == "deg") return columns_[*finger.column].now;
   return kNone;
 }
-
-float Fingers::angle_deg(std::size_t finger) const { return static_cast<float>(angle_of(fingers_[finger])); }
 
 FingerView Fingers::view_of(const Finger& finger, bool recent) const {
   FingerView out{finger.name, "", kNone, kNone, kNone, kNone, kNone, kNone, "none", "", ""};

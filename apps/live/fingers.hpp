@@ -6,7 +6,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
@@ -55,7 +54,7 @@ class Fingers {
   std::size_t size() const { return fingers_.size(); }
   // Of the newest sample.
   float raw(std::size_t finger) const;
-  float angle_deg(std::size_t finger) const;
+  float angle_deg(std::size_t finger) const { return static_cast<float>(angle_of(fingers_[finger])); }
   std::vector<FingerView> view(double now_s) const;
   // By whole bends two sensors (the one, where there is one) lie otherwise than when the model was made, by twice the standard error,
   // or drift more quickly than they could be followed.

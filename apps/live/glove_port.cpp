@@ -232,7 +232,7 @@ void GlovePort::search(std::vector<std::string> paths, listen::ListenerOptions o
     });
   };
   search_ =
-      std::thread([this, post, is_chosen, paths = std::move(paths), options = std::move(options)]() mutable {
+      std::jthread([this, post, is_chosen, paths = std::move(paths), options = std::move(options)]() mutable {
         for (const std::string& path : paths) {
           options.port = path;
           try {
@@ -253,7 +253,7 @@ void GlovePort::search(std::vector<std::string> paths, listen::ListenerOptions o
 void GlovePort::end_search() {
   if (search_stops_) *search_stops_ = true;
   search_stops_.reset();
-  if (search_.joinable()) search_.join();
+  search_ = {};  // which waits for it
 }
 
 void GlovePort::searched() {

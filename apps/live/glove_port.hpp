@@ -60,8 +60,6 @@ class GlovePort {
   // Throws io::InputError where the key cannot be read.
   GlovePort(PortOptions options, Server& server, Calls calls);
   ~GlovePort() { end_search(); }
-  GlovePort(const GlovePort&) = delete;
-  GlovePort& operator=(const GlovePort&) = delete;
 
   DeviceState state() const { return state_; }
   const std::string& says() const { return says_; }
@@ -109,7 +107,7 @@ class GlovePort {
   double named_tried_s_ = -1e9;
   std::vector<std::string> tried_ports_;
   // Listens to ports, one after the other: finding a rate and a format takes seconds.
-  std::thread search_;
+  std::jthread search_;
   std::shared_ptr<std::atomic<bool>> search_stops_;  // of the search that runs; null: none does
 };
 

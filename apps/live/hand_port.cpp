@@ -42,6 +42,4 @@ std::array<std::string, twin::kFingers> HandPort::faults() const {
   return out;
 }
 
-std::string HandPort::board_faults() const { return remark(3 * twin::kFingers); }
-
 }  // namespace flexor::live

@@ -27,7 +27,7 @@ class HandPort {
   const char* status(double now_s) const;
   // Of the newest sample, in words; "": nothing.
   std::array<std::string, twin::kFingers> faults() const;
-  std::string board_faults() const;
+  std::string board_faults() const { return remark(3 * twin::kFingers); }
 
  private:
   std::string remark(std::size_t column) const;

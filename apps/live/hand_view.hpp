@@ -6,7 +6,6 @@
 #include <functional>
 #include <mutex>
 #include <optional>
-#include <string>
 #include <thread>
 #include <vector>
 
@@ -36,8 +35,6 @@ class HandView {
   // `ready` and, where no hand can be made of it, `failed` are called on its thread. A model of which no joint is known gives nothing.
   HandView(const model::Model& model, std::function<void(const WholeHand&)> ready,
            std::function<void(const std::exception&)> failed);
-  HandView(const HandView&) = delete;
-  HandView& operator=(const HandView&) = delete;
 
   void add(double host_s, const std::vector<double>& joints_deg);
 

@@ -12,18 +12,8 @@ std::vector<std::string> JobResult::warnings() const {
   return found == json.end() ? std::vector<std::string>() : found->get<std::vector<std::string>>();
 }
 
-Jobs::~Jobs() {
-  cancel();
-  if (job_) end();
-}
-
 void Jobs::require_none() const {
   if (job_) throw Refusal("job_runs", {{"job", job_->name}});
-}
-
-void Jobs::end() {
-  const std::shared_ptr<Job> job = std::exchange(job_, nullptr);
-  job->thread.join();
 }
 
 void Jobs::run_command(const std::string& name, const nlohmann::ordered_json& request, Done done) {
@@ -45,7 +35,7 @@ void Jobs::run(const std::string& name, const std::string& stage,
     });
     return !job->is_cancelled;
   };
-  job_->thread = std::thread([this, job = job_.get(), goes, work = std::move(work), done = std::move(done)] {
+  job_->thread = std::jthread([this, job = job_.get(), goes, work = std::move(work), done = std::move(done)] {
     JobResult result;
     try {
       result.json = work(goes);
@@ -55,7 +45,7 @@ void Jobs::run(const std::string& name, const std::string& stage,
     }
     if (job->is_cancelled) result.text = "ended before its time";
     post_([this, done, result] {
-      end();
+      job_.reset();
       done(result);
     });
   });

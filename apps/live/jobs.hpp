@@ -32,7 +32,7 @@ class Jobs {
   using Done = std::function<void(const JobResult&)>;
 
   Jobs(std::filesystem::path program, Post post) : program_(std::move(program)), post_(std::move(post)) {}
-  ~Jobs();  // ends what runs
+  ~Jobs() { cancel(); }  // ends what runs
   Jobs(const Jobs&) = delete;
   Jobs& operator=(const Jobs&) = delete;
 
@@ -55,10 +55,8 @@ class Jobs {
     io::Progress progress;
     std::atomic<bool> is_cancelled = false;
     std::shared_ptr<io::Worker> worker;  // none: it runs on the thread
-    std::thread thread;
+    std::jthread thread;                 // last, so that it ends first
   };
-
-  void end();
 
   std::filesystem::path program_;
   Post post_;

@@ -1,7 +1,5 @@
 #include "apps/live/live.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -83,8 +81,6 @@ double Live::now_s() const { return options_.worn ? options_.worn->now_s() : wal
 double Live::wall_s() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
 }
-
-void Live::attach_worn() { glove_->attach(options_.worn, options_.worn->facts.port, DeviceEvent::wears); }
 
 void Live::glove_dropped() {
   fingers_.reset();
@@ -242,8 +238,6 @@ void Live::look_at_worn() {
       now, [](std::size_t) { return NAN; }, [&](std::size_t i) { return worn.joint_deg[i]; });
   server_->send_all(rows.bytes());
 }
-
-bool Live::draws() const { return calibration_ && calibration_->setup().reference == Reference::drawn; }
 
 // On the motion's own clock, to the microsecond: the same in each calibration.
 double Live::since_begun_s(double host_s) const {

@@ -105,11 +105,11 @@ class Live {
   void write(const listen::Sample& sample);
   void send_rows();
   void tick();
-  void attach_worn();
+  void attach_worn() { glove_->attach(options_.worn, options_.worn->facts.port, DeviceEvent::wears); }
   bool is_port_lent() const { return jobs_.is_running("send") || jobs_.is_running("flash"); }
   const char* worn_name() const { return options_.worn->facts.has_boards ? "boards" : "twin"; }
   void look_at_worn();
-  bool draws() const;
+  bool draws() const { return calibration_ && calibration_->setup().reference == Reference::drawn; }
   void draw_worn();
   double since_begun_s(double host_s) const;
   bool waits_for_camera() const;
@@ -121,25 +121,12 @@ class Live {
   void welcome(Client client);
   void hear(Client client, std::string_view text);
   void hear(std::span<const std::uint8_t> bytes);
-  enum class Need {
-    no_job,
-    no_calibration,
-    calibration,
-    recording,
-    no_recording,
-    replay,
-    glove,
-    readings,
-    model,
-    no_anew,
-    twin
-  };
   struct Word {
     std::function<void(Live&, io::JsonReader&)> act;
-    std::vector<Need> needs;
+    std::vector<std::string_view> refusals;  // that there may be
   };
   static const std::map<std::string, Word>& words();
-  void require(Need need);  // throws Refusal
+  void refuse(std::string_view refusal);  // throws it where it is due
   void device_connect(io::JsonReader& parts);
   void device_leave(io::JsonReader& parts);
   void columns_name(io::JsonReader& parts);

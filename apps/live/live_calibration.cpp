@@ -23,7 +23,7 @@ void Live::calibrate_start(io::JsonReader& parts) {
   setup.side = parts.text("side");
   if (setup.side != "left" && setup.side != "right") parts.fail("\"side\" must be left or right");
   setup.reference = reference_of(parts.text("reference"));
-  if (setup.reference == Reference::drawn) require(Need::twin);
+  if (setup.reference == Reference::drawn) refuse("no_twin");
   if (setup.reference == Reference::marks || setup.reference == Reference::drawn) {
     setup.joints = setup.reference == Reference::drawn ? "paper_hand" : parts.text_or_empty("joints");
     if (setup.joints.empty()) setup.joints = options_.worn ? "paper_hand" : "green_markers";
@@ -128,14 +128,14 @@ void Live::entered_step() {
 
 void Live::calibrate_next(io::JsonReader&) {
   if (calibration_->step() == Step::send) return calibration_.reset();
-  if (calibration_->step() == Step::motion) require(Need::no_job);
-  if (calibration_->step() == Step::glove) require(Need::readings);
+  if (calibration_->step() == Step::motion) refuse("job_runs");
+  if (calibration_->step() == Step::glove) refuse("no_readings");
   calibration_->next(fingers_.has_value() && glove_->state() != DeviceState::gone);
   entered_step();
 }
 
 void Live::calibrate_back(io::JsonReader&) {
-  if (calibration_->step() == Step::identify) require(Need::no_job);
+  if (calibration_->step() == Step::identify) refuse("job_runs");
   calibration_->back();
   entered_step();
 }

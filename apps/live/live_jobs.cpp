@@ -42,7 +42,7 @@ Jobs::Done Live::ending(const std::string& name, Jobs::Done done) {
 }
 
 void Live::start(const std::string& name, const Json& request, Jobs::Done done) {
-  require(Need::no_job);
+  refuse("job_runs");
   jobs_.run_command(name, request, ending(name, std::move(done)));
 }
 
@@ -53,7 +53,7 @@ void Live::ended(const std::string& name, bool ok, const std::string& text) {
 
 // Programs that speak with a board need its port for themselves; a recording goes on afterwards, as after a pulled plug.
 void Live::start_without_glove(const std::string& name, const Json& request, Jobs::Done done) {
-  require(Need::no_job);
+  refuse("job_runs");
   glove_->let_go();
   start(name, request, std::move(done));
 }

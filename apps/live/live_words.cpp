@@ -22,79 +22,70 @@ bool is_on(io::JsonReader& parts) {
 
 // What a page may ask for, and what has to hold first.
 const std::map<std::string, Live::Word>& Live::words() {
-  using enum Need;
   static const std::map<std::string, Word> all = {
-      {"device.connect", {&Live::device_connect, {no_job, no_recording}}},
-      {"device.leave", {&Live::device_leave, {no_job, no_calibration, no_recording}}},
-      {"columns.name", {&Live::columns_name, {no_recording, no_calibration}}},
+      {"device.connect", {&Live::device_connect, {"job_runs", "recording_runs"}}},
+      {"device.leave", {&Live::device_leave, {"job_runs", "calibration_is_open", "recording_runs"}}},
+      {"columns.name", {&Live::columns_name, {"recording_runs", "calibration_is_open"}}},
       {"model.choose", {&Live::model_choose, {}}},
-      {"record.start", {&Live::record_start, {no_recording, glove}}},
-      {"record.stop", {[](Live& live, io::JsonReader&) { live.stop_recording(); }, {recording}}},
-      {"marker", {&Live::marker, {recording}}},
+      {"record.start", {&Live::record_start, {"recording_runs", "no_glove"}}},
+      {"record.stop", {[](Live& live, io::JsonReader&) { live.stop_recording(); }, {"no_recording"}}},
+      {"marker", {&Live::marker, {"no_recording"}}},
       {"tracking.set", {&Live::tracking_set, {}}},
-      {"twin.set", {&Live::twin_set, {twin}}},
-      {"score.run", {&Live::score_run, {twin, no_recording, no_job}}},
-      {"experiment.run", {&Live::experiment_run, {no_job}}},
-      {"replay.open", {&Live::replay_open, {no_job, no_calibration, no_recording}}},
-      {"replay.seek", {&Live::replay_seek, {replay}}},
+      {"twin.set", {&Live::twin_set, {"no_twin"}}},
+      {"score.run", {&Live::score_run, {"no_twin", "recording_runs", "job_runs"}}},
+      {"experiment.run", {&Live::experiment_run, {"job_runs"}}},
+      {"replay.open", {&Live::replay_open, {"job_runs", "calibration_is_open", "recording_runs"}}},
+      {"replay.seek", {&Live::replay_seek, {"no_replay"}}},
       {"replay.play",
-       {[](Live& live, auto& parts) { live.glove_->replay()->pause(!is_on(parts)); }, {replay}}},
+       {[](Live& live, auto& parts) { live.glove_->replay()->pause(!is_on(parts)); }, {"no_replay"}}},
       {"job.cancel", {[](Live& live, io::JsonReader&) { live.jobs_.cancel(); }, {}}},
-      {"send", {&Live::send, {model}}},
+      {"send", {&Live::send, {"no_model"}}},
       {"flash", {&Live::flash, {}}},
       {"angles", {&Live::angles, {}}},
-      {"calibrate.start", {&Live::calibrate_start, {no_calibration, no_job, readings, no_anew}}},
-      {"calibrate.next", {&Live::calibrate_next, {calibration}}},
-      {"calibrate.back", {&Live::calibrate_back, {calibration}}},
+      {"calibrate.start",
+       {&Live::calibrate_start, {"calibration_is_open", "job_runs", "no_readings", "anew_waits"}}},
+      {"calibrate.next", {&Live::calibrate_next, {"no_calibration"}}},
+      {"calibrate.back", {&Live::calibrate_back, {"no_calibration"}}},
       {"calibrate.repeat",
        {[](Live& live, io::JsonReader&) {
           live.calibration_->repeat();
           live.entered_step();
         },
-        {no_job, calibration}}},
-      {"calibrate.cancel", {&Live::calibrate_cancel, {calibration}}},
-      {"calibrate.accept", {&Live::calibrate_accept, {calibration}}},
+        {"job_runs", "no_calibration"}}},
+      {"calibrate.cancel", {&Live::calibrate_cancel, {"no_calibration"}}},
+      {"calibrate.accept", {&Live::calibrate_accept, {"no_calibration"}}},
       {"calibrate.plot",
-       {[](Live& live, auto& parts) { live.calibration_->plot(parts.text("finger")); }, {calibration}}},
-      {"anew.start", {&Live::anew_start, {no_job, no_calibration, model, glove, no_anew}}},
+       {[](Live& live, auto& parts) { live.calibration_->plot(parts.text("finger")); }, {"no_calibration"}}},
+      {"anew.start",
+       {&Live::anew_start, {"job_runs", "calibration_is_open", "no_model", "no_glove", "anew_waits"}}},
       {"anew.accept", {&Live::anew_accept, {}}},
       {"anew.keep", {&Live::anew_keep, {}}},
   };
   return all;
 }
 
-void Live::require(Need need) {
-  const auto unless = [](bool holds, const char* kind) {
-    if (!holds) throw Refusal(kind);
-  };
-  switch (need) {
-    case Need::no_job:
-      jobs_.require_none();
-      return unless(!anew_ || anew_->is_over, "anew_runs");
-    case Need::no_calibration:  // one that only waits for its model to be sent is over
-      if (calibration_ && calibration_->step() == Step::send) calibration_.reset();
-      return unless(!calibration_, "calibration_is_open");
-    case Need::calibration:
-      return unless(calibration_.has_value(), "no_calibration");
-    case Need::recording:
-      return unless(recording_.has_value(), "no_recording");
-    case Need::no_recording:
-      return unless(!recording_, "recording_runs");
-    case Need::replay:
-      return unless(glove_->replay() != nullptr, "no_replay");
-    case Need::glove:
-      return unless(fingers_ && !glove_->replay(), "no_glove");
-    case Need::readings:  // what is fitted is fitted to readings
-      return unless(!glove_->source() || !glove_->source()->is_compensated(), "no_readings");
-    case Need::model:
-      unless(model_.has_value(), "no_model");
-      if (!misfit_.empty()) throw Refusal("model_misfit", {{"why", misfit_}});
-      return;
-    case Need::no_anew:
-      return unless(!anew_, "anew_waits");
-    case Need::twin:
-      return unless(options_.worn != nullptr, "no_twin");
+void Live::refuse(std::string_view refusal) {
+  if (refusal == "job_runs") {
+    jobs_.require_none();
+    refusal = "anew_runs";
   }
+  // A calibration that only waits for its model to be sent is over.
+  if (refusal == "calibration_is_open" && calibration_ && calibration_->step() == Step::send)
+    calibration_.reset();
+  const std::map<std::string_view, bool> is_due = {
+      {"anew_runs", anew_ && !anew_->is_over},
+      {"anew_waits", anew_.has_value()},
+      {"calibration_is_open", calibration_.has_value()},
+      {"no_calibration", !calibration_},
+      {"no_glove", !fingers_ || glove_->replay()},
+      {"no_model", !model_},
+      {"no_readings", glove_->source() && glove_->source()->is_compensated()},  // to which models are fitted
+      {"no_recording", !recording_},
+      {"no_replay", !glove_->replay()},
+      {"no_twin", !options_.worn},
+      {"recording_runs", recording_.has_value()}};
+  if (is_due.at(refusal)) throw Refusal(refusal.data());
+  if (refusal == "no_model" && !misfit_.empty()) throw Refusal("model_misfit", {{"why", misfit_}});
 }
 
 // Every message but one that says so is answered, whatever it holds.
@@ -109,7 +100,7 @@ void Live::hear(Client client, std::string_view text) {
     answers = word != "angles";
     const auto found = words().find(word);
     if (found == words().end()) throw io::InputError(fmt::format("\"{}\" is no word that is known", word));
-    for (const Need need : found->second.needs) require(need);
+    for (const std::string_view refusal : found->second.refusals) refuse(refusal);
     found->second.act(*this, parts);
   } catch (const std::exception& caught) {
     answer.update({{"ok", false}, {"error", io::one_line(caught.what())}});
@@ -138,7 +129,7 @@ void Live::hear(std::span<const std::uint8_t> bytes) {
 
 void Live::device_connect(io::JsonReader& parts) {
   const std::string port = parts.text("port");
-  if (!calibration_ || calibration_->step() != Step::glove) require(Need::no_calibration);
+  if (!calibration_ || calibration_->step() != Step::glove) refuse("calibration_is_open");
   if (!options_.worn) return glove_->connect(port);
   if (port != options_.worn->facts.port && port != "auto") throw Refusal("twin_wears");
   attach_worn();
@@ -247,7 +238,7 @@ void Live::marker(io::JsonReader& parts) {
 
 void Live::tracking_set(io::JsonReader& parts) {
   const bool on = is_on(parts);
-  if (on) require(Need::model);
+  if (on) refuse("no_model");
   if (on && !can_be_tracked(*model_)) throw Refusal(kNotTracked);
   tracked_ = on;
   if (model_) wear();

@@ -15,7 +15,6 @@
 #include <deque>
 #include <random>
 #include <tuple>
-#include <utility>
 
 #include "apps/live/assets.hpp"
 #include "apps/live/request.hpp"
@@ -46,17 +45,15 @@ constexpr seconds kFarewell{1};
 // wasm-unsafe-eval: what runs the markerless model is WebAssembly. It allows that alone, no eval of text.
 constexpr const char* kPagePolicy =
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' blob: data:; "
-    "connect-src 'self' "
-    "blob:; "
-    "media-src 'self' blob:; font-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'none'";
+    "connect-src 'self' blob:; media-src 'self' blob:; font-src 'self'; worker-src 'self' blob:; base-uri "
+    "'none'; form-action 'none'; frame-ancestors 'none'";
 // What lies in the sessions' folder may come from anybody: it is shown, has no origin to ask from, and runs nothing but the charts
 // of our own reports.
 const std::string& file_policy() {
-  static const std::string policy =
-      "sandbox allow-scripts; default-src 'none'; script-src " + report::report_script_source() +
-      "; style-src 'unsafe-inline'; img-src data:; media-src 'self'; base-uri 'none'; "
-      "form-action 'none'; frame-ancestors 'none'";
+  static const std::string policy = "sandbox allow-scripts; default-src 'none'; script-src " +
+                                    report::report_script_source() +
+                                    "; style-src 'unsafe-inline'; img-src data:; media-src 'self'; base-uri "
+                                    "'none'; form-action 'none'; frame-ancestors 'none'";
   return policy;
 }
 
@@ -104,8 +101,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (is_open_) --server_.clients_;  // the program ends, or a handler threw
     server_.connections_.erase(id_);
   }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
 
   void start() { spawn(&Connection::serve); }
   bool is_known() const { return is_known_; }  // has shown the token
@@ -477,17 +472,15 @@ void Server::every(double period_s, std::function<void()> tick) {
 void Server::post(std::function<void()> work) { asio::post(context_, std::move(work)); }
 
 void Server::stop() {
-  post([this] { end(); });
-}
-
-void Server::end() {
-  if (std::exchange(stopping_, true)) return;
-  error_code ignored;
-  acceptor_.close(ignored);
-  const auto all = connections_;
-  for (const auto& [id, connection] : all) connection->farewell();
-  pause_.expires_after(clients_ == 0 ? std::chrono::milliseconds(0) : std::chrono::milliseconds(200));
-  pause_.async_wait([this](error_code) { context_.stop(); });
+  post([this] {
+    if (std::exchange(stopping_, true)) return;
+    error_code ignored;
+    acceptor_.close(ignored);
+    const auto all = connections_;
+    for (const auto& [id, connection] : all) connection->farewell();
+    pause_.expires_after(clients_ == 0 ? std::chrono::milliseconds(0) : std::chrono::milliseconds(200));
+    pause_.async_wait([this](error_code) { context_.stop(); });
+  });
 }
 
 }  // namespace flexor::live

@@ -50,8 +50,6 @@ class Server {
   // Listens. Throws io::InputError, one line with the mend: the port is taken.
   Server(const ServerOptions& options, Handlers handlers);
   ~Server();
-  Server(const Server&) = delete;
-  Server& operator=(const Server&) = delete;
 
   std::string url() const;  // with the token
 
@@ -83,7 +81,6 @@ class Server {
   boost::asio::awaitable<void> accept();
   bool make_room();
   void send_all(std::string bytes, bool text);
-  void end();
 
   // Before the context: what ends with it leaves these.
   std::map<Client, Connection*> connections_;  // oldest first

@@ -164,10 +164,9 @@ TEST_F(SessionsTest, ARecordingNamesWhatItLacks) {
   const std::string whole = fmt::format("2 rows in {}", recording.log_file().string());
   EXPECT_EQ(recording.in_words(5.5), whole);
   recording.leave_out(360);
-  EXPECT_EQ(recording.in_words(23),
-            whole +
-                "; 360 rows that came were malformed or did not fit, and are left out; nothing was "
-                "recorded in the last 18 s");
+  EXPECT_EQ(recording.in_words(23), whole +
+                                        "; 360 rows that came were malformed or did not fit, and are left "
+                                        "out; nothing was recorded in the last 18 s");
 }
 
 }  // namespace

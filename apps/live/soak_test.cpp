@@ -6,9 +6,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <csignal>
 #include <cstring>
-#include <deque>
 #include <fstream>
 #include <mutex>
 #include <optional>
@@ -256,8 +254,7 @@ void print(const char* what, const Soaked& soaked) {
   };
   printf(
       "%s: %llu rows logged, %llu gaps, plugged in again %d times; written to heard by four tabs: median "
-      "%.2f ms, "
-      "99th percentile %.2f ms; %.1f %% of a core; %.1f MB and %+.1f MB\n",
+      "%.2f ms, 99th percentile %.2f ms; %.1f %% of a core; %.1f MB and %+.1f MB\n",
       what, static_cast<unsigned long long>(soaked.log.rows),
       static_cast<unsigned long long>(soaked.log.gaps), soaked.replugged, at(0.5), at(0.99),
       100 * soaked.processor_share, soaked.memory_mb, soaked.memory_more_mb);

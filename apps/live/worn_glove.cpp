@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 
 #include "apps/live/bench_source.hpp"
 #include "apps/live/twin_source.hpp"

@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "apps/live/jobs.hpp"
 #include "host/io/pipe_json.hpp"

@@ -236,10 +236,9 @@ ColourModel colour_at(const Picture& picture, Point at) {
                                  {kAlikeL, kAlike, kAlike}, {kAlikeL, kAlike, kAlike},
                                  8 | cv::FLOODFILL_MASK_ONLY | cv::FLOODFILL_FIXED_RANGE | (255 << 8));
   if (area > kMaxBlobShare * 4 * picture.width * picture.height) {
-    throw io::InputError(
-        fmt::format("what is at ({:g}, {:g}) is no mark: {} pixels around it look the same; "
-                    "click into a coloured dot",
-                    at.x, at.y, area));
+    throw io::InputError(fmt::format(
+        "what is at ({:g}, {:g}) is no mark: {} pixels around it look the same; click into a coloured dot",
+        at.x, at.y, area));
   }
   ColourModel out = learn(mat(picture), mask(cv::Rect(1, 1, picture.width, picture.height)));
   out.area_px = area;
@@ -287,10 +286,10 @@ ColourModel colour_automatic(const Picture& picture, const Window& region, std::
     best = std::move(blobs);
   }
   if (best.compact.empty()) {
-    throw io::JobError(fmt::format(
-        "no colour has {} dots of a mark's size in this picture (the best has {}): more light, one "
-        "bright colour that nothing else has, or tell the colour with --colour X,Y",
-        marks, most));
+    throw io::JobError(
+        fmt::format("no colour has {} dots of a mark's size in this picture (the best has {}): more light, "
+                    "one bright colour that nothing else has, or tell the colour with --colour X,Y",
+                    marks, most));
   }
   for (cv::Mat* done : {&picture_lab, &hue, &chroma}) done->release();  // before as much again is needed
   return learn_twice(bgr, best, marks);

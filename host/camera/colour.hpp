@@ -9,8 +9,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
-#include <string>
 #include <vector>
 
 #include "host/camera/picture.hpp"

@@ -26,30 +26,6 @@ constexpr int kMostPictures = 1000000;
 constexpr std::size_t kLeastPictures = 5;
 constexpr double kLargestRms_px = 2;
 
-}  // namespace
-
-void Lens::require_size(int w, int h, const std::string& source) const {
-  if (w == width && h == height) return;
-  throw io::InputError(fmt::format(
-      "{}: the lens was calibrated at {} x {} pixels, this is {} x {}: calibrate with pictures of the "
-      "same size",
-      source, width, height, w, h));
-}
-
-cv::Matx33d Lens::matrix() const { return {focal_px.x, 0, centre_px.x, 0, focal_px.y, centre_px.y, 0, 0, 1}; }
-
-Lens ordinary_lens(int width, int height) {
-  constexpr double kFocalShare = 1.1;
-  Lens out;
-  out.width = width;
-  out.height = height;
-  out.focal_px = {kFocalShare * width, kFocalShare * width};
-  out.centre_px = {(width - 1) / 2.0, (height - 1) / 2.0};
-  return out;
-}
-
-namespace {
-
 // Taking the distortion back is an iteration, which numbers that belong to no lens send to infinity.
 void require_directions(const Lens& lens, const std::string& source) {
   constexpr int kSteps = 16;
@@ -66,7 +42,63 @@ void require_directions(const Lens& lens, const std::string& source) {
   }
 }
 
+// The board's inner corners in each picture that shows them all; out.used and out.refused say which.
+std::vector<std::vector<cv::Point2f>> find_corners(const std::vector<std::filesystem::path>& pictures,
+                                                   const Board& board, cv::Size& picture_size, LensFit& out) {
+  const cv::Size size(board.columns, board.rows);
+  std::vector<std::vector<cv::Point2f>> seen;
+  for (const std::filesystem::path& path : pictures) {
+    const Picture picture = read_picture(path);
+    const cv::Size s(picture.width, picture.height);
+    if (picture_size.area() > 0 && s != picture_size) {
+      throw io::InputError(
+          fmt::format("{}: is {} x {} pixels, the pictures before it {} x {}: all must come from one "
+                      "camera at one setting",
+                      path.string(), s.width, s.height, picture_size.width, picture_size.height));
+    }
+    picture_size = s;
+    cv::Mat grey;
+    cv::cvtColor(mat(picture), grey, cv::COLOR_BGR2GRAY);
+    std::vector<cv::Point2f> corners;
+    constexpr int kLeast_px = 32;  // OpenCV fails on less
+    if (std::min(s.width, s.height) < kLeast_px || !cv::findChessboardCorners(grey, size, corners)) {
+      out.refused.push_back(fmt::format("{}: no board of {} x {} inner corners in sight", path.string(),
+                                        board.columns, board.rows));
+      continue;
+    }
+    constexpr int kHalfWindow = 7;
+    cv::cornerSubPix(grey, corners, {kHalfWindow, kHalfWindow}, {-1, -1},
+                     {cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 40, 0.001});
+    seen.push_back(std::move(corners));
+    out.used.push_back(path.string());
+  }
+  if (seen.size() < kLeastPictures) {
+    throw io::InputError(fmt::format("{} of {} picture(s) show the whole board; at least {} are needed{}",
+                                     seen.size(), pictures.size(), kLeastPictures,
+                                     out.refused.empty() ? "" : " (" + out.refused.front() + ")"));
+  }
+  return seen;
+}
+
 }  // namespace
+
+void Lens::require_size(int w, int h, const std::string& source) const {
+  if (w == width && h == height) return;
+  throw io::InputError(fmt::format(
+      "{}: the lens was calibrated at {} x {} pixels, this is {} x {}: calibrate with pictures of the "
+      "same size",
+      source, width, height, w, h));
+}
+
+Lens ordinary_lens(int width, int height) {
+  constexpr double kFocalShare = 1.1;
+  Lens out;
+  out.width = width;
+  out.height = height;
+  out.focal_px = {kFocalShare * width, kFocalShare * width};
+  out.centre_px = {(width - 1) / 2.0, (height - 1) / 2.0};
+  return out;
+}
 
 Lens lens_from_json(const std::string& text, const std::string& source) {
   const Json json = io::parse_json(text, source);
@@ -134,48 +166,6 @@ Point Lens::undistort(Point p) const {
   cv::undistortPoints(point, point, k, distortion, cv::noArray(), k);
   return point.front();
 }
-
-namespace {
-
-// The board's inner corners in each picture that shows them all; out.used and out.refused say which.
-std::vector<std::vector<cv::Point2f>> find_corners(const std::vector<std::filesystem::path>& pictures,
-                                                   const Board& board, cv::Size& picture_size, LensFit& out) {
-  const cv::Size size(board.columns, board.rows);
-  std::vector<std::vector<cv::Point2f>> seen;
-  for (const std::filesystem::path& path : pictures) {
-    const Picture picture = read_picture(path);
-    const cv::Size s(picture.width, picture.height);
-    if (picture_size.area() > 0 && s != picture_size) {
-      throw io::InputError(
-          fmt::format("{}: is {} x {} pixels, the pictures before it {} x {}: all must come from one "
-                      "camera at one setting",
-                      path.string(), s.width, s.height, picture_size.width, picture_size.height));
-    }
-    picture_size = s;
-    cv::Mat grey;
-    cv::cvtColor(mat(picture), grey, cv::COLOR_BGR2GRAY);
-    std::vector<cv::Point2f> corners;
-    constexpr int kLeast_px = 32;  // OpenCV fails on less
-    if (std::min(s.width, s.height) < kLeast_px || !cv::findChessboardCorners(grey, size, corners)) {
-      out.refused.push_back(fmt::format("{}: no board of {} x {} inner corners in sight", path.string(),
-                                        board.columns, board.rows));
-      continue;
-    }
-    constexpr int kHalfWindow = 7;
-    cv::cornerSubPix(grey, corners, {kHalfWindow, kHalfWindow}, {-1, -1},
-                     {cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 40, 0.001});
-    seen.push_back(std::move(corners));
-    out.used.push_back(path.string());
-  }
-  if (seen.size() < kLeastPictures) {
-    throw io::InputError(fmt::format("{} of {} picture(s) show the whole board; at least {} are needed{}",
-                                     seen.size(), pictures.size(), kLeastPictures,
-                                     out.refused.empty() ? "" : " (" + out.refused.front() + ")"));
-  }
-  return seen;
-}
-
-}  // namespace
 
 LensFit fit_lens(const std::vector<std::filesystem::path>& pictures, const Board& board) {
   if (board.columns < 3 || board.rows < 3) {

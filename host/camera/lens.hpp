@@ -30,7 +30,7 @@ struct Lens {
   // Where the point would be without distortion, same focal length. A picture of another size than the lens
   // was calibrated with is an error of the caller's: see require_size.
   Point undistort(Point p) const;
-  cv::Matx33d matrix() const;
+  cv::Matx33d matrix() const { return {focal_px.x, 0, centre_px.x, 0, focal_px.y, centre_px.y, 0, 0, 1}; }
   // Throws io::InputError.
   void require_size(int picture_width, int picture_height, const std::string& source) const;
 };

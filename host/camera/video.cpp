@@ -36,12 +36,9 @@ void be_silent() {
     // Pictures are read_picture()'s: FFmpeg decodes them while they are opened, and their metadata without a bound.
     setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS",
            "format_whitelist;mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,asf,dv,flv,gif,h264,hevc,ivf,jpeg_"
-           "pipe,m4v,mjpeg,"
-           "mpeg,mpegts,mpegvideo,mxf,nut,ogg,yuv4mpegpipe|codec_whitelist;h264,hevc,mpeg1video,mpeg2video,"
-           "mpeg4,"
-           "mjpeg,vp8,vp9,libvpx-vp9,libdav1d,av1,rawvideo,msmpeg4,msmpeg4v1,msmpeg4v2,wmv1,wmv2,wmv3,vc1,"
-           "h263,flv,"
-           "gif,theora,dvvideo,prores,ffv1,huffyuv,wrapped_avframe",
+           "pipe,m4v,mjpeg,mpeg,mpegts,mpegvideo,mxf,nut,ogg,yuv4mpegpipe|codec_whitelist;h264,hevc,"
+           "mpeg1video,mpeg2video,mpeg4,mjpeg,vp8,vp9,libvpx-vp9,libdav1d,av1,rawvideo,msmpeg4,msmpeg4v1,"
+           "msmpeg4v2,wmv1,wmv2,wmv3,vc1,h263,flv,gif,theora,dvvideo,prores,ffv1,huffyuv,wrapped_avframe",
            1);
     return true;
   }();
@@ -77,6 +74,17 @@ void copy(const cv::Mat& from, Picture& to) {
   from.copyTo(mat(to));
 }
 
+// Packets of a video file, without decoding them.
+std::size_t packets(const std::filesystem::path& path) {
+  std::size_t count = 0;
+  try {
+    cv::VideoCapture capture(path.string(), cv::CAP_FFMPEG, {cv::CAP_PROP_FORMAT, -1});
+    while (capture.grab()) ++count;
+  } catch (const cv::Exception&) {
+  }
+  return count;
+}
+
 }  // namespace
 
 VideoReader::VideoReader(const std::filesystem::path& path) : source_(path.string()) {
@@ -100,13 +108,11 @@ VideoReader::VideoReader(const std::filesystem::path& path) : source_(path.strin
   }
   if (!open && still_.width == 0) {
     throw io::InputError(
-        live_
-            ? fmt::format("{}: this camera cannot be opened{}: is it plugged in, free, and yours to read?",
-                          source_, reason_)
-            : fmt::format(
-                  "{}: no video that can be read{}: is it one, is it whole, and is its codec installed? MP4 "
-                  "with H.264 always works",
-                  source_, reason_));
+        live_ ? fmt::format("{}: this camera cannot be opened{}: is it plugged in, free, and yours to read?",
+                            source_, reason_)
+              : fmt::format("{}: no video that can be read{}: is it one, is it whole, and is its codec "
+                            "installed? MP4 with H.264 always works",
+                            source_, reason_));
   }
   const auto codec = static_cast<std::uint32_t>(capture_.get(cv::CAP_PROP_FOURCC));
   constexpr std::uint32_t kCase = 0x20202020;
@@ -222,21 +228,6 @@ int DropFinder::add(double t_s) {
   return missing;
 }
 
-namespace {
-
-// Packets of a video file, without decoding them.
-std::size_t packets(const std::filesystem::path& path) {
-  std::size_t count = 0;
-  try {
-    cv::VideoCapture capture(path.string(), cv::CAP_FFMPEG, {cv::CAP_PROP_FORMAT, -1});
-    while (capture.grab()) ++count;
-  } catch (const cv::Exception&) {
-  }
-  return count;
-}
-
-}  // namespace
-
 VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz)
     : path_(path) {
   be_silent();
@@ -252,10 +243,10 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
   }
   if (!open) {
     output_->require_room();
-    throw io::InputError(fmt::format(
-        "{}: cannot be written as a video of {} x {} pixels: is the codec installed, and is there memory for "
-        "pictures of this size?",
-        path.string(), width, height));
+    throw io::InputError(
+        fmt::format("{}: cannot be written as a video of {} x {} pixels: is the codec installed, and is "
+                    "there memory for pictures of this size?",
+                    path.string(), width, height));
   }
 }
 

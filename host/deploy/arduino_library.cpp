@@ -18,10 +18,10 @@ namespace fs = std::filesystem;
 constexpr std::string_view kArduino = "firmware/arduino/";
 
 // Where a source of this repository lies in the library; empty: it is none of it.
-fs::path place_of(const std::string& source, Output output) {
-  if (source.starts_with("runtime/")) return "src/" + source;
+fs::path place_of(std::string_view source, Output output) {
+  if (source.starts_with("runtime/")) return fs::path("src") / source;
   if (!source.starts_with(kArduino)) return {};
-  const std::string name = source.substr(kArduino.size());
+  const std::string name(source.substr(kArduino.size()));
   if (name == "Flexor.h") return "src/Flexor.h";
   const bool is_of_usb = name == "GloveVr.ino";
   if (name.ends_with(".ino") && is_of_usb != (output != Output::radio)) return {};
@@ -82,9 +82,9 @@ void write(const fs::path& path, const std::string& text) {
 }  // namespace
 
 void write_arduino_library(const Glove& glove, const fs::path& folder) {
-  for (const Source& source : sources()) {
-    const fs::path place = place_of(source.path, glove.output);
-    if (!place.empty()) write(folder / place, wired(source.text, glove));
+  for (const auto& [path, text] : sources()) {
+    const fs::path place = place_of(path, glove.output);
+    if (!place.empty()) write(folder / place, wired(text, glove));
   }
   write(folder / "src/glove_data.h", data_of(glove));
   write(

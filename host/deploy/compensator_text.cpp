@@ -134,8 +134,7 @@ class Writer {
   std::string text() const {
     return "namespace config {\n" + coefficients_ +
            "}  // namespace config\n\nclass Compensator {\n public:\n  int16_t alpha[5] = {};\n  int16_t "
-           "angle[5] = "
-           "{};\n\n  Compensator() {\n" +
+           "angle[5] = {};\n\n  Compensator() {\n" +
            rests_ + "  }\n\n  uint8_t step() {\n    uint8_t good = 0;\n" + shared_ + lines_ +
            "    return good;\n  }\n\n private:\n" + states_ + "};\n";
   }
@@ -248,16 +247,13 @@ class Writer {
     if constexpr (std::is_same_v<typename K::Fixed, model::Sum::Fixed>) {
       // Written out: the compiler would loop over constants that lie in flash.
       lines_ += fmt::format("{}core::narrow({});\n", target, sum_text(b, one.c));
-    } else if constexpr (std::is_same_v<typename K::Fixed, model::Curve::Fixed>) {
-      const CppText text = cpp_of(one.c);
-      coefficients_ +=
-          fmt::format("constexpr compensator::{} kBlock{} PROGMEM = {};\n", text.type, b, text.braces);
-      lines_ += fmt::format("{}config::kBlock{}({});\n", target, b, segment_of(in, one.c));
     } else {
       const CppText text = cpp_of(one.c);
       coefficients_ +=
           fmt::format("constexpr compensator::{} kBlock{} PROGMEM = {};\n", text.type, b, text.braces);
-      if constexpr (requires { typename K::Fixed::State; }) {
+      if constexpr (std::is_same_v<typename K::Fixed, model::Curve::Fixed>) {
+        lines_ += fmt::format("{}config::kBlock{}({});\n", target, b, segment_of(in, one.c));
+      } else if constexpr (requires { typename K::Fixed::State; }) {
         starts_ = true;
         states_ += fmt::format("  compensator::{}::State block{}_;\n", text.type, b);
         lines_ += fmt::format("      if (first) config::kBlock{0}.start(block{0}_, s{1});\n", b, in);
@@ -288,24 +284,22 @@ class Writer {
   std::string rests_;
 };
 
-// Words of C++ and of its headers.
-const std::set<std::string> kReserved = {
-    "alignas",  "alignof",  "and",      "asm",    "auto",     "bool",      "break",     "case",
-    "catch",    "char",     "class",    "compl",  "const",    "constexpr", "continue",  "decltype",
-    "default",  "delete",   "do",       "double", "else",     "enum",      "explicit",  "export",
-    "extern",   "false",    "final",    "float",  "for",      "friend",    "goto",      "if",
-    "inline",   "int",      "long",     "main",   "mutable",  "namespace", "new",       "noexcept",
-    "not",      "nullptr",  "operator", "or",     "override", "private",   "protected", "public",
-    "register", "return",   "short",    "signed", "sizeof",   "static",    "std",       "struct",
-    "switch",   "template", "this",     "throw",  "true",     "try",       "typedef",   "typeid",
-    "typename", "union",    "unsigned", "using",  "virtual",  "void",      "volatile",  "while",
-    "xor",      "concept",  "requires", "flexor"};
+// Of C++ and of its headers.
+constexpr std::string_view kReserved =
+    " alignas alignof and asm auto bool break case catch char class compl const constexpr continue decltype "
+    "default delete do double "
+    "else enum explicit export extern false final float for friend goto if inline int long main mutable "
+    "namespace new noexcept not "
+    "nullptr operator or override private protected public register return short signed sizeof static std "
+    "struct switch template this "
+    "throw true try typedef typeid typename union unsigned using virtual void volatile while xor concept "
+    "requires flexor ";
 
 // A source and, before it, what it includes, each once.
 void add_source(const std::string& path, std::set<std::string>& known, std::string& out) {
   constexpr std::string_view kInclude = "#include \"";
   if (!known.insert(path).second) return;
-  std::istringstream text(std::ranges::find(sources(), path, &Source::path)->text);
+  std::istringstream text(sources().at(path));
   bool has_begun = false;  // what stands above is of the source's place in this repository
   for (std::string line; std::getline(text, line);) {
     has_begun = has_begun || line.starts_with("#") || line.starts_with("namespace");
@@ -323,8 +317,8 @@ void add_source(const std::string& path, std::set<std::string>& known, std::stri
 std::string header_text(const model::Model& given, const std::string& name) {
   const auto is_letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; };
   const auto is_digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
-  if (name.empty() || !is_letter(name[0]) || kReserved.contains(name) || name.ends_with("_t") ||
-      !std::ranges::all_of(name, [&](char c) { return is_letter(c) || is_digit(c); }))
+  if (name.empty() || !is_letter(name[0]) || kReserved.find(" " + name + " ") != kReserved.npos ||
+      name.ends_with("_t") || !std::ranges::all_of(name, [&](char c) { return is_letter(c) || is_digit(c); }))
     throw io::InputError(fmt::format(
         "{}: is no name of a namespace: letters, digits and _, no digit first, no word of C++", name));
   if (const auto left = model::left_out(given); !left.empty())

@@ -34,6 +34,80 @@ std::int16_t int16(double v) { return static_cast<std::int16_t>(std::lround(std:
 
 std::int16_t q4(double deg) { return static_cast<std::int16_t>(std::lround(deg * 16)); }
 
+// The longest line goes out within a sample period.
+void require_room_for_lines(const Glove& glove) {
+  const double line_s = line_bytes(glove) * 10 / kUsbBaud;
+  if (line_s <= glove.model.sample_period_s) return;
+  throw InputError(
+      fmt::format("a line of up to {} bytes takes {:.1f} ms at {:g} baud, which is fixed, and the glove "
+                  "samples every {:g} ms: lower --rate, or --encoding alpha sends the fingers alone",
+                  line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s));
+}
+
+// Bones of the driver's hand, from the wrist; a joint turns the one behind it.
+std::optional<std::uint8_t> place_of(const std::string& finger, const std::string& joint) {
+  const std::array<const char*, 3> thumb = {"_cmc", "_mcp", "_ip"};
+  const std::array<const char*, 3> other = {"_mcp", "_pip", "_dip"};
+  const bool is_thumb = finger == "thumb";
+  for (std::uint8_t k = 0; k < 3; ++k) {
+    if (joint == finger + (is_thumb ? thumb : other)[k]) return is_thumb ? k : k + 1;
+  }
+  return std::nullopt;
+}
+
+int further_joints(const std::vector<BoardOutput>& outputs) {
+  return static_cast<int>(
+      std::ranges::count_if(outputs, [](const BoardOutput& o) { return o.output.number >= kFingers; }));
+}
+
+hand::MotorSettings motor_settings(const HandMotor& motor) {
+  constexpr double kTurn_s = kTick_s * hand::kTurn_ticks;
+  const auto speed = [&](double deg_s) { return int16(deg_s * kTurn_s * (1 << hand::kSumFraction)); };
+  const double rate = -std::expm1(-kTurn_s / motor.time_s);
+  const double may_move = motor.friction + motor.load;
+  hand::MotorSettings c{};
+  c.rate = std::max<std::int16_t>(int16(rate * 65536), 1);
+  c.gain = int16(rate * motor.full_speed_deg_s * kTurn_s * (1 << (hand::kSpeedFraction + 1)));
+  c.friction = speed(motor.friction * motor.full_speed_deg_s);
+  c.load = speed((motor.load + kMotorFrictionShare * motor.friction + kPwmStep) * motor.full_speed_deg_s);
+  c.forget = speed(kForget_deg_s);
+  c.gap = int16(kGap_deg * (1 << hand::kSumFraction));
+  c.breakaway = int16(may_move * hand::kFullDuty);
+  c.kick = int16(kKick * may_move * hand::kFullDuty);
+  return c;
+}
+
+void set_timing(const Glove& glove, glove::SettingsHead& c) {
+  const int rate_hz = sample_rate_hz(glove.model);
+  const bool radio = glove.output == Output::radio;
+  c.rate_hz = static_cast<std::uint8_t>(rate_hz);
+  c.period_ms = static_cast<std::uint16_t>(1000 / rate_hz);
+  c.timer_top = static_cast<std::uint16_t>(kClock_hz / 64 / rate_hz - 1);
+  const int divisor = uart_divisor(radio ? glove.baud : kUsbBaud);
+  c.uart_divisor = static_cast<std::uint16_t>(divisor);
+  c.samples_per_frame = static_cast<std::uint8_t>(samples_per_frame(glove));
+  const link::Turns turns = radio ? turns_of(glove) : link::Turns{1, 1, 0};
+  c.listen_every = turns.every;
+  c.seek_every = turns.seek_every;
+  c.listen_slots = turns.slots;
+  const auto baud = static_cast<std::uint32_t>(kClock_hz / 8 / (divisor + 1));
+  c.has_room = link::has_room(baud, static_cast<std::uint8_t>(rate_hz / c.samples_per_frame)) ? 1 : 0;
+  c.samples_per_tick = static_cast<std::uint8_t>(model::samples_per_tick(glove.model.sample_period_s));
+}
+
+void set_pins(const Pins& pins, glove::SettingsHead& c) {
+  const std::vector<int> scan = model::scan_of(pins);
+  c.scan_count = static_cast<std::uint8_t>(scan.size());
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    c.scan[i] = static_cast<std::uint8_t>(scan[i]);
+    if (scan[i] < 6) c.analog_pins = static_cast<std::uint8_t>(c.analog_pins | 1U << scan[i]);
+  }
+  for (std::size_t i = 0; i < model::kButtons; ++i) {
+    c.button[i] = static_cast<std::uint8_t>(pins.button[i].value_or(glove::kNoPin));
+    c.button_bit[i] = model::buttons()[i].bit;
+  }
+}
+
 }  // namespace
 
 double Sensor::operator()(double n) const {
@@ -76,31 +150,6 @@ int sample_rate_hz(const model::Model& model) {
       "a sample rate of {:g} Hz: a glove samples at 10, 20, 50 or 100 Hz: --rate takes one of them", rate));
 }
 
-namespace {
-
-// The longest line goes out within a sample period.
-void require_room_for_lines(const Glove& glove) {
-  const double line_s = line_bytes(glove) * 10 / kUsbBaud;
-  if (line_s <= glove.model.sample_period_s) return;
-  throw InputError(fmt::format(
-      "a line of up to {} bytes takes {:.1f} ms at {:g} baud, which is fixed, and the glove samples "
-      "every {:g} ms: lower --rate, or --encoding alpha sends the fingers alone",
-      line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s));
-}
-
-// Bones of the driver's hand, from the wrist; a joint turns the one behind it.
-std::optional<std::uint8_t> place_of(const std::string& finger, const std::string& joint) {
-  const std::array<const char*, 3> thumb = {"_cmc", "_mcp", "_ip"};
-  const std::array<const char*, 3> other = {"_mcp", "_pip", "_dip"};
-  const bool is_thumb = finger == "thumb";
-  for (std::uint8_t k = 0; k < 3; ++k) {
-    if (joint == finger + (is_thumb ? thumb : other)[k]) return is_thumb ? k : k + 1;
-  }
-  return std::nullopt;
-}
-
-}  // namespace
-
 std::vector<std::string> missing_fingers(const model::Model& model) {
   const model::Wiring wiring = model::wiring_of(model);
   std::vector<std::string> out;
@@ -135,15 +184,6 @@ std::vector<BoardOutput> outputs_of(const Glove& glove) {
   return out;
 }
 
-namespace {
-
-int further_joints(const std::vector<BoardOutput>& outputs) {
-  return static_cast<int>(
-      std::ranges::count_if(outputs, [](const BoardOutput& o) { return o.output.number >= kFingers; }));
-}
-
-}  // namespace
-
 int line_bytes(const Glove& glove) {
   if (glove.output != Output::opengloves) return glove::kMaxPlainText;
   return link::kMaxGloveText + further_joints(outputs_of(glove)) * link::kMaxJointText;
@@ -157,8 +197,7 @@ int samples_per_frame(const Glove& glove) {
   }
   if (glove.key && glove.baud < kLeastBaudWithKey) {
     throw InputError(
-        fmt::format("a radio of {:g} baud is too slow for a key, which wants {:g}: raise "
-                    "radio.baud",
+        fmt::format("a radio of {:g} baud is too slow for a key, which wants {:g}: raise radio.baud",
                     glove.baud, kLeastBaudWithKey));
   }
   const int bytes = frame_bytes(glove.key);
@@ -209,8 +248,7 @@ void check_tracking(const Glove& glove) {
   if (std::ranges::any_of(tracked, [](const glove::TrackedStrip& strip) { return strip.half != 0; })) return;
   throw InputError(
       "--track: the model does not say what a strip reads at the open hand and at the fist: identify it anew "
-      "from a "
-      "recording with both, or leave out --track");
+      "from a recording with both, or leave out --track");
 }
 
 link::Turns turns_of(const Glove& glove) {
@@ -261,27 +299,6 @@ model::ChainParts chain_parts(const Glove& glove) {
           model::samples_per_tick(glove.model.sample_period_s)};
 }
 
-namespace {
-
-hand::MotorSettings motor_settings(const HandMotor& motor) {
-  constexpr double kTurn_s = kTick_s * hand::kTurn_ticks;
-  const auto speed = [&](double deg_s) { return int16(deg_s * kTurn_s * (1 << hand::kSumFraction)); };
-  const double rate = -std::expm1(-kTurn_s / motor.time_s);
-  const double may_move = motor.friction + motor.load;
-  hand::MotorSettings c{};
-  c.rate = std::max<std::int16_t>(int16(rate * 65536), 1);
-  c.gain = int16(rate * motor.full_speed_deg_s * kTurn_s * (1 << (hand::kSpeedFraction + 1)));
-  c.friction = speed(motor.friction * motor.full_speed_deg_s);
-  c.load = speed((motor.load + kMotorFrictionShare * motor.friction + kPwmStep) * motor.full_speed_deg_s);
-  c.forget = speed(kForget_deg_s);
-  c.gap = int16(kGap_deg * (1 << hand::kSumFraction));
-  c.breakaway = int16(may_move * hand::kFullDuty);
-  c.kick = int16(kKick * may_move * hand::kFullDuty);
-  return c;
-}
-
-}  // namespace
-
 hand::Settings hand_settings(const Hand& hand) {
   const model::Hardware& h = hand.hardware;
   const auto step = [](double deg_s) {
@@ -312,41 +329,6 @@ hand::Settings hand_settings(const Hand& hand) {
   }
   return c;
 }
-
-namespace {
-
-void set_timing(const Glove& glove, glove::SettingsHead& c) {
-  const int rate_hz = sample_rate_hz(glove.model);
-  const bool radio = glove.output == Output::radio;
-  c.rate_hz = static_cast<std::uint8_t>(rate_hz);
-  c.period_ms = static_cast<std::uint16_t>(1000 / rate_hz);
-  c.timer_top = static_cast<std::uint16_t>(kClock_hz / 64 / rate_hz - 1);
-  const int divisor = uart_divisor(radio ? glove.baud : kUsbBaud);
-  c.uart_divisor = static_cast<std::uint16_t>(divisor);
-  c.samples_per_frame = static_cast<std::uint8_t>(samples_per_frame(glove));
-  const link::Turns turns = radio ? turns_of(glove) : link::Turns{1, 1, 0};
-  c.listen_every = turns.every;
-  c.seek_every = turns.seek_every;
-  c.listen_slots = turns.slots;
-  const auto baud = static_cast<std::uint32_t>(kClock_hz / 8 / (divisor + 1));
-  c.has_room = link::has_room(baud, static_cast<std::uint8_t>(rate_hz / c.samples_per_frame)) ? 1 : 0;
-  c.samples_per_tick = static_cast<std::uint8_t>(model::samples_per_tick(glove.model.sample_period_s));
-}
-
-void set_pins(const Pins& pins, glove::SettingsHead& c) {
-  const std::vector<int> scan = model::scan_of(pins);
-  c.scan_count = static_cast<std::uint8_t>(scan.size());
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    c.scan[i] = static_cast<std::uint8_t>(scan[i]);
-    if (scan[i] < 6) c.analog_pins = static_cast<std::uint8_t>(c.analog_pins | 1U << scan[i]);
-  }
-  for (std::size_t i = 0; i < model::kButtons; ++i) {
-    c.button[i] = static_cast<std::uint8_t>(pins.button[i].value_or(glove::kNoPin));
-    c.button_bit[i] = model::buttons()[i].bit;
-  }
-}
-
-}  // namespace
 
 glove::Settings glove_settings(const Glove& glove) {
   check_tracking(glove);

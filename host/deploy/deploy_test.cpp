@@ -216,8 +216,7 @@ TEST_F(Deploy, BetaNamesEachJointOfTheDriversHand) {
   }
   EXPECT_EQ(keys,
             "thumb_cmc 00, thumb_ip 02, index_pip 12, index_dip 13, middle_pip 22, middle_dip 23, ring_pip "
-            "32, ring_dip 33, "
-            "pinky_pip 42, pinky_dip 43, ")
+            "32, ring_dip 33, pinky_pip 42, pinky_dip 43, ")
       << "the mcp joints are the fingers' own";
   g.encoding = Encoding::alpha;
   EXPECT_EQ(outputs_of(g).size(), 5U);

@@ -127,15 +127,14 @@ std::string flash_command(const Deployment& d, const char* board) {
 
 constexpr const char* kZeroWords =
     "Zero the glove, whenever it is put on: press calibrate, hold the hand open for three seconds while the "
-    "LED blinks slowly, then a fist for three while it blinks quickly; steady light: it is kept, "
-    "trembling: refused, try again.";
+    "LED blinks slowly, then a fist for three while it blinks quickly; steady light: it is kept, trembling: "
+    "refused, try again.";
 
 // What a line of text holds, for the eye.
 std::string line_words(const Glove& glove) {
   if (glove.output == Output::text)
     return "its time in ms and an angle in degrees of each finger, thumb to pinky, which grows as it bends; "
-           "one that is not sensed is "
-           "empty";
+           "one that is not sensed is empty";
   if (glove.output == Output::log)
     return "its time in ms and the counts of each sensor, thumb to pinky, which change as a finger bends";
   return fmt::format(
@@ -223,8 +222,7 @@ std::string budget_sentence(const Deployment& d) {
         100 * flash_share(d));
   return fmt::format(
       "A sample is read and computed in {:.1f} % of its time, and the fuller image takes {:.0f} % of a "
-      "chip's flash: cycles and "
-      "bytes below are for those who add to the firmware.",
+      "chip's flash: cycles and bytes below are for those who add to the firmware.",
       100 * time_share(time_budget(d)), 100 * flash_share(d));
 }
 

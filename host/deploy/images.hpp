@@ -5,7 +5,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "host/deploy/config.hpp"
 #include "host/deploy/intel_hex.hpp"

@@ -83,7 +83,9 @@ class PartWriter {
     for (const BoardOutput& one : outputs_) leaving.push_back(fixed_.graph.joint[one.joint]);
     needed_ = fixed_.graph.needed_for(leaving);
     mark_idle_strips();
-    number_inputs();
+    for (std::size_t i = 0; i < inputs_; ++i) {
+      if (needed_[i]) number_[i] = signals_++;
+    }
     knots_begin_ = compensator::kHeaderBytes + compensator::kInputBytes * signals_ +
                    compensator::kOutputBytes * static_cast<int>(outputs_.size());
     for (std::size_t b = 0; b < model_.blocks.size(); ++b) {
@@ -112,12 +114,6 @@ class PartWriter {
         return std::ranges::find(strips, wiring_.strip[i]) != strips.end();
       });
       if (!moves) needed_[i] = true;
-    }
-  }
-
-  void number_inputs() {
-    for (std::size_t i = 0; i < inputs_; ++i) {
-      if (needed_[i]) number_[i] = signals_++;
     }
   }
 
@@ -363,10 +359,10 @@ void check_made_for(const Glove& glove, int rate_hz, const std::uint16_t* calibr
   const model::Wiring wiring = model::wiring_of(glove.model);
   for (std::size_t i = 0; i < kFingers; ++i) {
     if (!wiring.input[i] || ids[i] == calibration[i]) continue;
-    throw InputError(fmt::format(
-        "{}: {} has another calibration of this sensor: --calibration as at its deployment, or deploy "
-        "and flash it anew",
-        model::finger_names()[i], name));
+    throw InputError(
+        fmt::format("{}: {} has another calibration of this sensor: --calibration as at its deployment, or "
+                    "deploy and flash it anew",
+                    model::finger_names()[i], name));
   }
 }
 
@@ -409,8 +405,7 @@ Bytes flash_block(const Glove& glove) {
   if (ram > glove::kArenaBytes || static_cast<int>(block.bytes.size()) > kRoom) {
     throw InputError(
         fmt::format("model {:?} is too large for an {}: {} of {} bytes of flash, {} of {} bytes of RAM: use "
-                    "fewer knots, or a "
-                    "smaller structure: identify --structure line-lead",
+                    "fewer knots, or a smaller structure: identify --structure line-lead",
                     glove.model.name, kAtmega328p.name, block.bytes.size(), kRoom, ram, glove::kArenaBytes));
   }
   return std::move(block.bytes);

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "host/deploy/config.hpp"
 #include "host/deploy/intel_hex.hpp"

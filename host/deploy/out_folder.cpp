@@ -7,8 +7,6 @@
 #include <cstring>
 #include <string_view>
 
-#include "host/io/io.hpp"
-
 namespace flexor::deploy {
 namespace {
 

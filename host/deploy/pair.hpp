@@ -1,7 +1,6 @@
 // A key for two boards over USB, without a compiler; or for the images of a deployment.
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>

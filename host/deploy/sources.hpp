@@ -1,16 +1,12 @@
 // The firmware's sources, which the program carries with it: a user needs no checkout to deploy.
 #pragma once
 
-#include <string>
-#include <vector>
+#include <map>
+#include <string_view>
 
 namespace flexor::deploy {
 
-struct Source {
-  std::string path;  // from the repository's root, as its includes are written
-  std::string text;
-};
-
-const std::vector<Source>& sources();
+// By their paths from the repository's root, as includes are written.
+const std::map<std::string_view, const char*>& sources();
 
 }  // namespace flexor::deploy

@@ -4,9 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <stdexcept>
 
 #include "host/deploy/sources.hpp"
 #include "host/io/io.hpp"
@@ -102,11 +100,10 @@ std::string divider_part(double kohm) {
   const std::string out = fmt::format("resistor {:g} kOhm, 1 %, one for each strip", kohm);
   const double sold = nearest_sold(kohm);
   if (std::abs(sold / kohm - 1) < 1e-6) return out;
-  return out +
-         fmt::format(
-             "; the nearest that is sold (E96) is {0:g} kOhm: write it, or any other, into hardware.json as "
-             "divider.fixed_kohm",
-             sold);
+  return out + fmt::format(
+                   "; the nearest that is sold (E96) is {0:g} kOhm: write it, or any other, into "
+                   "hardware.json as divider.fixed_kohm",
+                   sold);
 }
 
 std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm, const Sensed& sensed) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 #include <numbers>
 
 #include "host/io/output.hpp"

@@ -53,8 +53,6 @@ OpenGloves::OpenGloves(const std::filesystem::path& path, const OpenGlovesOption
   throw io::InputError(fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(error)));
 }
 
-OpenGloves::~OpenGloves() { close_it(); }
-
 int OpenGloves::open_it() {
   struct stat status {};
   if (::stat(path_.c_str(), &status) != 0) return errno;

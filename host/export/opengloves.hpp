@@ -34,7 +34,7 @@ class OpenGloves : public Sink {
  public:
   // Throws io::InputError: no such port or FIFO, or it is something else.
   OpenGloves(const std::filesystem::path& path, const OpenGlovesOptions& options);
-  ~OpenGloves() override;
+  ~OpenGloves() override { close_it(); }
   OpenGloves(const OpenGloves&) = delete;
   OpenGloves& operator=(const OpenGloves&) = delete;
 

@@ -7,8 +7,6 @@
 #include <array>
 #include <cmath>
 #include <set>
-#include <string_view>
-#include <utility>
 
 #include "host/recording/line_format.hpp"
 #include "host/recording/lines.hpp"

@@ -21,8 +21,8 @@ constexpr const char* kWaits =
     ": a Flexor glove that waits for its hand: --key pair.key of its deployment lets this program be the "
     "hand";
 constexpr const char* kHandWaits =
-    ": a Flexor hand that waits for its glove: switch the glove on, and pair both if they were never "
-    "(flexor pair)";
+    ": a Flexor hand that waits for its glove: switch the glove on, and pair both if they were never (flexor "
+    "pair)";
 constexpr double kAfterReset_s = 3;  // opening a port resets most boards, and a bootloader listens first
 constexpr double kEachRate_s = 1.2;
 
@@ -55,8 +55,7 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
   if (options_.readings && options_.format == Format::gloves) {
     throw io::InputError(
         fmt::format("{}: lines for VR drivers carry what the firmware made of the strips, no readings: "
-                    "upload the logging "
-                    "sketch of the deployment",
+                    "upload the logging sketch of the deployment",
                     options_.port));
   }
   decoder_ = make_decoder(*options_.format, options_.readings);
@@ -162,8 +161,6 @@ std::string Listener::says() const {
   const std::string remark = decoder_->remark();
   return fmt::format("{} at {} baud{}", name_of(format()), baud(), remark.empty() ? "" : ": " + remark);
 }
-
-int Listener::descriptor() const { return port_ ? port_->descriptor() : -1; }
 
 Event Listener::wait(double timeout_s, std::vector<Sample>& out) {
   if (!port_) {

@@ -44,7 +44,7 @@ class Listener : public Source {
   bool takes_models() const override { return format() == Format::frames && options_.readings; }
   bool is_compensated() const override { return format() == Format::frames && !options_.readings; }
   unsigned baud() const override { return options_.baud; }
-  int descriptor() const override;
+  int descriptor() const override { return port_ ? port_->descriptor() : -1; }
   void let_go() override {
     port_.reset();
     decoder_->cut();

@@ -63,7 +63,7 @@ Json schema_of(const Block&) {
   for_each_kind([&]<class K>(const K& fresh) {
     Json& one = kinds.emplace_back(object_schema(
         {{"type", {{"const", kTypeOf<K>}}}, {"from", {{"anyOf", {name, names}}}}, {"to", name}}));
-    add_schema_of(fresh, K::members(), one);
+    add_schema_of(fresh, one);
   });
   return {{"oneOf", std::move(kinds)}};
 }

@@ -9,7 +9,6 @@
 // (host/deploy), for which folded() takes it out again.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "host/model/model.hpp"

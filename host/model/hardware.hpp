@@ -9,7 +9,6 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>

@@ -47,8 +47,6 @@ Interval Lti::values(std::span<const Interval> in, double) const {
   return {w.min - reach, w.max + reach};
 }
 
-Need Lti::need(const FixedSignal& in, const Need&) const { return {in.values, kMostFraction, false}; }
-
 int Lti::order_at(double period_s) const {
   const auto n = static_cast<int>(poles_rad_s.size());
   return n > 1 && std::exp(poles_rad_s.back() * period_s) < kForgotten ? n - 1 : n;

@@ -42,7 +42,7 @@ struct Lti {
   }
   void check(const Place& place) const;
   Interval values(std::span<const Interval> in, double period_s) const;
-  Need need(const FixedSignal& in, const Need& out) const;
+  Need need(const FixedSignal& in, const Need&) const { return {in.values, kMostFraction, false}; }
   template <class Real>
   Floating<Real> floating(double period_s) const;
   Fixed fixed(const FixedBlock& block) const;

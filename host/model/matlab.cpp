@@ -120,8 +120,7 @@ bad = bad(:, 1);
 )";
 constexpr std::string_view kWords =
     "break case catch classdef continue do else elseif end endfor endfunction endif endswitch endwhile for "
-    "function global if "
-    "otherwise parfor persistent return spmd switch try until unwind_protect while";
+    "function global if otherwise parfor persistent return spmd switch try until unwind_protect while";
 
 template <class List>
 std::string row(const List& list, std::size_t count, const char* separator = ", ") {

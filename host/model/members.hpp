@@ -140,16 +140,12 @@ Json schema_of_value(const Bounds& bounds) {
 }  // namespace detail
 
 // Throws io::InputError naming the member. Leaves what is unknown to the reader's done().
-template <class T, class... M>
-void read_members(io::JsonReader& reader, T& out, const std::tuple<M...>& members) {
+template <Table T>
+void read_object(io::JsonReader& reader, T& out) {
   const auto read = [&](const auto& m) {
     if (m.is_required || reader.has(m.key)) detail::read_value(reader, m.key, m.bounds, out.*m.at);
   };
-  std::apply([&](const auto&... m) { (..., read(m)); }, members);
-}
-template <Table T>
-void read_object(io::JsonReader& reader, T& out) {
-  read_members(reader, out, T::members());
+  std::apply([&](const auto&... m) { (..., read(m)); }, T::members());
 }
 
 template <Table T>
@@ -165,8 +161,8 @@ void write_object(const T& object, Json& json) {
 }
 
 // Adds to the schema of an object. `fresh` has the values of members that are left out.
-template <class T, class... M>
-void add_schema_of(const T& fresh, const std::tuple<M...>& members, Json& out) {
+template <Table T>
+void add_schema_of(const T& fresh, Json& out) {
   const auto add = [&](const auto& m) {
     using Value = std::decay_t<decltype(fresh.*m.at)>;
     Json& one = out["properties"][m.key];
@@ -177,7 +173,7 @@ void add_schema_of(const T& fresh, const std::tuple<M...>& members, Json& out) {
       one["default"] = fresh.*m.at;
     }
   };
-  std::apply([&](const auto&... m) { (..., add(m)); }, members);
+  std::apply([&](const auto&... m) { (..., add(m)); }, T::members());
 }
 
 // Of an object with these members, which no others may have.
@@ -190,7 +186,7 @@ inline Json object_schema(Json properties) {
 template <Table T>
 Json schema_of(const T& fresh) {
   Json out = object_schema(Json::object());
-  add_schema_of(fresh, T::members(), out);
+  add_schema_of(fresh, out);
   return out;
 }
 

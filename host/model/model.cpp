@@ -91,12 +91,11 @@ void check_joints(const Model& model) {
                   fmt::format("rest_deg must lie within {:g} degrees either way", kMaxAngle_deg));
     if (joint.accuracy) check_accuracy(place, *joint.accuracy);
     if (!joint.ends) continue;
-    place.require(
-        std::max(std::abs(joint.ends->open_deg), std::abs(joint.ends->fist_deg)) <= kMaxAngle_deg &&
-            std::abs(joint.ends->fist_deg - joint.ends->open_deg) >= kLeastEnds_deg,
-        fmt::format("its ends, open_deg and fist_deg, must lie {:g} degree or more apart, within {:g} "
-                    "degrees either way",
-                    kLeastEnds_deg, kMaxAngle_deg));
+    place.require(std::max(std::abs(joint.ends->open_deg), std::abs(joint.ends->fist_deg)) <= kMaxAngle_deg &&
+                      std::abs(joint.ends->fist_deg - joint.ends->open_deg) >= kLeastEnds_deg,
+                  fmt::format("its ends, open_deg and fist_deg, must lie {:g} degree or more apart, within "
+                              "{:g} degrees either way",
+                              kLeastEnds_deg, kMaxAngle_deg));
   }
 }
 
@@ -126,8 +125,7 @@ void check_signals(const Model& model, const Graph& graph) {
     const double in = graph.values[graph.from[b].front()].magnitude();
     place.require(
         in <= kMaxUnlimited_deg,
-        fmt::format("the signal before it takes valid readings to {:.3g} degrees; at most {:g} can be "
-                    "meant",
+        fmt::format("the signal before it takes valid readings to {:.3g} degrees; at most {:g} can be meant",
                     in, kMaxUnlimited_deg));
   }
 }
@@ -176,8 +174,7 @@ std::string joint_name(std::string_view name) {
   });
   if (!good) {
     throw InputError(
-        fmt::format("a joint cannot be called \"{}\": letters, digits and underscores, as index or "
-                    "index_mcp",
+        fmt::format("a joint cannot be called \"{}\": letters, digits and underscores, as index or index_mcp",
                     io::to_utf8(name)));
   }
   const auto end = name.find('_');
@@ -301,9 +298,7 @@ std::string schema_json() {
               {"title", "Model document of Flexor"}};
   out.update(
       object_schema({{"schema", {{"const", kSchema}}}, {"schema_version", {{"const", kSchemaVersion}}}}));
-  add_schema_of(Model(), Model::header(), out);
-  add_schema_of(Model(), Model::graph(), out);
-  add_schema_of(Model(), Model::provenance(), out);
+  add_schema_of(Model(), out);
   Json strips = {""};
   for (const std::string& name : finger_names()) strips.push_back(name);
   out["properties"]["inputs"]["items"]["properties"]["strip"]["enum"] = strips;
@@ -317,10 +312,8 @@ Model from_json(const std::string& text, const std::string& source) {
   if (reader.number("schema_version") == 1)
     reader.fail("has schema version 1, with \"channels\", which is no longer read: identify it again");
   Model model;
-  read_members(reader, model, Model::header());
-  read_members(reader, model, Model::graph());
+  read_object(reader, model);
   for (Joint& joint : model.joints) joint.name = joint_name(joint.name);
-  read_members(reader, model, Model::provenance());
   reader.done();
   check_provenance(model, source);
   try {

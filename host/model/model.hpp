@@ -144,22 +144,15 @@ struct Model {
   std::vector<Joint> joints;
   Json training = Json::object();  // files, digests, split
   Json fit = Json::object();       // figures and standard errors
-  static constexpr auto header() {
+  static constexpr auto members() {
     return std::tuple(
         defaulted("written_by", &Model::written_by), defaulted("name", &Model::name),
         defaulted("description", &Model::description),
         required("sample_period_s", &Model::sample_period_s, Bounds{kMinPeriod_s, kMaxPeriod_s}),
-        defaulted("max_gap_s", &Model::max_gap_s, Bounds{0}));
+        defaulted("max_gap_s", &Model::max_gap_s, Bounds{0}), required("inputs", &Model::inputs, kListLength),
+        required("blocks", &Model::blocks, kListLength), required("joints", &Model::joints, kListLength),
+        defaulted("training", &Model::training), defaulted("fit", &Model::fit));
   }
-  static constexpr auto graph() {
-    return std::tuple(required("inputs", &Model::inputs, kListLength),
-                      required("blocks", &Model::blocks, kListLength),
-                      required("joints", &Model::joints, kListLength));
-  }
-  static constexpr auto provenance() {
-    return std::tuple(defaulted("training", &Model::training), defaulted("fit", &Model::fit));
-  }
-  static constexpr auto members() { return std::tuple_cat(header(), graph(), provenance()); }
   bool operator==(const Model&) const = default;
 };
 

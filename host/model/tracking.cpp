@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 
 #include "host/model/channel.hpp"
 
@@ -26,29 +25,6 @@ Number in_fraction(double value, int fraction) {
 }
 
 double square(double x) { return x * x; }
-
-}  // namespace
-
-std::vector<std::optional<TrackedRange>> tracked_ranges(const Model& model) {
-  const Graph graph(model);
-  std::vector<std::optional<TrackedRange>> out(model.inputs.size());
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    const Input& input = model.inputs[i];
-    if (!input.poses && !input.turns) continue;
-    const Poses poses = input.turns ? *input.turns : *input.poses;
-    const double half = std::abs(poses.fist - poses.open) / 2;
-    if (half < kLeastHalf || half > kMostHalf) continue;
-    for (std::size_t j = 0; j < model.joints.size(); ++j) {
-      if (std::ranges::find(graph.inputs[graph.joint[j]], i) == graph.inputs[graph.joint[j]].end()) continue;
-      const Saturation& range = limits(model, model.joints[j]);
-      out[i] = {poses, range.upper_deg - range.lower_deg, input.valid_min, input.valid_max};
-      break;
-    }
-  }
-  return out;
-}
-
-namespace {
 
 using Doubles = sensor::RealTracking<double>;
 
@@ -78,7 +54,39 @@ double median_of(std::vector<Bend> bends, double Bend::*member) {
   return bends[bends.size() / 2].*member;
 }
 
+std::int16_t number_of(double reading, const sensor::Tracker<sensor::FixedTracking>&) {
+  return static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -1024.0, 1023.96875)));
+}
+template <class Real>
+Real number_of(double reading, const sensor::Tracker<sensor::RealTracking<Real>>&) {
+  return static_cast<Real>(reading);
+}
+
+template <class Number>
+double in_units(Number reading) {
+  return std::is_floating_point_v<Number> ? static_cast<double>(reading) : static_cast<double>(reading) / 32;
+}
+
 }  // namespace
+
+std::vector<std::optional<TrackedRange>> tracked_ranges(const Model& model) {
+  const Graph graph(model);
+  std::vector<std::optional<TrackedRange>> out(model.inputs.size());
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    const Input& input = model.inputs[i];
+    if (!input.poses && !input.turns) continue;
+    const Poses poses = input.turns ? *input.turns : *input.poses;
+    const double half = std::abs(poses.fist - poses.open) / 2;
+    if (half < kLeastHalf || half > kMostHalf) continue;
+    for (std::size_t j = 0; j < model.joints.size(); ++j) {
+      if (std::ranges::find(graph.inputs[graph.joint[j]], i) == graph.inputs[graph.joint[j]].end()) continue;
+      const Saturation& range = limits(model, model.joints[j]);
+      out[i] = {poses, range.upper_deg - range.lower_deg, input.valid_min, input.valid_max};
+      break;
+    }
+  }
+  return out;
+}
 
 std::optional<Poses> turns_of(const std::vector<std::vector<double>>& recordings, double sample_period_s,
                               const Poses& poses) {
@@ -129,23 +137,6 @@ sensor::TrackedStrip<A> tracked_strip(const std::optional<TrackedRange>& range, 
 int samples_per_tick(double sample_period_s) {
   return std::max(1, static_cast<int>(std::lround(1 / sample_period_s / sensor::kTicks_hz)));
 }
-
-namespace {
-
-std::int16_t number_of(double reading, const sensor::Tracker<sensor::FixedTracking>&) {
-  return static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -1024.0, 1023.96875)));
-}
-template <class Real>
-Real number_of(double reading, const sensor::Tracker<sensor::RealTracking<Real>>&) {
-  return static_cast<Real>(reading);
-}
-
-template <class Number>
-double in_units(Number reading) {
-  return std::is_floating_point_v<Number> ? static_cast<double>(reading) : static_cast<double>(reading) / 32;
-}
-
-}  // namespace
 
 template <class Arithmetic>
 Trackers<Arithmetic>::Trackers(const Model& model, const TrackingPrior& prior)

@@ -1,7 +1,6 @@
 // For tests: readings that a model could fail at.
 #pragma once
 
-#include <algorithm>
 #include <limits>
 #include <optional>
 #include <vector>

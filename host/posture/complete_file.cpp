@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -93,10 +92,9 @@ void require_named(const Input& bend, const CompleteOptions& options) {
   if (named(bend.name)) return;
   for (const int joint : bend.joints) {
     if (named(joint_name(joint))) continue;
-    throw io::InputError(
-        fmt::format("--bends {0}: --from names neither {0}_deg nor {1}_deg: name the bend, or all of its "
-                    "joints' columns",
-                    bend.name, joint_name(joint)));
+    throw io::InputError(fmt::format(
+        "--bends {0}: --from names neither {0}_deg nor {1}_deg: name the bend, or all of its joints' columns",
+        bend.name, joint_name(joint)));
   }
 }
 

@@ -23,37 +23,31 @@ struct Experiment {
   const Json& motions;
 
   // Throws std::domain_error for cells that do not fill the table.
-  explicit Experiment(const Json& saved);
+  explicit Experiment(const Json& saved)
+      : results(saved),
+        compensators(results.at("compensators").get<std::vector<std::string>>()),
+        colours(colours_of(compensators)),
+        motions(results.at("motions")) {
+    const Json& cells = results.at("cells");
+    if (cells.empty() || cells.size() != motions.size() * compensators.size())
+      throw std::domain_error("not a cell for each motion and compensator");
+    if (!std::ranges::all_of(cells, [](const Json& c) { return !c.at("finger_error_deg_s").empty(); }))
+      throw std::domain_error("not an error for each finger");
+  }
   const Json& cell(std::size_t motion, std::size_t compensator) const {
     return results.at("cells").at(motion * compensators.size() + compensator);
   }
-  std::optional<std::size_t> index_of(const std::string& compensator) const;
-  std::string title(std::size_t motion) const;  // "4 okay"
+  std::optional<std::size_t> index_of(const std::string& compensator) const {
+    const auto it = std::ranges::find(compensators, compensator);
+    if (it == compensators.end()) return std::nullopt;
+    return static_cast<std::size_t>(it - compensators.begin());
+  }
+  std::string title(std::size_t motion) const {  // "4 okay"
+    const Json& m = motions.at(motion);
+    const auto name = m.at("name").get<std::string>();
+    return m.at("gesture").is_null() ? name : fmt::format("{} {}", m.at("gesture").get<int>(), name);
+  }
 };
-
-Experiment::Experiment(const Json& saved)
-    : results(saved),
-      compensators(results.at("compensators").get<std::vector<std::string>>()),
-      colours(colours_of(compensators)),
-      motions(results.at("motions")) {
-  const Json& cells = results.at("cells");
-  if (cells.empty() || cells.size() != motions.size() * compensators.size())
-    throw std::domain_error("not a cell for each motion and compensator");
-  if (!std::ranges::all_of(cells, [](const Json& c) { return !c.at("finger_error_deg_s").empty(); }))
-    throw std::domain_error("not an error for each finger");
-}
-
-std::optional<std::size_t> Experiment::index_of(const std::string& compensator) const {
-  const auto it = std::ranges::find(compensators, compensator);
-  if (it == compensators.end()) return std::nullopt;
-  return static_cast<std::size_t>(it - compensators.begin());
-}
-
-std::string Experiment::title(std::size_t motion) const {
-  const Json& m = motions.at(motion);
-  const auto name = m.at("name").get<std::string>();
-  return m.at("gesture").is_null() ? name : fmt::format("{} {}", m.at("gesture").get<int>(), name);
-}
 
 double mean_error(const Json& cell) { return cell.at("total_error_deg_s").at("mean").get<double>(); }
 
@@ -250,7 +244,7 @@ void widen(Panel& panel) {
   panel.most = panel.least + kLeast_deg;
 }
 
-// Fingers below one another: angles over the reference, or what is left between them.
+// Fingers below one another: angles over the reference, or what is left between them. Throws io::InputError for traces that were cut off.
 void add_trial(Page& page, const Saved& saved, const Experiment& e, std::size_t m) {
   std::vector<Columns> runs;
   while (runs.size() < e.compensators.size()) {
@@ -377,13 +371,6 @@ Chart errors_chart(const Experiment& e) {
   return chart;
 }
 
-// A row of figures: response, error and final posture. Throws io::InputError for traces that were cut off.
-void add_motion(Page& page, const Saved& saved, const Experiment& e, std::size_t m) {
-  page.heading((e.motions.at(m).at("gesture").is_null() ? "" : "Gesture ") + e.title(m));
-  add_trial(page, saved, e, m);
-  add_posture(page, e, m);
-}
-
 }  // namespace
 
 void summarize_experiment(Page& page, const Json& results) {
@@ -415,7 +402,9 @@ void render_experiment(const Saved& saved) {
   finger_table(page, e);
   for (std::size_t m = 0; m < e.motions.size(); ++m) {
     saved.go_on();
-    add_motion(page, saved, e, m);
+    page.heading((e.motions.at(m).at("gesture").is_null() ? "" : "Gesture ") + e.title(m));
+    add_trial(page, saved, e, m);
+    add_posture(page, e, m);
   }
   page.paragraph("The whole configuration is in results.json; every trial is a row of trials.csv.");
   page.write(saved);

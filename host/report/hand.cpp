@@ -89,9 +89,8 @@ void joints_table(Page& page, const Json& joints) {
   }
   page.paragraph(
       "Sooner, later: where what follows takes so much less or more than the lead. Fit: 100 % is perfect, 0 "
-      "% is guessing the mean. Drift of a hold: how far the angle goes within a "
-      "minute while the finger keeps still. Open hand, fist: by the angles, where --pose-angles states no "
-      "others.");
+      "% is guessing the mean. Drift of a hold: how far the angle goes within a minute while the finger "
+      "keeps still. Open hand, fist: by the angles, where --pose-angles states no others.");
 }
 
 void clocks_table(Page& page, const Json& r) {

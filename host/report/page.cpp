@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <span>
 #include <sstream>
-#include <utility>
 
 #include "host/io/base64.hpp"
 #include "host/io/io.hpp"
@@ -110,6 +109,16 @@ std::string each(const char* format, const std::vector<std::string>& texts) {
 }
 
 }  // namespace
+
+std::string report_script() { return page_template("uPlot.iife.min.js") + page_template("chart.mjs"); }
+
+std::string report_script_source() {
+  std::string digest;
+  const std::string hex = page_template("script.sha256");
+  for (std::size_t i = 0; i < hex.size(); i += 2)
+    digest += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
+  return "'sha256-" + io::base64(digest) + "'";
+}
 
 Column::Column(std::string name, const std::string& path, const char* format)
     : title(std::move(name)), cell([at = Json::json_pointer(path), format](const Json& row) {
@@ -248,8 +257,6 @@ void Page::picture(const Figure& f, std::string_view jpeg) {
 void Page::begin_details(const std::string& summary) {
   add(filled("<details><summary>{}</summary>\n", summary));
 }
-
-void Page::end_details() { add("</details>\n"); }
 
 // What stands between {{ and }} in the template, each once: nothing that comes from a user is looked through.
 std::string Page::html() const {

@@ -73,7 +73,7 @@ class Page {
   void picture(const Figure& figure, std::string_view jpeg);
   // What follows until end_details() opens on a click.
   void begin_details(const std::string& summary);
-  void end_details();
+  void end_details() { add("</details>\n"); }
 
   std::string html() const;
   // Its headings, paragraphs, cards, steps and tables for a terminal of 80 columns.

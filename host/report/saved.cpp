@@ -25,13 +25,6 @@ std::vector<std::string_view> cells(std::string_view line) {
   }
 }
 
-bool read_number(std::string_view cell, double& value) {
-  value = std::numeric_limits<double>::quiet_NaN();
-  if (cell.empty()) return true;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  return error == std::errc() && end == cell.data() + cell.size();
-}
-
 }  // namespace
 
 Saved::Saved(std::filesystem::path folder, const std::atomic<bool>* stop, bool draws_files)
@@ -73,7 +66,6 @@ const std::string& plain_name(const std::string& name) {
 
 Columns Saved::columns(const std::string& file) const {
   const std::string text = read(file);
-  std::vector<std::string_view> lines;
   std::vector<std::string> names;
   std::vector<std::vector<double>> values;
   std::size_t row = 0;
@@ -88,9 +80,10 @@ Columns Saved::columns(const std::string& file) const {
     }
     bool good = line.size() == names.size();
     for (std::size_t i = 0; good && i < line.size(); ++i) {
-      double value = 0;
-      good = read_number(line[i], value);
-      values[i].push_back(value);
+      double& value = values[i].emplace_back(std::numeric_limits<double>::quiet_NaN());  // of an empty cell
+      const char* const last = line[i].data() + line[i].size();
+      const auto [stop, error] = std::from_chars(line[i].data(), last, value);
+      good = line[i].empty() || (error == std::errc() && stop == last);
     }
     if (!good)
       throw io::InputError(

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "host/study/boards.hpp"
+#include "host/study/builtin.hpp"
 #include "host/study/exact_json.hpp"
 
 namespace flexor::study {
@@ -22,9 +23,7 @@ deploy::Glove glove_of(const BenchOptions& o) {
 
 std::optional<twin::Motion> bench_motion(const std::string& name) {
   if (name == "rest") return std::nullopt;
-  constexpr std::array kKnown = {"bends", "calibration", "held", "ordinary", "protocol", "1",
-                                 "2",     "3",           "4",    "5",        "6"};
-  if (std::ranges::find(kKnown, name) != kKnown.end()) return carried_motion(name);
+  if (builtin().contains("gestures/" + name + ".json")) return carried_motion(name);
   throw io::InputError(
       fmt::format("no motion \"{}\": rest, bends, calibration, held, ordinary, protocol, or 1 to 6 of the "
                   "published gestures",

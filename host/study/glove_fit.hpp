@@ -7,7 +7,6 @@
 //                          upper edge of each finger are fitted
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "host/identify/identify.hpp"

@@ -11,7 +11,6 @@
 
 namespace flexor::study {
 
-inline constexpr std::size_t kPublishedCompensators = 3;
 inline constexpr double kPublishedRate_hz = 10;
 inline constexpr std::size_t kPublishedTrials = 3;
 inline constexpr int kLastFittedGesture = 4;  // 1 to 4 have published trials, to which the twin is fitted

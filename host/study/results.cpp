@@ -51,10 +51,22 @@ Json cell_json(const Cell& c, const std::vector<std::string>& compensators) {
           {"frames_lost", c.frames_lost}};
 }
 
+// Every cell, and the worst compensator's fastest hit of any trial and mean of a trial's pressing over the motions.
 Json cells_json(const Result& r) {
-  Json out = Json::array();
-  for (const Cell& c : r.cells) out.push_back(cell_json(c, r.compensators));
-  return out;
+  Json cells = Json::array();
+  for (const Cell& c : r.cells) cells.push_back(cell_json(c, r.compensators));
+  double impact_deg_s = 0;
+  double most_pressed_s = 0;
+  for (std::size_t c = 0; c < r.compensators.size(); ++c) {
+    double pressed_s = 0;
+    for (std::size_t m = 0; m < r.motions.size(); ++m) {
+      const Cell& cell = r.cell(m, c);
+      impact_deg_s = std::max(impact_deg_s, cell.fastest_impact_deg_s());
+      pressed_s += cell.total_pressed_s() / static_cast<double>(r.motions.size());
+    }
+    most_pressed_s = std::max(most_pressed_s, pressed_s);
+  }
+  return {{"cells", std::move(cells)}, {"impact_deg_s", impact_deg_s}, {"pressed_s", most_pressed_s}};
 }
 
 // Over the gestures `from` to `to`; none: the run has none of them.
@@ -227,45 +239,28 @@ Json to_json(const Result& r, const Plan& plan) {
              : Json(nullptr);
   };
   const Distances distance = distances(r);
-  const Stops stops = stops_of(r);
-  return {{"cells", cells_json(r)},
-          {"impact_deg_s", stops.impact_deg_s},
-          {"pressed_s", stops.pressed_s},
-          {"log_rms",
-           {{"gestures_1_to_4", whole(distance.fitted)},
-            {"gestures_5_and_6", whole(distance.not_fitted)},
-            {"all", whole(distance.all)},
-            {"fitted", part(distance.fitted)},
-            {"not_fitted", part(distance.not_fitted)}}},
-          {"null_model", to_json(null_model())},
-          {"shapes", to_json(shape_checks(r, plan))},
-          {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
-          {"rate_hz", 1 / plan.compensators.front().model.sample_period_s},
-          {"seed", plan.seed},
-          {"warnings", warnings(r, plan)},
-          {"version", FLEXOR_VERSION}};
+  Json out = cells_json(r);
+  out.update({{"log_rms",
+               {{"gestures_1_to_4", whole(distance.fitted)},
+                {"gestures_5_and_6", whole(distance.not_fitted)},
+                {"all", whole(distance.all)},
+                {"fitted", part(distance.fitted)},
+                {"not_fitted", part(distance.not_fitted)}}},
+              {"null_model", to_json(null_model())},
+              {"shapes", to_json(shape_checks(r, plan))},
+              {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
+              {"rate_hz", 1 / plan.compensators.front().model.sample_period_s},
+              {"seed", plan.seed},
+              {"warnings", warnings(r, plan)},
+              {"version", FLEXOR_VERSION}});
+  return out;
 }
 
 Json to_json(const ScenarioResult& s) {
-  const Stops stops = stops_of(s.result);
-  return {{"name", s.scenario.name},       {"set", s.scenario.set},
-          {"worn_s", s.scenario.worn_s},   {"drift_turns_s", s.scenario.drift_turns_s},
-          {"tracked", s.scenario.tracked}, {"recalibrated", s.scenario.recalibrated},
-          {"cells", cells_json(s.result)}, {"impact_deg_s", stops.impact_deg_s},
-          {"pressed_s", stops.pressed_s}};
-}
-
-Stops stops_of(const Result& r) {
-  Stops out;
-  for (std::size_t c = 0; c < r.compensators.size(); ++c) {
-    double pressed_s = 0;
-    for (std::size_t m = 0; m < r.motions.size(); ++m) {
-      const Cell& cell = r.cell(m, c);
-      out.impact_deg_s = std::max(out.impact_deg_s, cell.fastest_impact_deg_s());
-      pressed_s += cell.total_pressed_s() / static_cast<double>(r.motions.size());
-    }
-    out.pressed_s = std::max(out.pressed_s, pressed_s);
-  }
+  Json out = {{"name", s.scenario.name},       {"set", s.scenario.set},
+              {"worn_s", s.scenario.worn_s},   {"drift_turns_s", s.scenario.drift_turns_s},
+              {"tracked", s.scenario.tracked}, {"recalibrated", s.scenario.recalibrated}};
+  out.update(cells_json(s.result));
   return out;
 }
 

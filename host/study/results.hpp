@@ -66,13 +66,6 @@ struct ScenarioResult {
   Result result;
 };
 
-// The worst compensator's: fastest hit of any trial, mean of a trial's pressing over the motions.
-struct Stops {
-  double impact_deg_s = 0;
-  double pressed_s = 0;
-};
-Stops stops_of(const Result& result);
-
 // Its settings and its cells.
 nlohmann::ordered_json to_json(const ScenarioResult& result);
 

@@ -1,7 +1,6 @@
 // A row of trials.csv: one trial of one motion with one compensator.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 

@@ -311,17 +311,15 @@ void check(const Plan& plan) {
   if (plan.scenario.tracked && !tracking_of(plan.compensators))
     throw InputError(
         "no compensator says what its strips read at the open hand and at the fist: nothing can be tracked");
-  std::set<std::string> names;
-  for (const twin::Motion& motion : plan.motions) {
-    require_name(motion.name(), "motion");
-    if (!names.insert(motion.name()).second)
-      throw InputError(fmt::format("motion {}: there are two of that name; rename one", motion.name()));
-  }
-  names.clear();
+  std::set<std::pair<std::string, std::string>> names;
+  const auto name = [&](const char* what, const std::string& one) {
+    require_name(one, what);
+    if (!names.emplace(what, one).second)
+      throw InputError(fmt::format("{} {}: there are two of that name; rename one", what, one));
+  };
+  for (const twin::Motion& motion : plan.motions) name("motion", motion.name());
   for (const Compensator& c : plan.compensators) {
-    require_name(c.name, "compensator");
-    if (!names.insert(c.name).second)
-      throw InputError(fmt::format("compensator {}: there are two of that name; rename one", c.name));
+    name("compensator", c.name);
     for (const twin::Motion& motion : plan.motions) twin::check(first_input(plan, motion, c));
   }
 }

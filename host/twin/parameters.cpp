@@ -118,12 +118,10 @@ void check(const Parameters& p) {
       (p.rotor_inertia_gcm2 * p.gear_ratio * p.gear_ratio + p.finger_inertia_gcm2) * 1e-4;
   const double damping_mNms = p.torque_constant_mNm_A * p.gear_ratio * p.gear_efficiency *
                               p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.resistance_ohm;
-  require(
-      damping_mNms * kStep_s < inertia_mNms2,
-      fmt::format(
-          "motor.*: its time constant, {:.2g} s, is faster than the plant's step of {} s: more inertia or "
-          "resistance, or a smaller torque constant",
-          inertia_mNms2 / damping_mNms, kStep_s));
+  require(damping_mNms * kStep_s < inertia_mNms2,
+          fmt::format("motor.*: its time constant, {:.2g} s, is faster than the plant's step of {} s: more "
+                      "inertia or resistance, or a smaller torque constant",
+                      inertia_mNms2 / damping_mNms, kStep_s));
   const double airtime_s = p.frame_bytes * 10 / p.baud;
   require(
       p.frame_rate_hz * airtime_s <= 1,

@@ -206,10 +206,9 @@ void check(const TrialInput& input) {
   (void)glove_of(input);
   const double rate_hz = 1 / input.compensator.sample_period_s;
   if (!(rate_hz >= 0.1 && rate_hz <= kMaxRate_hz * (1 + 1e-9))) {
-    throw io::InputError(
-        fmt::format("a rate of {:g} Hz is impossible: the twin's plant runs at {:g} Hz, and the slowest "
-                    "glove at 0.1 Hz",
-                    rate_hz, kMaxRate_hz));
+    throw io::InputError(fmt::format(
+        "a rate of {:g} Hz is impossible: the twin's plant runs at {:g} Hz, and the slowest glove at 0.1 Hz",
+        rate_hz, kMaxRate_hz));
   }
   const Parameters& p = input.parameters;
   const double pictures = input.motion.duration_s() * p.camera_rate_hz;
@@ -225,8 +224,7 @@ void check(const TrialInput& input) {
   if (frames_hz * airtime_s > 1) {
     throw io::InputError(
         fmt::format("{:g} frames of {:g} bytes a second do not fit {:g} baud: set radio.frame_rate_hz to at "
-                    "most {:.0f}, or "
-                    "raise radio.baud",
+                    "most {:.0f}, or raise radio.baud",
                     frames_hz, p.frame_bytes, p.baud, std::floor(1 / airtime_s)));
   }
 }

@@ -28,8 +28,6 @@ void World::begin_step() {
   });
 }
 
-void World::end_step() { lanes_.look(now_ms_++); }
-
 void World::command(const std::array<std::int16_t, kFingers>& angle_q4) {
   std::ranges::copy(angle_q4, lanes_.x.command);
 }

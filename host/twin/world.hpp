@@ -67,7 +67,7 @@ class World {
 
  private:
   void begin_step();
-  void end_step();
+  void end_step() { lanes_.look(now_ms_++); }
 
   Lanes<1> lanes_;
   std::array<int, kFingers> potentiometer_{};

@@ -3,8 +3,6 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <sstream>
-
 #include "host/model/model.hpp"
 #include "host/posture/posture.hpp"
 #include "host/study/builtin.hpp"

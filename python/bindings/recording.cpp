@@ -8,10 +8,8 @@
 #include <nanobind/stl/vector.h>
 
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "host/io/json.hpp"
-#include "host/recording/csv.hpp"
 #include "host/recording/pair.hpp"
 #include "host/recording/unit.hpp"
 

@@ -8,7 +8,6 @@
 #include <nanobind/ndarray.h>
 
 #include <nlohmann/json.hpp>
-#include <string>
 #include <vector>
 
 #include "host/recording/csv.hpp"

@@ -1,6 +1,5 @@
 #include "host/twin/parameters.hpp"
 
-#include <fmt/format.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>

@@ -3,7 +3,7 @@ import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import { pass, store } from './app';
 import { kHasMarkerless, Markerless } from './markerless';
 import { Marks } from './marks';
-import { Wrong } from './parts';
+import { Options, Wrong } from './parts';
 import type { Calibration } from './state';
 import { percent } from './text';
 import { Webcam } from './webcam';
@@ -85,11 +85,7 @@ export function Camera({ calibration, isFilmed }: { calibration: Calibration; is
           hidden={!webcam.on || cameras.length < 2}
           onChange={({ currentTarget }) => void webcam.start(currentTarget.value)}
         >
-          {cameras.map(({ deviceId, label }, i) => (
-            <option key={deviceId} value={deviceId}>
-              {label || `Camera ${i + 1}`}
-            </option>
-          ))}
+          <Options of={cameras.map(({ deviceId, label }, i) => [deviceId, label || `Camera ${i + 1}`])} />
         </select>
       </div>
       <p class="facts" data-testid="camera-facts">

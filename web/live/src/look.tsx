@@ -1,7 +1,7 @@
 // Look: scopes, the link, scores, the twin, sessions and their replay, and writing a board.
 import { useRef } from 'preact/hooks';
 import { ask, drawLatency, store } from './app';
-import { Button, Panel, Table, useAsk, useRange } from './parts';
+import { Button, Options, Panel, Table, useAsk, useRange } from './parts';
 import { Scopes } from './scopes';
 import type { Session } from './state';
 import { number, time } from './text';
@@ -297,11 +297,7 @@ function Flash() {
           <label for="flash-port">Port</label>
           <select id="flash-port" data-testid="flash-port" ref={port}>
             <option value="">Where it was heard</option>
-            {ports.map(({ path }) => (
-              <option key={path} value={path}>
-                {path}
-              </option>
-            ))}
+            <Options of={ports.map(({ path }) => [path, path])} />
           </select>
         </div>
       </div>

@@ -2,7 +2,7 @@
 import { useRef } from 'preact/hooks';
 import { ask, store } from './app';
 import { kFingers } from './mapping';
-import { Button, Controls, Panel, Switch, Table, useAsk } from './parts';
+import { Button, Controls, Options, Panel, Switch, Table, useAsk } from './parts';
 import type { Device } from './state';
 import { degrees, number, time, title } from './text';
 import { refusalWords } from './words';
@@ -42,11 +42,7 @@ export function Glove() {
       <div class="row" hidden={isHere}>
         <select aria-label="Port" data-testid="port" ref={port}>
           <option value="auto">What is there</option>
-          {ports.map(({ path, name }) => (
-            <option key={path} value={path}>
-              {`${path} (${name})`}
-            </option>
-          ))}
+          <Options of={ports.map(({ path, name }) => [path, `${path} (${name})`])} />
         </select>
         <Button test="device-connect" act={() => ask('device.connect', { port: port.current!.value })}>
           Connect
@@ -71,9 +67,7 @@ function Names() {
               <span>{title(name)}</span>
               <select data-testid={`name-${name}`}>
                 <option value="">No finger</option>
-                {kFingers.map((finger) => (
-                  <option value={finger}>{title(finger)}</option>
-                ))}
+                <Options of={kFingers.map((finger) => [finger, title(finger)])} />
               </select>
             </label>
           ))}
@@ -134,6 +128,7 @@ function Models() {
   const tell = useAsk();
   const { model, models } = store.state;
   const known = model && !models.some((m) => m.path === model.path) ? [model, ...models] : models;
+  const isTwice = (wanted: string): boolean => known.filter(({ name }) => name === wanted).length > 1;
   const select = useRef<HTMLSelectElement>(null);
   return (
     <select
@@ -144,11 +139,7 @@ function Models() {
       onChange={({ currentTarget }) => void tell('model.choose', { path: currentTarget.value || null })}
     >
       <option value="">No model: readings as they are</option>
-      {known.map(({ path, name }) => (
-        <option key={path} value={path}>
-          {known.filter((other) => other.name === name).length > 1 ? `${name} (${path})` : name}
-        </option>
-      ))}
+      <Options of={known.map(({ path, name }) => [path, isTwice(name) ? `${name} (${path})` : name])} />
     </select>
   );
 }

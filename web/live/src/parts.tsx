@@ -85,6 +85,15 @@ export function Button({ test, act, kind = '', disabled = false, children }: But
   );
 }
 
+// What a list offers: its value, and what it is called.
+export function Options({ of }: { of: readonly (readonly [string, string])[] }) {
+  return of.map(([value, name]) => (
+    <option key={value} value={value}>
+      {name}
+    </option>
+  ));
+}
+
 interface SwitchOptions {
   test: string;
   on: boolean;

@@ -3,7 +3,7 @@ import { useRef, useState } from 'preact/hooks';
 import { ask, store } from './app';
 import { kHasMarkerless } from './markerless';
 import { Marks } from './marks';
-import { Button, Controls } from './parts';
+import { Button, Controls, Options } from './parts';
 import type { Reference, Side } from './state';
 import { title } from './text';
 
@@ -86,9 +86,7 @@ export function Start({ hidden }: { hidden: boolean }) {
           ref={person}
         />
         <datalist id="people">
-          {[...people].map((name) => (
-            <option key={name} value={name!} />
-          ))}
+          <Options of={[...people].map((name) => [name, ''])} />
         </datalist>
       </div>
       <Choices name="side" legend="Hand" choices={kSides} chosen={side} choose={chooseSide} />
@@ -107,11 +105,7 @@ export function Start({ hidden }: { hidden: boolean }) {
           value={joints}
           onChange={({ currentTarget }) => chooseJoints(currentTarget.value)}
         >
-          {joint_files.map((name) => (
-            <option key={name} value={name}>
-              {title(name)}
-            </option>
-          ))}
+          <Options of={joint_files.map((name) => [name, title(name)])} />
         </select>
         <Marks test="marks-chosen" joints={joints} />
       </div>

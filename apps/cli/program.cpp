@@ -236,55 +236,6 @@ void print_as_it_is(const std::string& text) {
   }
 }
 
-void check_ranges(const model::Model& model, const std::string& file, const std::vector<std::string>& columns,
-                  const model::RangeCount& ranges) {
-  std::vector<std::string> doubts;
-  std::vector<std::string> turned;
-  std::string mend = "another board or divider, or a sensor that is not plugged in?";
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
-    const model::InputCount& count = ranges.counts()[i];
-    const model::Input& input = model.inputs[i];
-    const std::string read = fmt::format("of {} readings, which span {:g} to {:g}, lie outside of the",
-                                         count.readings, count.low, count.high);
-    const std::string outside = fmt::format("column \"{}\": {} {} model's range {:g} to {:g}", columns[i],
-                                            count.outside, read, input.valid_min, input.valid_max);
-    if (count.mostly_outside()) {
-      doubts.push_back(outside);
-    } else if (count.mostly_beyond()) {
-      doubts.push_back(fmt::format("column \"{}\": {} {} {:g} to {:g} that the model was made from",
-                                   columns[i], count.beyond, read, input.readings->reading.front(),
-                                   input.readings->reading.back()));
-    } else if (count.readings > 0 && 10 * count.outside >= count.readings) {
-      log_warning(fmt::format("{}: {}", file, outside));
-    }
-    if (ranges.mirrored(i)) turned.push_back(columns[i]);
-  }
-  if (const auto pair = ranges.exchanged()) {
-    const std::string& one = columns[pair->first];
-    const std::string& other = columns[pair->second];
-    mend = fmt::format(
-        "\"{}\" and \"{}\" seem to be exchanged: exchange them with --input, and check the others", one,
-        other);
-    if (doubts.empty()) doubts.push_back("each reads as the other did when the model was made");
-  }
-  if (!turned.empty()) {
-    mend = fmt::format(
-        "{}: the converter's full scale minus the reading is what the model was made from: is the divider "
-        "wired the other way round?",
-        recording::listed(turned));
-    if (doubts.empty()) log_warning(fmt::format("{}: {}", file, mend));
-  }
-  if (doubts.empty()) return;
-  const std::string more =
-      doubts.size() > 1 ? fmt::format("; and {} more column(s)", doubts.size() - 1) : std::string();
-  throw io::Doubt(fmt::format("{}: {}{}: {}", file, doubts.front(), more, mend));
-}
-
-void check_unit(const model::Input& input, const std::string& file, const std::string& column,
-                const std::string& unit) {
-  if (const auto note = identify::unit_note(input, file, column, unit)) log_note(*note);
-}
-
 // Losing a line of a log is no reason to lose the work.
 void log(const std::string& line, const char* kind) {
   if (job_output != nullptr) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "host/listen/listener.hpp"
+#include "host/recording/time.hpp"
 
 namespace flexor::cli {
 

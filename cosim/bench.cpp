@@ -29,11 +29,11 @@ constexpr std::size_t kMostSaid = 4096;  // that a PC has not read
 fs::path point(const fs::path& link, const std::string& terminal) {
   std::error_code error;
   if (fs::exists(link, error))
-    throw io::InputError(fmt::format(
-        "{}: is no link, or its terminal is in use: choose another name for the port", link.string()));
+    throw io::InputError("{}: is no link, or its terminal is in use: choose another name for the port",
+                         link.string());
   fs::remove(link, error);  // of one that was killed
   fs::create_symlink(terminal, link, error);
-  if (error) throw io::InputError(fmt::format("{}: {}", link.string(), error.message()));
+  if (error) throw io::InputError("{}: {}", link.string(), error.message());
   return link;
 }
 

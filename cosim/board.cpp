@@ -1,6 +1,5 @@
 #include "cosim/board.hpp"
 
-#include <fmt/format.h>
 #include <simavr/avr_adc.h>
 #include <simavr/avr_eeprom.h>
 #include <simavr/avr_extint.h>
@@ -82,7 +81,7 @@ avr_uart_t* find_uart(avr_t* a) {
 std::uint16_t Firmware::address(const std::string& symbol) const {
   const auto found = symbols.find(symbol);
   if (found != symbols.end()) return found->second;
-  throw io::JobError(fmt::format("the image has no symbol {}", symbol));
+  throw io::JobError("the image has no symbol {}", symbol);
 }
 
 // Free functions for simavr, with the board as parameter.
@@ -125,7 +124,7 @@ struct Board::Hooks {
 Board::Board(const Firmware& firmware) : firmware_(firmware) {
   [[maybe_unused]] static const bool is_quiet = (avr_global_logger_set(quiet), true);
   avr_t* a = avr_make_mcu_by_name(firmware.mcu.c_str());
-  if (a == nullptr) throw io::JobError(fmt::format("simavr knows no {}", firmware.mcu));
+  if (a == nullptr) throw io::JobError("simavr knows no {}", firmware.mcu);
   ram_end_ = a->ramend;
   avr_ = a;
   avr_init(a);

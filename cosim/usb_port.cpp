@@ -1,7 +1,6 @@
 #include "cosim/usb_port.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <poll.h>
 #include <sys/inotify.h>
 #include <termios.h>
@@ -23,7 +22,7 @@ UsbPort::UsbPort() {
   std::array<char, 128> name{};
   if (terminal_ < 0 || grantpt(terminal_) != 0 || unlockpt(terminal_) != 0 ||
       ptsname_r(terminal_, name.data(), name.size()) != 0)
-    throw io::JobError(fmt::format("pseudo-terminal: {}", std::strerror(errno)));
+    throw io::JobError("pseudo-terminal: {}", std::strerror(errno));
   name_ = name.data();
   // Until it was opened and closed once, the terminal does not say that nobody has it open.
   const int once = open(name_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
@@ -34,7 +33,7 @@ UsbPort::UsbPort() {
   close(once);
   openings_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
   if (openings_ < 0 || inotify_add_watch(openings_, name_.c_str(), IN_OPEN | IN_CLOSE) < 0)
-    throw io::JobError(fmt::format("{}: inotify: {}", name_, std::strerror(errno)));
+    throw io::JobError("{}: inotify: {}", name_, std::strerror(errno));
 }
 
 UsbPort::~UsbPort() {

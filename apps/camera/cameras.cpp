@@ -162,11 +162,11 @@ class Track {
     std::string missing = fmt::format("{}", fmt::join(s.never_found.begin(), end, ", "));
     if (named < s.never_found.size()) missing += ", ...";
     throw io::JobError(
-        fmt::format("{}: {} in any of {} frame(s); {} does not fit it: {} of its {} marks were never found "
-                    "({}){}{}; flexor track --setup shows what is seen, --assign names it",
-                    request_.video.string(), any ? "not all marks" : "no angle", s.frames,
-                    request_.joints.string(), s.never_found.size(), s.marks, missing,
-                    s.trouble.empty() ? "" : "; ", s.trouble.empty() ? "" : s.trouble.front()));
+        "{}: {} in any of {} frame(s); {} does not fit it: {} of its {} marks were never found "
+        "({}){}{}; flexor track --setup shows what is seen, --assign names it",
+        request_.video.string(), any ? "not all marks" : "no angle", s.frames, request_.joints.string(),
+        s.never_found.size(), s.marks, missing, s.trouble.empty() ? "" : "; ",
+        s.trouble.empty() ? "" : s.trouble.front());
   }
 
   void add_warnings(Tracked& out, double bone_px) const {
@@ -197,8 +197,8 @@ std::size_t skeleton_index(const camera::Joints& joints, const std::string& want
   if (it != joints.skeletons.end()) return static_cast<std::size_t>(it - joints.skeletons.begin());
   std::vector<std::string> names;
   for (const camera::Skeleton& s : joints.skeletons) names.push_back(s.name);
-  throw io::InputError(fmt::format("{}: no skeleton is called \"{}\"; there are: {}", joints.source, wanted,
-                                   fmt::join(names, ", ")));
+  throw io::InputError("{}: no skeleton is called \"{}\"; there are: {}", joints.source, wanted,
+                       fmt::join(names, ", "));
 }
 
 // What the glove logs and the camera sees, one motion after the other.
@@ -250,9 +250,8 @@ Tracked track(const TrackRequest& request, const TrackProgress& progress) {
   try {
     return Track(request).run(progress);
   } catch (const std::bad_alloc&) {
-    throw io::JobError(fmt::format("{}: its pictures need more memory than there is{}: make them smaller",
-                                   request.video.string(),
-                                   request.preview.empty() ? "" : ", with --preview"));
+    throw io::JobError("{}: its pictures need more memory than there is{}: make them smaller",
+                       request.video.string(), request.preview.empty() ? "" : ", with --preview");
   }
 }
 
@@ -267,8 +266,7 @@ camera::MarkProposal propose_marks(const MarkProposalRequest& request) {
   bool found = false;
   while (!found && video.next(picture, t_s)) found = t_s >= request.at_s;
   if (!found) {
-    throw io::InputError(
-        fmt::format("{}: ends at {:.2f} s, before {:g} s", request.video.string(), t_s, request.at_s));
+    throw io::InputError("{}: ends at {:.2f} s, before {:g} s", request.video.string(), t_s, request.at_s);
   }
   camera::MarkProposal proposal = camera::propose_marks(skeleton, picture, request.mark, request.assigned);
   camera::write_picture(request.picture, camera::draw_proposal(picture, proposal));

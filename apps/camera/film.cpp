@@ -1,7 +1,5 @@
 #include "apps/camera/film.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "host/camera/tracker.hpp"
@@ -61,8 +59,8 @@ void track_drawn(const camera::Joints& joints, HandFilm& film, FingerAngles& ang
       for (std::size_t i = 0; i < twin::kFingers; ++i) {
         const camera::FilteredAngle& a = row.angles[column[i]];
         if (a.quality == camera::Quality::lost) {
-          throw io::JobError(fmt::format("the rendered camera lost the {} finger at {:.2f} s",
-                                         model::finger_names()[i], row.t_s));
+          throw io::JobError("the rendered camera lost the {} finger at {:.2f} s", model::finger_names()[i],
+                             row.t_s);
         }
         angles[i][out] = static_cast<float>(a.deg);
       }

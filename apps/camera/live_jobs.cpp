@@ -16,8 +16,6 @@
 namespace flexor::filming {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr std::uint64_t kSeed = 1;
 constexpr double kLeastStep_s = 1e-3;
 constexpr double kMost_s = 1e9;
@@ -63,14 +61,13 @@ struct LiveJobs::Watch {
   // One more picture, taken at t_s; of what is refused the watch goes on.
   std::vector<camera::FilteredRow> push(const camera::Picture& picture, double t_s) {
     if (!(t_s >= 0 && t_s <= kMost_s && (!tracker || t_s >= last_s + kLeastStep_s))) {
-      throw io::InputError(fmt::format(
+      throw io::InputError(
           "picture: taken at {:.6f} s; times must lie between 0 and {:g} s and grow by a millisecond or more",
-          t_s, kMost_s));
+          t_s, kMost_s);
     }
     if (tracker && (picture.width != width || picture.height != height)) {
-      throw io::InputError(
-          fmt::format("picture: {} x {} pixels, those before it {} x {}: begin anew to change the size",
-                      picture.width, picture.height, width, height));
+      throw io::InputError("picture: {} x {} pixels, those before it {} x {}: begin anew to change the size",
+                           picture.width, picture.height, width, height);
     }
     if (!tracker) tracker.emplace(joints, lens, picture.width, picture.height);
     width = picture.width;
@@ -137,7 +134,7 @@ Json LiveJobs::camera(const Json& json) {
     open.begin = std::chrono::steady_clock::now();
   }
   if (device != open.device)
-    throw io::InputError(fmt::format("{}: {} is watched already: begin anew", device, open.device));
+    throw io::InputError("{}: {} is watched already: begin anew", device, open.device);
   double t_s = 0;
   const bool ended = !open.video->next(open.taken, t_s);
   if (!ended && !std::filesystem::is_character_file(device))

@@ -18,8 +18,6 @@
 namespace flexor::filming {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr double kRate_hz = 15;
 
 Json joints() { return Json::parse(io::read_file(FLEXOR_SOURCE_DIR "/models/joints/paper_hand.json")); }

@@ -1,5 +1,4 @@
 // flexor-camera: everything that needs OpenCV, as a worker (host/io/worker.hpp).
-#include <fmt/format.h>
 
 #include <sys/resource.h>
 
@@ -61,8 +60,7 @@ camera::Board board_of(const std::string& text) {
   const bool good = x != std::string::npos &&
                     std::from_chars(text.data(), text.data() + x, board.columns).ptr == text.data() + x &&
                     std::from_chars(text.data() + x + 1, end, board.rows).ptr == end;
-  if (!good)
-    throw io::InputError(fmt::format("--board {}: must be COLUMNSxROWS of inner corners, as in 9x6", text));
+  if (!good) throw io::InputError("--board {}: must be COLUMNSxROWS of inner corners, as in 9x6", text);
   return board;
 }
 

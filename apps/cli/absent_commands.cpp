@@ -1,5 +1,4 @@
 // What the build for Windows has no command for yet.
-#include <fmt/format.h>
 
 #include "apps/cli/commands.hpp"
 #include "host/io/io.hpp"
@@ -12,8 +11,8 @@ CLI::App& add_absent(CLI::App& app, const char* name) {
   command->set_help_flag();
   command->prefix_command();
   command->callback([command] {
-    throw io::JobError(fmt::format(
-        "the build for Windows has no command {} yet: use Flexor for Linux in WSL2", command->get_name()));
+    throw io::JobError("the build for Windows has no command {} yet: use Flexor for Linux in WSL2",
+                       command->get_name());
   });
   return *command;
 }

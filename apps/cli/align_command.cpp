@@ -22,8 +22,7 @@ void check_output(const Options& o) {
   std::error_code error;
   const bool device =
       std::filesystem::exists(o.out, error) && !std::filesystem::is_regular_file(o.out, error);
-  if (ending != ".csv" && !device)
-    throw io::InputError(fmt::format("{}: aligned recordings are written as .csv", o.out));
+  if (ending != ".csv" && !device) throw io::InputError("{}: aligned recordings are written as .csv", o.out);
   io::require_writable(o.out);
 }
 

@@ -113,7 +113,7 @@ class Spool {
 
  private:
   [[noreturn]] static void throw_reason() {
-    throw io::JobError(fmt::format("a temporary file: cannot be written: {}", std::strerror(errno)));
+    throw io::JobError("a temporary file: cannot be written: {}", std::strerror(errno));
   }
 
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;

@@ -67,7 +67,7 @@ deploy::Key stored_key(const std::filesystem::path& path) {
   const auto type = std::filesystem::symlink_status(path, error).type();
   if (type == std::filesystem::file_type::not_found) return {};
   if (type != std::filesystem::file_type::regular)
-    throw io::InputError(fmt::format("{}: is not a plain file: move it away", path.string()));
+    throw io::InputError("{}: is not a plain file: move it away", path.string());
   return deploy::load_key(path);
 }
 
@@ -115,9 +115,9 @@ void require_fingers(const Options& o, const deploy::Glove& glove) {
   const std::vector<std::string> missing = deploy::missing_fingers(glove.model);
   if (glove.output != deploy::Output::opengloves || o.allow_missing || missing.empty()) return;
   throw io::InputError(
-      fmt::format("{}: has no joint for {}, which VR would show straight: identify all five fingers, or add "
-                  "--allow-missing",
-                  o.model, fmt::join(missing, ", ")));
+      "{}: has no joint for {}, which VR would show straight: identify all five fingers, or add "
+      "--allow-missing",
+      o.model, fmt::join(missing, ", "));
 }
 
 // A radio's glove has one button at most, which zeroes it.
@@ -132,9 +132,9 @@ void require_of_vr(const Options& o, const deploy::Glove& glove) {
         "them out");
   if (zeroes && !deploy::can_zero(glove)) {
     throw io::InputError(
-        fmt::format("--hardware: calibrate: {} does not know what its sensors read at the open hand and at "
-                    "the fist: identify it from a recording that has both, or leave the button out",
-                    o.model));
+        "--hardware: calibrate: {} does not know what its sensors read at the open hand and at "
+        "the fist: identify it from a recording that has both, or leave the button out",
+        o.model);
   }
   if (o.encoding != deploy::Encoding::alpha)
     throw io::InputError("--encoding: is of text for VR drivers: add --output opengloves");
@@ -175,9 +175,9 @@ deploy::Deployment plan(const Options& o, const model::Hardware& hardware, const
   if (hardware.sensor == model::SensorKind::potentiometer && own.unit.empty() &&
       std::ranges::any_of(model.inputs, of_strip))
     throw io::InputError(
-        fmt::format("{}: reads a strip's unit, which potentiometers have not: identify it from counts or V, "
-                    "or make \"sensor\" of {} \"flex\"",
-                    o.model, hardware.source));
+        "{}: reads a strip's unit, which potentiometers have not: identify it from counts or V, "
+        "or make \"sensor\" of {} \"flex\"",
+        o.model, hardware.source);
   d.folder = o.out;
   d.glove.encoding = o.encoding;
   d.glove.right_hand = o.right_hand;
@@ -211,9 +211,9 @@ void measure(deploy::Deployment& d, const study::Boards& boards, const study::Co
   d.glove_figures = boards.run_glove(d.glove, counts);
   if (d.glove_figures.mismatches > 0) {
     throw io::JobError(
-        fmt::format("the glove's image differs from the host in {} of {} messages: this is a defect of "
-                    "Flexor, please report it",
-                    d.glove_figures.mismatches, d.glove_figures.frames));
+        "the glove's image differs from the host in {} of {} messages: this is a defect of "
+        "Flexor, please report it",
+        d.glove_figures.mismatches, d.glove_figures.frames);
   }
   if (d.glove.output != deploy::Output::radio) return;
   line.show("running the hand's image ...");

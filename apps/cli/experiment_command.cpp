@@ -74,8 +74,8 @@ void draw(const study::Plan& plan, const study::Result& result,
     study::save_results(plan, result, scenarios, plan.folder);
     report::render(plan.folder, plan.stop);
   } catch (const io::Cancelled&) {
-    throw io::Cancelled(fmt::format(
-        "stopped: all trials are kept in {}, and the same command draws the report", plan.folder.string()));
+    throw io::Cancelled("stopped: all trials are kept in {}, and the same command draws the report",
+                        plan.folder.string());
   }
 }
 

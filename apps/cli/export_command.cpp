@@ -28,7 +28,7 @@ std::optional<double> start_s(const std::string& text) {
   const auto time = recording::to_time(text);
   const bool is_date = time && recording::is_date(time->format) && !time->is_ambiguous;
   if (!is_date || time->value < 0)
-    throw io::InputError(fmt::format("--start {}: a time such as 2026-05-01T12:03:11Z is needed", text));
+    throw io::InputError("--start {}: a time such as 2026-05-01T12:03:11Z is needed", text);
   return time->value;
 }
 
@@ -45,7 +45,7 @@ void require_of_format(const CLI::App& command, const std::string& to) {
   if (to == "mcap") return;
   for (const char* option : {"--start", "--names", "--time-unit", "--time-column", "--log-rate", "--model"}) {
     if (command.get_option(option)->count() > 0)
-      throw io::InputError(fmt::format("{} is for --to mcap alone: leave it out", option));
+      throw io::InputError("{} is for --to mcap alone: leave it out", option);
   }
 }
 
@@ -53,15 +53,15 @@ Output write_function(const Options& o) {
   const std::filesystem::path out = o.out;
   const bool matlab = o.to == "matlab";
   if (out.extension() != (matlab ? ".m" : ".hpp"))
-    throw io::InputError(fmt::format("--out {}: a file of {} ends in {}", o.out, matlab ? "MATLAB" : "C++",
-                                     matlab ? ".m" : ".hpp"));
+    throw io::InputError("--out {}: a file of {} ends in {}", o.out, matlab ? "MATLAB" : "C++",
+                         matlab ? ".m" : ".hpp");
   const model::Model model = model::load(o.file);
   const std::string name = out.stem().string();
   std::string text;
   try {
     text = matlab ? model::matlab_text(model, name) : deploy::header_text(model, name);
   } catch (const io::InputError& error) {
-    throw io::InputError(fmt::format("--out {}: {}", o.out, error.what()));
+    throw io::InputError("--out {}: {}", o.out, error.what());
   }
   io::write_file(out, text);
   std::vector<std::string> inputs;

@@ -24,9 +24,9 @@ struct Options {
 deploy::FlashContent fresh(const deploy::FlashContent& image, const std::string& name) {
   const std::optional<deploy::BoardContents> contents = deploy::contents_of(image);
   if (contents && !contents->settings)
-    throw io::InputError(fmt::format(
+    throw io::InputError(
         "{}: holds no settings for its image, whose board would stay silent: flexor deploy writes them",
-        name));
+        name);
   return deploy::with_generation(image, static_cast<std::uint16_t>(std::random_device()()));
 }
 

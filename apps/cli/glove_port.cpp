@@ -37,8 +37,8 @@ std::unique_ptr<listen::Listener> open_port(const GlovePort& o) {
 
 std::unique_ptr<listen::Source> open_camera(const GlovePort& o) {
   if (o.joints.empty()) {
-    throw io::InputError(fmt::format("--from {}: a camera needs --joints: a joint file, or {}", o.from,
-                                     fmt::join(live::joint_files(), ", ")));
+    throw io::InputError("--from {}: a camera needs --joints: a joint file, or {}", o.from,
+                         fmt::join(live::joint_files(), ", "));
   }
   return std::make_unique<live::CameraSource>(o.from, o.joints, o.lens, io::program_beside(kCameraWorker));
 }
@@ -63,14 +63,11 @@ std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
   const bool camera = std::filesystem::is_character_file(o.from) || recording::is_video(o.from);
   const bool simulated = o.from == "twin" || o.from == "poses" || o.from == "boards";
   if (o.speed != 1 && (camera || simulated))
-    throw io::InputError(
-        fmt::format("--from {}: goes as fast as it goes; --speed is for recordings", o.from));
+    throw io::InputError("--from {}: goes as fast as it goes; --speed is for recordings", o.from);
   if (!camera && !(o.joints.empty() && o.lens.empty()))
-    throw io::InputError(
-        fmt::format("--from {}: no camera or video, which --joints and --lens are for", o.from));
+    throw io::InputError("--from {}: no camera or video, which --joints and --lens are for", o.from);
   if (o.readings && o.from != "boards") {
-    throw io::InputError(
-        fmt::format("--from {}: --readings is for a glove with Flexor's firmware, or boards", o.from));
+    throw io::InputError("--from {}: --readings is for a glove with Flexor's firmware, or boards", o.from);
   }
   if (camera) return open_camera(o);
   if (o.from == "boards") return open_boards(o);

@@ -98,7 +98,7 @@ std::map<std::string, std::vector<double>> by_joint(const std::vector<std::strin
     std::vector<double>& values = out[model::joint_name(item.substr(0, equals))];
     for (const std::string& text : CLI::detail::split(item.substr(std::min(equals + 1, item.size())), ':'))
       if (const auto value = recording::to_number(text)) values.push_back(*value);
-    if (values.size() != numbers) throw io::InputError(fmt::format("{}: write {}", item, as));
+    if (values.size() != numbers) throw io::InputError("{}: write {}", item, as);
   }
   return out;
 }
@@ -122,7 +122,7 @@ double lead_for(const std::string& what, double rate_hz) {
   const auto budget = io::parse_json(io::read_document(what), what);
   const auto total = budget.is_object() ? budget.value("total", Json()) : Json();
   if (!total.is_object() || !total.contains("mean_ms") || !total["mean_ms"].is_number())
-    throw io::InputError(fmt::format("--for {}: hand, vr, or a file that flexor latency --json wrote", what));
+    throw io::InputError("--for {}: hand, vr, or a file that flexor latency --json wrote", what);
   return total["mean_ms"].get<double>() / 1000 + kHand_s;
 }
 
@@ -154,7 +154,7 @@ void add_takes(Options& o) {
   if (o.pairs.empty() && (o.files.sensor.empty() || o.files.reference.empty()))
     throw io::InputError("--sensor and --reference are needed, or --pair and --map");
   for (const auto& [sensor, reference] : o.pairs) {
-    if (reference.empty()) throw io::InputError(fmt::format("--pair {}: its second file is missing", sensor));
+    if (reference.empty()) throw io::InputError("--pair {}: its second file is missing", sensor);
     r.pairs.push_back({sensor, reference});
   }
   if (!o.files.sensor.empty()) r.pairs.push_back({o.files.sensor, o.files.reference});

@@ -30,7 +30,7 @@ CLI::App& command_of(CLI::App& app, const std::vector<std::string>& name) {
     command = &app;
   }
   if (command == &app || !command->get_subcommands({}).empty() || command->get_name() == "job")
-    throw io::InputError(fmt::format("no job is called \"{}\"", fmt::join(name, " ")));
+    throw io::InputError("no job is called \"{}\"", fmt::join(name, " "));
   return *command;
 }
 
@@ -86,14 +86,13 @@ bool is_of_type(const Json& value, const std::string& type) {
 void add_texts(const Json& value, const Json& schema, const std::string& key, std::vector<std::string>& out) {
   const std::string type = schema.at("type");
   if (type != "array") {
-    if (!is_of_type(value, type))
-      throw io::InputError(fmt::format("request: \"{}\" must be of the type {}", key, type));
+    if (!is_of_type(value, type)) throw io::InputError("request: \"{}\" must be of the type {}", key, type);
     return out.push_back(value.is_string() ? value.get<std::string>() : value.dump());
   }
   if (!value.is_array() || (schema.contains("minItems") && value.size() != schema.at("minItems")))
     throw io::InputError(
-        fmt::format("request: \"{}\" must be a list{}", key,
-                    schema.contains("minItems") ? " of two; where several may be given, of such lists" : ""));
+        "request: \"{}\" must be a list{}", key,
+        schema.contains("minItems") ? " of two; where several may be given, of such lists" : "");
   for (const Json& item : value) add_texts(item, schema.at("items"), key, out);
 }
 
@@ -108,7 +107,7 @@ class Request : public CLI::Config {
     for (const auto& [key, value] : request.items()) {
       const auto option = options.find(key);
       if (option == options.end() || key == "help" || key == "json")
-        throw io::InputError(fmt::format("request: \"{}\" is no option of {}", key, command.get_name()));
+        throw io::InputError("request: \"{}\" is no option of {}", key, command.get_name());
       CLI::ConfigItem one = item(name, name_of(*option->second));
       add_texts(value, schema_of(*option->second), key, one.inputs);
       option->second->delimiter('\0')->allow_extra_args(false);
@@ -156,7 +155,7 @@ Json run_job(const std::vector<std::string>& name, const Json& request, const io
     std::istringstream nothing;
     commands.app.parse_from_stream(nothing);
   } catch (const CLI::ParseError& error) {
-    throw io::InputError(fmt::format("request: {}", error.what()));
+    throw io::InputError("request: {}", error.what());
   }
   Json result = Json::parse(output.result, nullptr, false);
   return result.is_discarded() ? Json(io::to_utf8(output.result)) : result;

@@ -36,9 +36,9 @@ void require_sensible(const Options& o) {
     throw io::InputError("--glove and --hand name the same port");
   if (!o.key.empty()) return;
   if (fs::exists(o.out, error)) {
-    throw io::InputError(fmt::format(
+    throw io::InputError(
         "{}: is there already: --key {} gives both boards that key, --out writes the new one elsewhere",
-        o.out, io::shell_word(o.out)));
+        o.out, io::shell_word(o.out));
   }
   io::require_writable(o.out);
 }

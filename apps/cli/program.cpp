@@ -27,7 +27,7 @@ namespace flexor::cli {
 namespace {
 
 [[noreturn]] void standard_output_failed() {
-  throw io::JobError(fmt::format("standard output: cannot be written: {}", std::strerror(errno)));
+  throw io::JobError("standard output: cannot be written: {}", std::strerror(errno));
 }
 
 // A stream that was closed must not become the number of a file that is opened later, into which messages
@@ -123,14 +123,14 @@ constexpr std::pair<const char*, const char*> kMoved[] = {
 void require_command(const CLI::App& app, const std::string& name, const std::string& next) {
   for (const auto& [moved, instead] : kMoved) {
     if (name == moved || name + " " + next == moved)
-      throw io::InputError(fmt::format("{} is Python's now: {}", moved, instead));
+      throw io::InputError("{} is Python's now: {}", moved, instead);
   }
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
   if (name.starts_with('-') || std::ranges::find(names, name) != names.end()) return;
-  throw io::InputError(fmt::format(
+  throw io::InputError(
       "there is no command {}: did you mean {}? flexor help lists all", name,
-      *std::ranges::min_element(names, {}, [&](const std::string& one) { return distance(name, one); })));
+      *std::ranges::min_element(names, {}, [&](const std::string& one) { return distance(name, one); }));
 }
 
 // Whatever ends a command: its exit status. What fails once a signal has come is nobody's fault.

@@ -114,8 +114,7 @@ void run(const Options& o) {
                  log->restarts(), unplugged)},
       o.json);
   if (silent_s >= kSilence_s)
-    throw io::Doubt(
-        fmt::format("{}: no sample came in the last {:.0f} s: {}", o.out, silent_s, why_silent(tally)));
+    throw io::Doubt("{}: no sample came in the last {:.0f} s: {}", o.out, silent_s, why_silent(tally));
 }
 
 void add(CLI::App& app) {

@@ -38,7 +38,7 @@ std::string pick(const recording::Recording& r, const char* option) {
   if (angles.size() == 1) return angles.front();
   std::string names;
   for (const auto& c : r.columns) names += (names.empty() ? "" : ", ") + c.name;
-  throw io::InputError(fmt::format("{}: which column? give {}; there are: {}", r.source, option, names));
+  throw io::InputError("{}: which column? give {}; there are: {}", r.source, option, names);
 }
 
 // Measured and estimated column: those that were named, else all angles that both files have by one name, else the only ones.
@@ -88,8 +88,8 @@ Json score_of(const Options& o, const recording::Recording& measured, const std:
   try {
     s = score::compare(angles(measured, column), angles(estimated, of));
   } catch (const io::InputError& error) {
-    throw io::InputError(fmt::format("{} and {}: {}{}; shift one with --estimate-offset", o.reference,
-                                     o.estimate, name, error.what()));
+    throw io::InputError("{} and {}: {}{}; shift one with --estimate-offset", o.reference, o.estimate, name,
+                         error.what());
   }
   if (s.left_out > 0) {
     log_note(fmt::format("{}{} of {} samples lie in gaps of the other file and are left out", name,

@@ -29,8 +29,8 @@ void refuse_others_logs(const RecordOptions& o) {
     for (const char* name : {"glove", "camera", "hand"}) {
       const std::filesystem::path file = folder / fmt::format("{}-{}.csv", name, n);
       if (!std::filesystem::exists(file)) continue;
-      throw io::InputError(fmt::format(
-          "{}: is there already and may be a log of yours: choose another folder", file.string()));
+      throw io::InputError("{}: is there already and may be a log of yours: choose another folder",
+                           file.string());
     }
   }
 }

@@ -18,8 +18,6 @@
 namespace flexor::live {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr double kLong_s = 90;   // of motion, is asked for
 constexpr double kPoses_s = 16;  // likewise of held poses
 constexpr double kShort_s = 30;  // less is refused: a fit takes 100 samples and as many to prove it
@@ -118,7 +116,7 @@ Reference reference_of(const std::string& name) {
   for (const Reference r : {Reference::marks, Reference::poses, Reference::markerless, Reference::drawn}) {
     if (name == name_of(r)) return r;
   }
-  throw io::InputError(fmt::format("\"reference\" is \"{}\"; known: marks, poses, markerless, drawn", name));
+  throw io::InputError("\"reference\" is \"{}\"; known: marks, poses, markerless, drawn", name);
 }
 
 Calibration::Calibration(CalibrationSetup setup, Session session, std::filesystem::path folder)

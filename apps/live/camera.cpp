@@ -12,8 +12,6 @@
 namespace flexor::live {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 std::string bytes_of(const Json& json) {
   const auto bytes = io::from_base64(json.get_ref<const std::string&>());
   if (!bytes) throw io::JobError("flexor-camera: a picture that is no base64");
@@ -33,7 +31,7 @@ const std::vector<std::string>& joint_files() {
 
 void require_carried(const std::string& joints) {
   if (!is_carried(joints))
-    throw io::InputError(fmt::format("\"joints\" names none of {}", fmt::join(joint_files(), ", ")));
+    throw io::InputError("\"joints\" names none of {}", fmt::join(joint_files(), ", "));
 }
 
 Camera::Camera(const std::filesystem::path& program) : worker_(program) {}

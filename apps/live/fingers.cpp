@@ -64,8 +64,8 @@ std::size_t Fingers::column_of(const model::Input& input) const {
     if (same_unit && columns_[c].name == recording::cut_name(wanted).name) return c;
   }
   throw io::InputError(
-      fmt::format("the model reads \"{}\"{}, and this glove says {}: choose the model that was made with it",
-                  wanted, input.unit.empty() ? "" : " in " + input.unit, fmt::join(names_, ", ")));
+      "the model reads \"{}\"{}, and this glove says {}: choose the model that was made with it", wanted,
+      input.unit.empty() ? "" : " in " + input.unit, fmt::join(names_, ", "));
 }
 
 void Fingers::wear(const model::Model& model, bool tracked) {

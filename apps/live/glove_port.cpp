@@ -1,7 +1,5 @@
 #include "apps/live/glove_port.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 
 #include "host/deploy/flash.hpp"
@@ -76,8 +74,7 @@ void GlovePort::become(DeviceEvent event, std::string says) {
 
 void GlovePort::attach(std::shared_ptr<listen::Source> source, const std::string& port, DeviceEvent event) {
   if (source->columns().size() > kMostColumns)
-    throw io::InputError(
-        fmt::format("{} columns: the page shows {} at most", source->columns().size(), kMostColumns));
+    throw io::InputError("{} columns: the page shows {} at most", source->columns().size(), kMostColumns);
   detach();
   source_ = std::move(source);
   begin_s_ = calls_.now_s() - source_->now_s();

@@ -12,8 +12,6 @@
 namespace flexor::live {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr double kListEvery_s = 2;
 constexpr std::size_t kMostListed = 200;  // sessions, the newest
 

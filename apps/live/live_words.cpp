@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -99,7 +98,7 @@ void Live::hear(Client client, std::string_view text) {
     const std::string word = parts.text("do");
     answers = word != "angles";
     const auto found = words().find(word);
-    if (found == words().end()) throw io::InputError(fmt::format("\"{}\" is no word that is known", word));
+    if (found == words().end()) throw io::InputError("\"{}\" is no word that is known", word);
     for (const std::string_view refusal : found->second.refusals) refuse(refusal);
     found->second.act(*this, parts);
   } catch (const std::exception& caught) {
@@ -175,7 +174,7 @@ void Live::columns_name(io::JsonReader& parts) {
     names.push_back(name.is_string() ? name.get<std::string>() : "?");
   std::vector<std::string> columns = glove_->source()->columns();
   if (names.size() != columns.size())
-    throw io::InputError(fmt::format("\"names\" has not one for each of {} columns", columns.size()));
+    throw io::InputError("\"names\" has not one for each of {} columns", columns.size());
   columns_ = columns;
   const std::string glove = glove_id();
   for (std::size_t c = 0; c < names.size(); ++c) {

@@ -367,12 +367,11 @@ void Server::open(unsigned short port) {
   if (!error) acceptor_.bind(end, error);
   if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
   if (error == asio::error::address_in_use)
-    throw io::InputError(fmt::format(
-        "port {} is in use: close the program that listens there, or give another port, or 0 for any", port));
-  if (error == asio::error::access_denied)
     throw io::InputError(
-        fmt::format("port {}: permission denied: give a port above 1023, or 0 for any", port));
-  if (error) throw io::InputError(fmt::format("port {}: cannot be listened on: {}", port, error.message()));
+        "port {} is in use: close the program that listens there, or give another port, or 0 for any", port);
+  if (error == asio::error::access_denied)
+    throw io::InputError("port {}: permission denied: give a port above 1023, or 0 for any", port);
+  if (error) throw io::InputError("port {}: cannot be listened on: {}", port, error.message());
   here_ = acceptor_.local_endpoint();
 }
 

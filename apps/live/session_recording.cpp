@@ -30,10 +30,9 @@ void SessionRecording::add_hand(const listen::Sample& sample, const std::vector<
 }
 
 void SessionRecording::mark(double host_s, const std::string& text) {
-  if (text.size() > kLongestMarker)
-    throw io::InputError(fmt::format("a marker has at most {} letters", kLongestMarker));
+  if (text.size() > kLongestMarker) throw io::InputError("a marker has at most {} letters", kLongestMarker);
   if (markers_.size() >= kMostMarkers)
-    throw io::InputError(fmt::format("a recording has at most {} markers", kMostMarkers));
+    throw io::InputError("a recording has at most {} markers", kMostMarkers);
   if (!marks_) {
     marks_ = std::make_unique<io::GrowingFile>(folder_ / "markers.csv");
     marks_->append("host_s,text\n");

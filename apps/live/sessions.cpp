@@ -21,7 +21,6 @@ namespace flexor::live {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kLongestName = 60;
 constexpr std::uint64_t kMostBytes = 1U << 13U;  // of a session.json: twenty times an honest one's
@@ -36,8 +35,8 @@ std::string as_file_name(std::string text) {
 
 void require_plain(const std::string& person) {
   if (io::one_line(person) != person || person.size() > kLongestName || io::to_utf8(person) != person) {
-    throw io::InputError(
-        fmt::format("the person's name must be at most {} letters of UTF-8 without line ends", kLongestName));
+    throw io::InputError("the person's name must be at most {} letters of UTF-8 without line ends",
+                         kLongestName);
   }
 }
 
@@ -169,8 +168,7 @@ Session Sessions::create(const std::string& person, const std::string& side, con
   io::make_folder(root_);
   std::error_code error;
   for (int n = 2; !fs::create_directory(root_ / s.name, error); ++n) {  // another program may be as quick
-    if (error)
-      throw io::InputError(fmt::format("{}: cannot make this folder: {}", root_.string(), error.message()));
+    if (error) throw io::InputError("{}: cannot make this folder: {}", root_.string(), error.message());
     s.name = fmt::format("{}-{}", stem, n);
   }
   try {

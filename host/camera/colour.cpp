@@ -1,7 +1,5 @@
 #include "host/camera/colour.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -28,8 +26,8 @@ cv::Mat lab(const Picture& picture) {
 
 void require_inside(const Picture& picture, double x, double y) {
   if (x >= 0 && y >= 0 && x < picture.width && y < picture.height) return;
-  throw io::InputError(fmt::format("({:g}, {:g}) lies outside the picture of {} x {} pixels", x, y,
-                                   picture.width, picture.height));
+  throw io::InputError("({:g}, {:g}) lies outside the picture of {} x {} pixels", x, y, picture.width,
+                       picture.height);
 }
 
 struct Statistics {
@@ -98,8 +96,8 @@ ColourModel learn(const cv::Mat& bgr, const cv::Mat& marks) {
   out.background = quantile(values(score, others), 0.995);
   out.level = quantile(values(score, marks), 0.5) - quantile(values(score, others), 0.5);
   if (out.level < kMinContrast) {
-    throw io::InputError(fmt::format(
-        "the mark stands out by only {:.0f} grey levels; use a brighter colour or more light", out.level));
+    throw io::InputError(
+        "the mark stands out by only {:.0f} grey levels; use a brighter colour or more light", out.level);
   }
   return out;
 }
@@ -236,9 +234,9 @@ ColourModel colour_at(const Picture& picture, Point at) {
                                  {kAlikeL, kAlike, kAlike}, {kAlikeL, kAlike, kAlike},
                                  8 | cv::FLOODFILL_MASK_ONLY | cv::FLOODFILL_FIXED_RANGE | (255 << 8));
   if (area > kMaxBlobShare * 4 * picture.width * picture.height) {
-    throw io::InputError(fmt::format(
+    throw io::InputError(
         "what is at ({:g}, {:g}) is no mark: {} pixels around it look the same; click into a coloured dot",
-        at.x, at.y, area));
+        at.x, at.y, area);
   }
   ColourModel out = learn(mat(picture), mask(cv::Rect(1, 1, picture.width, picture.height)));
   out.area_px = area;
@@ -287,9 +285,9 @@ ColourModel colour_automatic(const Picture& picture, const Window& region, std::
   }
   if (best.compact.empty()) {
     throw io::JobError(
-        fmt::format("no colour has {} dots of a mark's size in this picture (the best has {}): more light, "
-                    "one bright colour that nothing else has, or tell the colour with --colour X,Y",
-                    marks, most));
+        "no colour has {} dots of a mark's size in this picture (the best has {}): more light, "
+        "one bright colour that nothing else has, or tell the colour with --colour X,Y",
+        marks, most);
   }
   for (cv::Mat* done : {&picture_lab, &hue, &chroma}) done->release();  // before as much again is needed
   return learn_twice(bgr, best, marks);

@@ -16,8 +16,6 @@
 namespace flexor::camera {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 // What a camera's pictures and a hand can have.
 constexpr double kFarthest_px = 1e6;
 constexpr double kLongestLink = 1e6;
@@ -246,8 +244,7 @@ std::vector<double> Skeleton::lengths() const {
 std::size_t Skeleton::mark(const std::string& mark_name) const {
   const auto it = std::ranges::find(marks, mark_name);
   if (it == marks.end()) {
-    throw io::InputError(
-        fmt::format("no mark is called \"{}\"; there are: {}", mark_name, fmt::join(marks, ", ")));
+    throw io::InputError("no mark is called \"{}\"; there are: {}", mark_name, fmt::join(marks, ", "));
   }
   return static_cast<std::size_t>(it - marks.begin());
 }

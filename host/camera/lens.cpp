@@ -16,8 +16,6 @@
 namespace flexor::camera {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr double kUsualK1 = -0.1;
 constexpr int kLargestSide_px = 65535;
 constexpr double kLargest_px = 1e6;
@@ -35,9 +33,9 @@ void require_directions(const Lens& lens, const std::string& source) {
                      static_cast<double>(lens.height) * j / kSteps};
       const Point p = lens.undistort(at);
       if (std::isfinite(p.x) && std::isfinite(p.y)) continue;
-      throw io::InputError(fmt::format(
+      throw io::InputError(
           "{}: the distortion has no answer at the picture's point ({:.0f}, {:.0f}): calibrate the lens anew",
-          source, at.x, at.y));
+          source, at.x, at.y);
     }
   }
 }
@@ -52,9 +50,9 @@ std::vector<std::vector<cv::Point2f>> find_corners(const std::vector<std::filesy
     const cv::Size s(picture.width, picture.height);
     if (picture_size.area() > 0 && s != picture_size) {
       throw io::InputError(
-          fmt::format("{}: is {} x {} pixels, the pictures before it {} x {}: all must come from one "
-                      "camera at one setting",
-                      path.string(), s.width, s.height, picture_size.width, picture_size.height));
+          "{}: is {} x {} pixels, the pictures before it {} x {}: all must come from one "
+          "camera at one setting",
+          path.string(), s.width, s.height, picture_size.width, picture_size.height);
     }
     picture_size = s;
     cv::Mat grey;
@@ -73,9 +71,9 @@ std::vector<std::vector<cv::Point2f>> find_corners(const std::vector<std::filesy
     out.used.push_back(path.string());
   }
   if (seen.size() < kLeastPictures) {
-    throw io::InputError(fmt::format("{} of {} picture(s) show the whole board; at least {} are needed{}",
-                                     seen.size(), pictures.size(), kLeastPictures,
-                                     out.refused.empty() ? "" : " (" + out.refused.front() + ")"));
+    throw io::InputError("{} of {} picture(s) show the whole board; at least {} are needed{}", seen.size(),
+                         pictures.size(), kLeastPictures,
+                         out.refused.empty() ? "" : " (" + out.refused.front() + ")");
   }
   return seen;
 }
@@ -84,10 +82,10 @@ std::vector<std::vector<cv::Point2f>> find_corners(const std::vector<std::filesy
 
 void Lens::require_size(int w, int h, const std::string& source) const {
   if (w == width && h == height) return;
-  throw io::InputError(fmt::format(
+  throw io::InputError(
       "{}: the lens was calibrated at {} x {} pixels, this is {} x {}: calibrate with pictures of the "
       "same size",
-      source, width, height, w, h));
+      source, width, height, w, h);
 }
 
 Lens ordinary_lens(int width, int height) {
@@ -191,9 +189,9 @@ LensFit fit_lens(const std::vector<std::filesystem::path>& pictures, const Board
                     cv::checkRange(distortion);
   if (!sane) {
     throw io::JobError(
-        fmt::format("the board's corners do not fit any lens (rms {:.1f} px): is the board flat, and do "
-                    "the pictures show it tilted in different directions?",
-                    out.lens.reprojection_rms_px));
+        "the board's corners do not fit any lens (rms {:.1f} px): is the board flat, and do "
+        "the pictures show it tilted in different directions?",
+        out.lens.reprojection_rms_px);
   }
   out.lens.width = picture_size.width;
   out.lens.height = picture_size.height;

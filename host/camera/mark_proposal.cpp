@@ -31,8 +31,8 @@ MarkProposal propose_marks(const Skeleton& skeleton, const Picture& picture, con
     for (const auto& [number, name] : assigned) {
       (void)skeleton.mark(name);
       if (number < 1 || number > static_cast<int>(out.candidates.size())) {
-        throw io::InputError(fmt::format("there is no candidate {}: they are numbered 1 to {} in the picture",
-                                         number, out.candidates.size()));
+        throw io::InputError("there is no candidate {}: they are numbered 1 to {} in the picture", number,
+                             out.candidates.size());
       }
       out.name[static_cast<std::size_t>(number - 1)] = name;
     }
@@ -56,11 +56,10 @@ Skeleton with_start(const Skeleton& skeleton, const MarkProposal& proposal) {
   for (std::size_t m = 0; m < out.marks.size(); ++m) {
     const auto it = std::ranges::find(proposal.name, out.marks[m]);
     if (it == proposal.name.end()) {
-      throw io::InputError(
-          fmt::format("which candidate is \"{}\"? give --assign NUMBER={}", out.marks[m], out.marks[m]));
+      throw io::InputError("which candidate is \"{}\"? give --assign NUMBER={}", out.marks[m], out.marks[m]);
     }
     if (std::ranges::count(proposal.name, out.marks[m]) > 1) {
-      throw io::InputError(fmt::format("two candidates are called \"{}\"", out.marks[m]));
+      throw io::InputError("two candidates are called \"{}\"", out.marks[m]);
     }
     out.start[m] = proposal.candidates[static_cast<std::size_t>(it - proposal.name.begin())].centre;
   }

@@ -47,8 +47,8 @@ void be_silent() {
 
 void require_few_pixels(double pixels, const char* of, const std::string& source) {
   if (pixels <= kMostPixels) return;
-  throw io::InputError(fmt::format("{}: {} of {:.4g} million pixels; at most {:.0f} million are taken",
-                                   source, of, pixels / 1e6, kMostPixels / 1e6));
+  throw io::InputError("{}: {} of {:.4g} million pixels; at most {:.0f} million are taken", source, of,
+                       pixels / 1e6, kMostPixels / 1e6);
 }
 
 // By the first bytes: OpenCV may have been built with readers of much else.
@@ -93,7 +93,7 @@ VideoReader::VideoReader(const std::filesystem::path& path) : source_(path.strin
   if (!live_) {
     io::require_readable(path);
     if (std::filesystem::is_regular_file(path) && std::filesystem::file_size(path) == 0)
-      throw io::InputError(fmt::format("{}: is empty", source_));
+      throw io::InputError("{}: is empty", source_);
   }
   bool open = false;
   try {
@@ -118,8 +118,8 @@ VideoReader::VideoReader(const std::filesystem::path& path) : source_(path.strin
   constexpr std::uint32_t kCase = 0x20202020;
   if ((codec | kCase) == ('m' | 'p' << 8 | 'n' << 16 | 'g' << 24) ||
       (codec | kCase) == ('p' | 'n' << 8 | 'g' << 16 | ' ' << 24))
-    throw io::InputError(fmt::format(
-        "{}: its frames are PNG pictures, which are not taken: MP4 with H.264 always works", source_));
+    throw io::InputError("{}: its frames are PNG pictures, which are not taken: MP4 with H.264 always works",
+                         source_);
   const double pixels = capture_.get(cv::CAP_PROP_FRAME_WIDTH) * capture_.get(cv::CAP_PROP_FRAME_HEIGHT);
   require_few_pixels(pixels, "frames", source_);
 }
@@ -160,14 +160,13 @@ bool VideoReader::next(Picture& picture, double& t_s) {
       ended_ = true;
       break;
     }
-    if (frame_.type() != CV_8UC3)
-      throw io::JobError(fmt::format("{}: its pictures have no colours", source_));
+    if (frame_.type() != CV_8UC3) throw io::JobError("{}: its pictures have no colours", source_);
     if (frames_ == 0) {
       width_ = frame_.cols;
       height_ = frame_.rows;
     } else if (frame_.cols != width_ || frame_.rows != height_) {
-      throw io::JobError(fmt::format("{}: frame {} is {} x {} pixels, those before it {} x {}", source_,
-                                     read_ + 1, frame_.cols, frame_.rows, width_, height_));
+      throw io::JobError("{}: frame {} is {} x {} pixels, those before it {} x {}", source_, read_ + 1,
+                         frame_.cols, frame_.rows, width_, height_);
     }
     ++read_;
     double t = time_s();
@@ -187,8 +186,7 @@ bool VideoReader::next(Picture& picture, double& t_s) {
     still_ = {};
     return true;
   }
-  if (frames_ == 0)
-    throw io::InputError(fmt::format("{}: holds no picture that can be decoded{}", source_, reason_));
+  if (frames_ == 0) throw io::InputError("{}: holds no picture that can be decoded{}", source_, reason_);
   return false;
 }
 
@@ -231,8 +229,7 @@ int DropFinder::add(double t_s) {
 VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int height, double rate_hz)
     : path_(path) {
   be_silent();
-  if (path.extension() != ".mp4")
-    throw io::InputError(fmt::format("{}: a video's name must end in .mp4", path.string()));
+  if (path.extension() != ".mp4") throw io::InputError("{}: a video's name must end in .mp4", path.string());
   io::require_file(path);
   output_ = std::make_unique<io::Output>(path);
   bool open = false;
@@ -244,9 +241,9 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
   if (!open) {
     output_->require_room();
     throw io::InputError(
-        fmt::format("{}: cannot be written as a video of {} x {} pixels: is the codec installed, and is "
-                    "there memory for pictures of this size?",
-                    path.string(), width, height));
+        "{}: cannot be written as a video of {} x {} pixels: is the codec installed, and is "
+        "there memory for pictures of this size?",
+        path.string(), width, height);
   }
 }
 
@@ -264,8 +261,7 @@ void VideoWriter::finish() {
   output_->require_room();
   std::filesystem::resize_file(name, size, ignored);
   if (const std::size_t n = packets(name); n != frames_)
-    throw io::JobError(
-        fmt::format("{}: cannot be written: holds {} of {} frames", path_.string(), n, frames_));
+    throw io::JobError("{}: cannot be written: holds {} of {} frames", path_.string(), n, frames_);
   output_->commit();
 }
 
@@ -283,9 +279,9 @@ Picture read_picture(const std::filesystem::path& path) {
     why = reason(error);
   }
   if (picture.empty())
-    throw io::InputError(fmt::format(
+    throw io::InputError(
         "{}: no picture that can be read{}: is it a PNG or a JPEG, of at most {:.0f} million pixels?",
-        path.string(), why, kMostPixels / 1e6));
+        path.string(), why, kMostPixels / 1e6);
   require_few_pixels(static_cast<double>(picture.total()), "a picture", path.string());
   Picture out;
   copy(picture, out);
@@ -300,8 +296,7 @@ void write_picture(const std::filesystem::path& path, const Picture& picture) {
     good = cv::imencode(path.extension().string(), mat(picture), bytes);
   } catch (const cv::Exception&) {
   }
-  if (!good)
-    throw io::InputError(fmt::format("{}: a picture's name must end in .png or .jpg", path.string()));
+  if (!good) throw io::InputError("{}: a picture's name must end in .png or .jpg", path.string());
   io::write_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 

@@ -48,25 +48,25 @@ Sensor sensor_of(const model::Input& input, const Sensor& alpha, const Calibrati
   const bool known = counts || reads_alpha(input);
   if (unit.empty()) {
     throw io::InputError(
-        fmt::format("input {}: the model does not say the unit that it reads: identify it with --input-unit, "
-                    "or add \"unit\": \"count\" to it if it is the ADC's counts",
-                    input.name));
+        "input {}: the model does not say the unit that it reads: identify it with --input-unit, "
+        "or add \"unit\": \"count\" to it if it is the ADC's counts",
+        input.name);
   }
   if (!own) {
     if (known) return counts ? counts_as_they_are() : alpha;
     throw io::InputError(
-        fmt::format("input {:?}: it is in {:?}, the board reads counts: --calibration FILE with \"unit\": "
-                    "{:?} says which count is how much",
-                    input.name, unit, unit));
+        "input {:?}: it is in {:?}, the board reads counts: --calibration FILE with \"unit\": "
+        "{:?} says which count is how much",
+        input.name, unit, unit);
   }
   if (calibration.unit.empty() && !known) {
-    throw io::InputError(fmt::format(
+    throw io::InputError(
         "{}: add \"unit\": {:?} if that is what its values are in: it is the unit of the model's input {}",
-        calibration.source, unit, input.name));
+        calibration.source, unit, input.name);
   }
   if (!calibration.unit.empty() && calibration.unit != unit) {
-    throw io::InputError(fmt::format("{}: its values are in {:?}, the model's input {} is in {:?}",
-                                     calibration.source, calibration.unit, input.name, unit));
+    throw io::InputError("{}: its values are in {:?}, the model's input {} is in {:?}", calibration.source,
+                         calibration.unit, input.name, unit);
   }
   return *own;
 }

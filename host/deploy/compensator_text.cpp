@@ -319,11 +319,11 @@ std::string header_text(const model::Model& given, const std::string& name) {
   const auto is_digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
   if (name.empty() || !is_letter(name[0]) || kReserved.find(" " + name + " ") != kReserved.npos ||
       name.ends_with("_t") || !std::ranges::all_of(name, [&](char c) { return is_letter(c) || is_digit(c); }))
-    throw io::InputError(fmt::format(
-        "{}: is no name of a namespace: letters, digits and _, no digit first, no word of C++", name));
-  if (const auto left = model::left_out(given); !left.empty())
     throw io::InputError(
-        fmt::format("a header has one joint of each finger: fit a model without {}", fmt::join(left, ", ")));
+        "{}: is no name of a namespace: letters, digits and _, no digit first, no word of C++", name);
+  if (const auto left = model::left_out(given); !left.empty())
+    throw io::InputError("a header has one joint of each finger: fit a model without {}",
+                         fmt::join(left, ", "));
   const auto [model, correction] = model::folded(given);
   const model::Wiring wiring = model::wiring_of(model);
   std::string out = fmt::format(

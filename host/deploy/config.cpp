@@ -1,7 +1,5 @@
 #include "host/deploy/config.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -39,9 +37,9 @@ void require_room_for_lines(const Glove& glove) {
   const double line_s = line_bytes(glove) * 10 / kUsbBaud;
   if (line_s <= glove.model.sample_period_s) return;
   throw InputError(
-      fmt::format("a line of up to {} bytes takes {:.1f} ms at {:g} baud, which is fixed, and the glove "
-                  "samples every {:g} ms: lower --rate, or --encoding alpha sends the fingers alone",
-                  line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s));
+      "a line of up to {} bytes takes {:.1f} ms at {:g} baud, which is fixed, and the glove "
+      "samples every {:g} ms: lower --rate, or --encoding alpha sends the fingers alone",
+      line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s);
 }
 
 // Bones of the driver's hand, from the wrist; a joint turns the one behind it.
@@ -146,8 +144,8 @@ int sample_rate_hz(const model::Model& model) {
   for (const int known : {10, 20, 50, 100}) {
     if (std::abs(rate - known) < 1e-6 * known) return known;
   }
-  throw InputError(fmt::format(
-      "a sample rate of {:g} Hz: a glove samples at 10, 20, 50 or 100 Hz: --rate takes one of them", rate));
+  throw InputError(
+      "a sample rate of {:g} Hz: a glove samples at 10, 20, 50 or 100 Hz: --rate takes one of them", rate);
 }
 
 std::vector<std::string> missing_fingers(const model::Model& model) {
@@ -196,9 +194,8 @@ int samples_per_frame(const Glove& glove) {
     return 1;
   }
   if (glove.key && glove.baud < kLeastBaudWithKey) {
-    throw InputError(
-        fmt::format("a radio of {:g} baud is too slow for a key, which wants {:g}: raise radio.baud",
-                    glove.baud, kLeastBaudWithKey));
+    throw InputError("a radio of {:g} baud is too slow for a key, which wants {:g}: raise radio.baud",
+                     glove.baud, kLeastBaudWithKey);
   }
   const int bytes = frame_bytes(glove.key);
   const double carried_hz = glove.baud / 10 / bytes;
@@ -207,21 +204,20 @@ int samples_per_frame(const Glove& glove) {
       if (rate % n == 0 && rate <= n * carried_hz) return n;
     }
     throw InputError(
-        fmt::format("a radio of {:g} baud carries {:.2f} frames of {} bytes a second, the glove sends at "
-                    "least one: raise radio.baud",
-                    glove.baud, carried_hz, bytes));
+        "a radio of {:g} baud carries {:.2f} frames of {} bytes a second, the glove sends at "
+        "least one: raise radio.baud",
+        glove.baud, carried_hz, bytes);
   }
   if (glove.frame_rate_hz > carried_hz) {
     throw InputError(
-        fmt::format("{:g} frames of {} bytes a second do not fit a radio of {:g} baud, which carries {:.1f}: "
-                    "lower radio.frame_rate_hz or raise radio.baud",
-                    glove.frame_rate_hz, bytes, glove.baud, carried_hz));
+        "{:g} frames of {} bytes a second do not fit a radio of {:g} baud, which carries {:.1f}: "
+        "lower radio.frame_rate_hz or raise radio.baud",
+        glove.frame_rate_hz, bytes, glove.baud, carried_hz);
   }
   const double every = rate / glove.frame_rate_hz;
   if (every < 1 || std::abs(every - std::round(every)) > 1e-9 || every > 255) {
-    throw InputError(
-        fmt::format("{:g} frames a second from {} samples: radio.frame_rate_hz must divide the sample rate",
-                    glove.frame_rate_hz, rate));
+    throw InputError("{:g} frames a second from {} samples: radio.frame_rate_hz must divide the sample rate",
+                     glove.frame_rate_hz, rate);
   }
   return static_cast<int>(std::lround(every));
 }
@@ -276,9 +272,9 @@ int uart_divisor(double baud) {
   const double error = std::abs(kClock_hz / (8 * (divisor + 1)) / baud - 1);
   if (!(baud > 0) || !(error <= kWorst)) {
     throw InputError(
-        fmt::format("{:g} baud cannot be made from a clock of 16 MHz (nearest is {:.1f} % off); usual rates "
-                    "from 1200 to 115200 can",
-                    baud, 100 * error));
+        "{:g} baud cannot be made from a clock of 16 MHz (nearest is {:.1f} % off); usual rates "
+        "from 1200 to 115200 can",
+        baud, 100 * error);
   }
   return static_cast<int>(divisor);
 }
@@ -366,9 +362,9 @@ Error fixed_point_error(const model::Model& model, const std::vector<std::vector
     const double worst_deg = std::max(range_deg[j], recording_deg[j]);
     if (worst_deg <= allowed_deg) continue;
     throw InputError(
-        fmt::format("model {:?}: {} is up to {:.4f} degree off in fixed point, more than the {:.4f} allowed: "
-                    "steep curves and large gains cost precision",
-                    model.name, model.joints[j].name, worst_deg, allowed_deg));
+        "model {:?}: {} is up to {:.4f} degree off in fixed point, more than the {:.4f} allowed: "
+        "steep curves and large gains cost precision",
+        model.name, model.joints[j].name, worst_deg, allowed_deg);
   }
   return out;
 }

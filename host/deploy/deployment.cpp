@@ -16,8 +16,6 @@
 namespace flexor::deploy {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr double kCyclesPerMs = kClock_hz / 1000;
 
 bool has_hand(const Deployment& d) { return d.glove.output == Output::radio; }

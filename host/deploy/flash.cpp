@@ -78,18 +78,16 @@ fs::path image_of(const std::string& what, const std::string& board) {
   std::error_code error;
   const fs::path path = what;
   if (!fs::is_directory(path, error)) {
-    if (!fs::exists(path, error)) throw InputError(fmt::format("{}: no such file or folder", what));
-    if (!board.empty())
-      throw InputError(fmt::format("{}: is one image: --board is for the folder of a deployment", what));
+    if (!fs::exists(path, error)) throw InputError("{}: no such file or folder", what);
+    if (!board.empty()) throw InputError("{}: is one image: --board is for the folder of a deployment", what);
     return path;
   }
   if (!board.empty()) return path / (board + ".hex");
   const bool glove = fs::exists(path / "glove.hex", error);
   const bool hand = fs::exists(path / "hand.hex", error);
   if (glove && hand)
-    throw InputError(fmt::format("{}: holds images of both boards: say --board glove or --board hand", what));
-  if (!glove && !hand)
-    throw InputError(fmt::format("{}: holds no image: flexor deploy --out writes them", what));
+    throw InputError("{}: holds images of both boards: say --board glove or --board hand", what);
+  if (!glove && !hand) throw InputError("{}: holds no image: flexor deploy --out writes them", what);
   return path / (glove ? "glove.hex" : "hand.hex");
 }
 
@@ -97,12 +95,12 @@ FlashContent read_image(const fs::path& hex) {
   FlashContent image = read_intel_hex(hex, kOptibootBegin);
   const auto room = static_cast<std::size_t>(kAtmega328p.flash_bytes);
   if (image.bytes.size() > room) {
-    throw InputError(fmt::format("{}: ends at 0x{:x}, the bootloader of an {} begins at 0x{:x}", hex.string(),
-                                 image.bytes.size(), kAtmega328p.printed, room));
+    throw InputError("{}: ends at 0x{:x}, the bootloader of an {} begins at 0x{:x}", hex.string(),
+                     image.bytes.size(), kAtmega328p.printed, room);
   }
   // What a finished board's dump holds, too, and no image of a program does.
   if (image.begin != 0)
-    throw InputError(fmt::format("{}: begins at 0x{:x}: an image begins at 0", hex.string(), image.begin));
+    throw InputError("{}: begins at 0x{:x}: an image begins at 0", hex.string(), image.begin);
   return image;
 }
 
@@ -125,19 +123,18 @@ std::string choose_port(const std::string& port, const fs::path& dev) {
     if (found.empty())
       throw InputError("no board found: plug it in with a cable that carries data, or name its --port");
     if (found.size() > 1)
-      throw InputError(fmt::format("{} ports may be the board: name one with --port: {}", found.size(),
-                                   fmt::join(found, ", ")));
+      throw InputError("{} ports may be the board: name one with --port: {}", found.size(),
+                       fmt::join(found, ", "));
     return choose_port(found.front(), dev);
   }
   const fs::path path = fs::absolute(port);
   struct stat info {};
   if (stat(path.c_str(), &info) != 0)
-    throw InputError(
-        fmt::format("{}: no such port: is the board plugged in? --port auto looks for it", port));
-  if (!S_ISCHR(info.st_mode)) throw InputError(fmt::format("{}: is no serial port", port));
+    throw InputError("{}: no such port: is the board plugged in? --port auto looks for it", port);
+  if (!S_ISCHR(info.st_mode)) throw InputError("{}: is no serial port", port);
   if (access(path.c_str(), R_OK | W_OK) != 0) {
-    throw InputError(fmt::format("{}: no permission: sudo usermod -aG {} $USER, then log in anew", port,
-                                 owners_group(path)));
+    throw InputError("{}: no permission: sudo usermod -aG {} $USER, then log in anew", port,
+                     owners_group(path));
   }
   return path.string();
 }
@@ -155,7 +152,7 @@ struct Bootloader::Answer {
 Bootloader::Bootloader(std::string port, std::vector<int> rates_Bd, FlashProgress progress)
     : port_(std::move(port)), rates_Bd_(std::move(rates_Bd)), progress_(std::move(progress)) {
   if (io::find_program(kProgrammer).empty())
-    throw InputError(fmt::format("{0} is missing: install the package {0}", kProgrammer));
+    throw InputError("{0} is missing: install the package {0}", kProgrammer);
 }
 
 // `operation` as avrdude writes it: flash:w:FILE:i.
@@ -200,19 +197,18 @@ void Bootloader::run_at_any_rate(const std::string& operation, const fs::path& f
       "{}", fmt::join(std::set<int, std::greater<>>(rates_Bd_.begin(), rates_Bd_.end()), " and "));
   while (!rates_Bd_.empty()) {
     if (rates_Bd_.front() == kOldRate_Bd && end > kOldBootloaderBegin) {
-      throw JobError(
-          fmt::format("{}: the image ends at 0x{:x}, an old bootloader begins at 0x{:x}: nothing was written",
-                      port_, end, kOldBootloaderBegin));
+      throw JobError("{}: the image ends at 0x{:x}, an old bootloader begins at 0x{:x}: nothing was written",
+                     port_, end, kOldBootloaderBegin);
     }
     const Answer answer = run(operation, folder);
     if (answer.kind == Answer::done) return;
-    if (answer.kind == Answer::failed) throw JobError(fmt::format("{}: {}", port_, answer.why));
+    if (answer.kind == Answer::failed) throw JobError("{}: {}", port_, answer.why);
     rates_Bd_.erase(rates_Bd_.begin());
   }
   throw JobError(
-      fmt::format("{}: no bootloader answers at {} baud: is it this port, is the radio unplugged from the "
-                  "board's RX (D0), does the board's reset reach DTR, has it a bootloader?",
-                  port_, tried));
+      "{}: no bootloader answers at {} baud: is it this port, is the radio unplugged from the "
+      "board's RX (D0), does the board's reset reach DTR, has it a bootloader?",
+      port_, tried);
 }
 
 void Bootloader::write(const FlashContent& image) {

@@ -66,9 +66,9 @@ void check_bits(const model::Model& model) {
   for (const model::Input& input : model.inputs) {
     if (input.unit == "count" && input.valid_max > sensor::kAdcTop)
       throw io::InputError(
-          fmt::format("{}: its log counts to {:g}, an {} to {}: record the glove with that board, or flexor "
-                      "export --to cpp for firmware of your own",
-                      input.name, input.valid_max, kAtmega328p.printed, sensor::kAdcTop));
+          "{}: its log counts to {:g}, an {} to {}: record the glove with that board, or flexor "
+          "export --to cpp for firmware of your own",
+          input.name, input.valid_max, kAtmega328p.printed, sensor::kAdcTop);
   }
 }
 
@@ -116,10 +116,10 @@ Hand safe_hand(const model::Hardware& p, const model::Model& model, const Key& k
   limit(hand);
   const double duty = hand.hardware.loop_duty;
   if (duty > hand.motor.friction + hand.motor.load) return hand;
-  throw io::InputError(fmt::format(
+  throw io::InputError(
       "{}: motor.*: within the safe speed a motor gets {:.0f} % of its supply, and friction and load "
       "take {:.0f} %: less motor.coulomb_mNm or motor.disturbance_mNm, or more motor.gear_ratio",
-      p.source, 100 * std::max(duty, 0.0), 100 * (hand.motor.friction + hand.motor.load)));
+      p.source, 100 * std::max(duty, 0.0), 100 * (hand.motor.friction + hand.motor.load));
 }
 
 model::Model on_hand(model::Model model, const model::Hardware& p, std::vector<std::string>& notes) {

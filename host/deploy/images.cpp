@@ -1,7 +1,5 @@
 #include "host/deploy/images.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstring>
 #include <string_view>
@@ -99,14 +97,13 @@ Key key_in(const FlashContent& content, const std::string& name) {
   const bool there = content.bytes.size() >= kEnd &&
                      std::equal(kKeyMagic.begin(), kKeyMagic.end(), content.bytes.begin() + core::kKeyBegin);
   if (!there) {
-    throw io::InputError(fmt::format(
-        "{}: holds no key record: it is no image of this Flexor: deploy it and flash it anew", name));
+    throw io::InputError(
+        "{}: holds no key record: it is no image of this Flexor: deploy it and flash it anew", name);
   }
   link::KeyRecord record;
   std::memcpy(&record, content.bytes.data() + core::kKeyBegin, sizeof(record));
   link::Key key{};
-  if (!link::load(&record, key))
-    throw io::InputError(fmt::format("{}: its key record is damaged: flash it anew", name));
+  if (!link::load(&record, key)) throw io::InputError("{}: its key record is damaged: flash it anew", name);
   if (link::is_plain(key)) return {};
   return key;
 }

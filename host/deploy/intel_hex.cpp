@@ -29,7 +29,7 @@ struct Place {
   const std::string& file;
   std::size_t line = 0;
   [[noreturn]] void fail(const std::string& what) const {
-    throw io::InputError(fmt::format("{}: line {} {}", file, line, what));
+    throw io::InputError("{}: line {} {}", file, line, what);
   }
 };
 
@@ -89,8 +89,8 @@ FlashContent parse_intel_hex(const std::string& text, const std::string& name, s
       place.fail(fmt::format("has a record of unknown type {}", type));
     }
   }
-  if (!ended) throw io::InputError(fmt::format("{}: is cut off: its end record is missing", name));
-  if (out.bytes.empty()) throw io::InputError(fmt::format("{}: holds no program", name));
+  if (!ended) throw io::InputError("{}: is cut off: its end record is missing", name);
+  if (out.bytes.empty()) throw io::InputError("{}: holds no program", name);
   return out;
 }
 

@@ -1,7 +1,5 @@
 #include "host/deploy/model_block.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -93,9 +91,8 @@ class PartWriter {
     }
     close();
     if (signals_ > kMostSignals) {
-      throw InputError(
-          fmt::format("model {:?}: {} signals, a board's interpreter knows {} in a part: fewer blocks",
-                      model_.name, signals_, kMostSignals));
+      throw InputError("model {:?}: {} signals, a board's interpreter knows {} in a part: fewer blocks",
+                       model_.name, signals_, kMostSignals);
     }
     finish(sample_rate_hz(glove.model));
   }
@@ -352,17 +349,17 @@ void check_made_for(const Glove& glove, int rate_hz, const std::uint16_t* calibr
                     const std::string& name) {
   const int model_rate_hz = sample_rate_hz(glove.model);
   if (model_rate_hz != rate_hz) {
-    throw InputError(fmt::format("the model is for {} Hz, {} samples at {} Hz: --rate {}", model_rate_hz,
-                                 name, rate_hz, rate_hz));
+    throw InputError("the model is for {} Hz, {} samples at {} Hz: --rate {}", model_rate_hz, name, rate_hz,
+                     rate_hz);
   }
   const auto ids = calibration_ids(glove_tables(glove));
   const model::Wiring wiring = model::wiring_of(glove.model);
   for (std::size_t i = 0; i < kFingers; ++i) {
     if (!wiring.input[i] || ids[i] == calibration[i]) continue;
     throw InputError(
-        fmt::format("{}: {} has another calibration of this sensor: --calibration as at its deployment, or "
-                    "deploy and flash it anew",
-                    model::finger_names()[i], name));
+        "{}: {} has another calibration of this sensor: --calibration as at its deployment, or "
+        "deploy and flash it anew",
+        model::finger_names()[i], name);
   }
 }
 
@@ -404,9 +401,9 @@ Bytes flash_block(const Glove& glove) {
   const int ram = block.state_bytes + block.moved_bytes;
   if (ram > glove::kArenaBytes || static_cast<int>(block.bytes.size()) > kRoom) {
     throw InputError(
-        fmt::format("model {:?} is too large for an {}: {} of {} bytes of flash, {} of {} bytes of RAM: use "
-                    "fewer knots, or a smaller structure: identify --structure line-lead",
-                    glove.model.name, kAtmega328p.name, block.bytes.size(), kRoom, ram, glove::kArenaBytes));
+        "model {:?} is too large for an {}: {} of {} bytes of flash, {} of {} bytes of RAM: use "
+        "fewer knots, or a smaller structure: identify --structure line-lead",
+        glove.model.name, kAtmega328p.name, block.bytes.size(), kRoom, ram, glove::kArenaBytes);
   }
   return std::move(block.bytes);
 }

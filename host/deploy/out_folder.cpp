@@ -1,7 +1,5 @@
 #include "host/deploy/out_folder.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -32,20 +30,18 @@ void move(const fs::path& from, const fs::path& to) {
   std::error_code error;
   fs::create_directories(to.parent_path(), error);
   if (!error) fs::rename(from, to, error);
-  if (error) throw InputError(fmt::format("{}: cannot be written: {}", to.string(), error.message()));
+  if (error) throw InputError("{}: cannot be written: {}", to.string(), error.message());
 }
 
 void require_replaceable(const fs::path& path, bool is_folder) {
   std::error_code error;
   if (!is_there(path) || fs::is_directory(path, error) == is_folder) return;
-  throw InputError(
-      fmt::format("{}: cannot be written: a {} has this name", path.string(), is_folder ? "file" : "folder"));
+  throw InputError("{}: cannot be written: a {} has this name", path.string(), is_folder ? "file" : "folder");
 }
 
 void mark(const fs::path& path) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
-  if (file < 0)
-    throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno)));
+  if (file < 0) throw InputError("{}: cannot be written: {}", path.string(), std::strerror(errno));
   close(file);
 }
 
@@ -61,7 +57,7 @@ OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), lo
 fs::path OutFolder::make_staging() const {
   std::string pattern = (folder_ / (std::string(kStaging) + "XXXXXX")).string();
   if (mkdtemp(pattern.data()) == nullptr)
-    throw InputError(fmt::format("{}: cannot be written: {}", folder_.string(), std::strerror(errno)));
+    throw InputError("{}: cannot be written: {}", folder_.string(), std::strerror(errno));
   return pattern;
 }
 

@@ -19,7 +19,7 @@ void check_all(const std::vector<PairBoard>& boards) {
     try {
       (void)key_in(board.bootloader->read(), "the " + board.name + "'s board");
     } catch (const std::runtime_error& error) {
-      throw JobError(fmt::format("the {}: {}; no key was changed", board.name, error.what()));
+      throw JobError("the {}: {}; no key was changed", board.name, error.what());
     }
   }
 }
@@ -50,7 +50,7 @@ void pair_boards(const std::vector<PairBoard>& boards, const link::Key& key, con
     try {
       boards[i].bootloader->write(page_with_key(key));
     } catch (const std::runtime_error& error) {
-      throw JobError(fmt::format("{}; {}: they are a pair again after {}", error.what(), now, mend));
+      throw JobError("{}; {}: they are a pair again after {}", error.what(), now, mend);
     }
   }
   says("");

@@ -45,7 +45,7 @@ bool is_key(const std::string& text) {
 }
 
 link::Key key_from_hex(const std::string& hex) {
-  if (!is_key(hex)) throw io::InputError(fmt::format("not a key: {}", kNeeds));
+  if (!is_key(hex)) throw io::InputError("not a key: {}", kNeeds);
   link::Key key{};
   for (std::size_t i = 0; i < sizeof(key.bytes); ++i)
     key.bytes[i] = static_cast<std::uint8_t>(std::stoi(hex.substr(2 * i, 2), nullptr, 16));
@@ -63,11 +63,11 @@ link::Key load_key(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
     text = first_line(file);
   }
-  if (!is_key(text)) throw io::InputError(fmt::format("{}: is not a key: {}", path.string(), kNeeds));
+  if (!is_key(text)) throw io::InputError("{}: is not a key: {}", path.string(), kNeeds);
   try {
     return key_from_hex(text);
   } catch (const io::InputError& error) {
-    throw io::InputError(fmt::format("{}: {}", path.string(), error.what()));
+    throw io::InputError("{}: {}", path.string(), error.what());
   }
 }
 

@@ -60,9 +60,9 @@ class Sender {
     const int ram = bytes + block.state_bytes;
     if (bytes > offer.room || ram > glove::kArenaBytes) {
       throw InputError(
-          fmt::format("model {:?} does not fit the glove's EEPROM: {} bytes where {} are, {} of RAM where {} "
-                      "are: add --bootloader (over USB), or use fewer knots",
-                      glove_.model.name, bytes, offer.room, ram, glove::kArenaBytes));
+          "model {:?} does not fit the glove's EEPROM: {} bytes where {} are, {} of RAM where {} "
+          "are: add --bootloader (over USB), or use fewer knots",
+          glove_.model.name, bytes, offer.room, ram, glove::kArenaBytes);
     }
     all_ = bytes;
     send_all(block.bytes);
@@ -75,7 +75,7 @@ class Sender {
     try {
       return work();
     } catch (const JobError& error) {
-      throw JobError(fmt::format("{}: {}", error.what(), left_behind()));
+      throw JobError("{}: {}", error.what(), left_behind());
     }
   }
 
@@ -194,8 +194,8 @@ class Sender {
       offered_s_.reset();
       if (receipt->stage == glove::kRuns) break;
       if (receipt->stage != 0) {
-        throw JobError(fmt::format("the glove does not take the model: {}; it runs its old model",
-                                   reason_of(receipt->stage)));
+        throw JobError("the glove does not take the model: {}; it runs its old model",
+                       reason_of(receipt->stage));
       }
       received_ = std::min<std::size_t>(receipt->received, bytes.size());
       if (received_ > most) further_s = line_.now_s();

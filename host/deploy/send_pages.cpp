@@ -19,8 +19,8 @@ void check_key(const FlashContent& content, const Key& key, const std::string& n
   if (!key) return;
   const Key there = key_in(content, name);
   if (there && std::ranges::equal(there->bytes, key->bytes)) return;
-  throw InputError(fmt::format("{} has {} key: --key FILE is that of its deployment, or is left out over USB",
-                               name, there ? "another" : "no"));
+  throw InputError("{} has {} key: --key FILE is that of its deployment, or is left out over USB", name,
+                   there ? "another" : "no");
 }
 
 using Copies = std::array<core::Copy, 2>;
@@ -111,9 +111,9 @@ void require_same_board(const std::optional<BoardContents>& there, const std::op
                         const std::string& name) {
   if (there && wanted && there->board != wanted->board)
     throw InputError(
-        fmt::format("{}: is for a {}, and the board is a {}: take the other port; a board that is to change "
-                    "gets any other sketch first",
-                    name, name_of(wanted->board), name_of(there->board)));
+        "{}: is for a {}, and the board is a {}: take the other port; a board that is to change "
+        "gets any other sketch first",
+        name, name_of(wanted->board), name_of(there->board));
 }
 
 std::string to_text(const BoardContents& c) {
@@ -131,9 +131,9 @@ FlashContent pages_with_model(const FlashContent& content, const Glove& glove, c
   const std::optional<glove::Settings> settings = glove_settings_in(all);
   if (!settings) {
     throw InputError(
-        fmt::format("{}: holds no settings of this Flexor: its image is an older one, or a hand's: flexor "
-                    "deploy, then flexor flash",
-                    name));
+        "{}: holds no settings of this Flexor: its image is an older one, or a hand's: flexor "
+        "deploy, then flexor flash",
+        name);
   }
   check_key(all, glove.key, name);
   check_made_for(glove, settings->head.rate_hz, settings->head.calibration_id, name);
@@ -150,14 +150,14 @@ std::vector<BlockPages> pages_with_blocks(FlashContent content, FlashContent wan
   const std::optional<BoardContents> there = contents_of(content);
   const std::optional<BoardContents> now = contents_of(wanted);
   if (!now || !now->settings)
-    throw InputError(fmt::format("{}: its image is of no Flexor that sends settings: deploy anew", name));
+    throw InputError("{}: its image is of no Flexor that sends settings: deploy anew", name);
   require_same_board(there, now, name);
   if (!there ||
       !std::equal(content.bytes.begin(), content.bytes.begin() + core::kKeyBegin, wanted.bytes.begin())) {
-    throw InputError(fmt::format(
+    throw InputError(
         "the board has {}: flexor flash {} --board {} writes the image of Flexor {} with settings and model",
         there ? "another image, of Flexor " + there->version : "an image without a version", name,
-        name_of(now->board), now->version));
+        name_of(now->board), now->version);
   }
   std::vector<BlockPages> out;
   add_settings(content, bytes_of(settings_at_their_place(wanted)), out);

@@ -44,7 +44,7 @@ Columns columns_of(recording::CsvReader& reader, const std::string& source, cons
     if (!o.ends_deg.empty()) {
       const auto ends = o.ends_deg.find(joint);
       if (ends == o.ends_deg.end())
-        throw io::InputError(fmt::format("{}: --model has no joint {}: take its column out", source, joint));
+        throw io::InputError("{}: --model has no joint {}: take its column out", source, joint);
       const auto [open_deg, fist_deg] = ends->second;
       const int sign = fist_deg > open_deg ? 1 : -1;
       out.places.back().scale *= sign;
@@ -54,8 +54,8 @@ Columns columns_of(recording::CsvReader& reader, const std::string& source, cons
     read.push_back(column);
   }
   if (read.empty())
-    throw io::InputError(fmt::format("{}: no column is called NAME_deg or NAME_rad; there are {}", source,
-                                     recording::listed(reader.columns())));
+    throw io::InputError("{}: no column is called NAME_deg or NAME_rad; there are {}", source,
+                         recording::listed(reader.columns()));
   for (std::size_t i = 0; i < out.joints.size(); ++i) {
     for (const recording::Unknown& unknown : recording::kUnknown) {
       if (!reader.has(out.joints[i] + unknown.ending)) continue;
@@ -73,18 +73,17 @@ void rename(std::vector<std::string>& joints, const std::vector<std::string>& na
   for (const std::string& pair : names) {
     const std::size_t at = pair.find('=');
     if (at == std::string::npos || at == 0 || at + 1 == pair.size())
-      throw io::InputError(
-          fmt::format("--names {}: OLD=NEW is needed, such as index_mcp=finger_flexion", pair));
+      throw io::InputError("--names {}: OLD=NEW is needed, such as index_mcp=finger_flexion", pair);
     const auto joint = std::ranges::find(before, pair.substr(0, at));
     if (joint == before.end())
-      throw io::InputError(fmt::format("--names {}: {} has no joint {}; there are {}", pair, source,
-                                       pair.substr(0, at), recording::listed(before)));
+      throw io::InputError("--names {}: {} has no joint {}; there are {}", pair, source, pair.substr(0, at),
+                           recording::listed(before));
     joints[static_cast<std::size_t>(joint - before.begin())] = pair.substr(at + 1);
   }
   for (auto joint = joints.begin(); joint != joints.end(); ++joint) {
     if (std::find(joints.begin(), joint, *joint) != joint)
-      throw io::InputError(
-          fmt::format("{}: two columns are the joint {}: call one otherwise with --names", source, *joint));
+      throw io::InputError("{}: two columns are the joint {}: call one otherwise with --names", source,
+                           *joint);
   }
 }
 

@@ -1,7 +1,6 @@
 #include "host/export/opengloves.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/stat.h>
 #include <termios.h>
 #include <unistd.h>
@@ -45,12 +44,11 @@ OpenGloves::OpenGloves(const std::filesystem::path& path, const OpenGlovesOption
   if (error == 0 || error == ENXIO) return;
   close_it();
   if (error == ENOENT)
-    throw io::InputError(
-        fmt::format("{0}: there is none: plug the port in, or make a FIFO with `mkfifo {0}`", path.string()));
+    throw io::InputError("{0}: there is none: plug the port in, or make a FIFO with `mkfifo {0}`",
+                         path.string());
   if (error == ENOTTY)
-    throw io::InputError(
-        fmt::format("{}: is neither a serial port nor a FIFO (mkfifo makes one)", path.string()));
-  throw io::InputError(fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(error)));
+    throw io::InputError("{}: is neither a serial port nor a FIFO (mkfifo makes one)", path.string());
+  throw io::InputError("{}: cannot be opened: {}", path.string(), std::strerror(error));
 }
 
 int OpenGloves::open_it() {

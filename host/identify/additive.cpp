@@ -564,7 +564,7 @@ Candidates candidates(const std::string& name, std::size_t sensors) {
         {{{}, {0.05}, 2}, {{}, {0.1}, 2}, {{}, {0.2}, 2}, {{}, {0.4}, 2}, {{}, {0.8}, 2}, {{}, wide, 2}})};
   if (name == "curve") return {both({{{}, {}}})};
   if (name == "hysteresis") return {both({{plays, {}}})};
-  if (name != "auto") throw io::InputError(fmt::format("no structure is called \"{}\"", name));
+  if (name != "auto") throw io::InputError("no structure is called \"{}\"", name);
   // The curve first: a search that is stopped has that at least. What several sensors say together needs less of each, and is
   // slower to fit.
   std::vector<Branches> out = {{{}, {}}, {{}, slow}, {plays, {}}, {plays, quick}, {plays, slow}, {{}, wide}};
@@ -650,17 +650,15 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
                                    double most_drift_deg, const Accept& accept, const Step& step) {
   const Stack stack(sessions);
   if (std::ssize(stack.used) < kLeastSamples) {
-    throw io::JobError(fmt::format("{}: {} samples to fit, at least {} are needed: record longer", joint,
-                                   stack.used.size(), kLeastSamples));
+    throw io::JobError("{}: {} samples to fit, at least {} are needed: record longer", joint,
+                       stack.used.size(), kLeastSamples);
   }
   const model::Saturation ends = limits_of(stack, kEnds);
-  if (!(ends.upper_deg > ends.lower_deg))
-    throw io::JobError(fmt::format("{}: its angle hardly changes", joint));
+  if (!(ends.upper_deg > ends.lower_deg)) throw io::JobError("{}: its angle hardly changes", joint);
   for (Index s = 0; s < stack.input.cols(); ++s) {
     const VectorXd u = stack.input(stack.used, s);
     if (!(u.maxCoeff() > u.minCoeff()))
-      throw io::JobError(
-          fmt::format("{}: sensor {} of its map never changes in the fitted part", joint, s + 1));
+      throw io::JobError("{}: sensor {} of its map never changes in the fitted part", joint, s + 1);
   }
   const Search search(stack, period_s);
   std::vector<Branches> all = candidates.branches;

@@ -15,9 +15,9 @@ void start_tracking(Estimator<Arithmetic>& estimator, const std::string& source)
   estimator.track({});
   if (estimator.trackers()->any()) return;
   throw io::InputError(
-      fmt::format("{}: no input says what its strip reads at the open hand and at the fist, against which "
-                  "--track works: identify the model anew from a recording with both, or leave out --track",
-                  source));
+      "{}: no input says what its strip reads at the open hand and at the fist, against which "
+      "--track works: identify the model anew from a recording with both, or leave out --track",
+      source);
 }
 
 }  // namespace
@@ -26,16 +26,16 @@ AnyEstimator estimator_of(const model::Model& model, const std::string& arithmet
   if (arithmetic == "double") return Estimator<model::DoubleArithmetic>(model);
   if (arithmetic == "float") return Estimator<model::FloatArithmetic>(model);
   if (arithmetic == "fixed") return Estimator<model::FixedArithmetic>(model);
-  throw io::InputError(fmt::format("arithmetic \"{}\": double, float or fixed", arithmetic));
+  throw io::InputError("arithmetic \"{}\": double, float or fixed", arithmetic);
 }
 
 Applied apply(const model::Model& model, recording::LogReader& log, const ApplyOptions& o,
               const std::function<void(const Estimate&)>& sink) {
   for (const model::Joint& joint : model.joints) {
     if (o.intervals && !joint.accuracy)
-      throw io::InputError(fmt::format(
+      throw io::InputError(
           "{}: {} does not say how accurate it is: identify it with --pair, or leave out --intervals",
-          o.source, joint.name));
+          o.source, joint.name);
   }
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     if (const auto note = unit_note(model.inputs[i], log.name(), log.columns()[i], log.units()[i]))
@@ -52,7 +52,7 @@ Applied apply(const model::Model& model, recording::LogReader& log, const ApplyO
       out.ranges.add(row.value);
       estimator.push(row.t_s, row.value, sink);
     }
-    if (rows == 0) throw io::InputError(fmt::format("{}: no row with a reading of any input", log.name()));
+    if (rows == 0) throw io::InputError("{}: no row with a reading of any input", log.name());
     if (estimator.trackers()) out.followed = estimator.trackers()->followed();
   };
   AnyEstimator estimator = estimator_of(model, o.arithmetic);
@@ -113,7 +113,7 @@ void check_ranges(const model::Model& model, const std::string& file, const std:
   if (doubts.empty()) return;
   const std::string more =
       doubts.size() > 1 ? fmt::format("; and {} more column(s)", doubts.size() - 1) : std::string();
-  throw io::Doubt(fmt::format("{}: {}{}: {}", file, doubts.front(), more, mend));
+  throw io::Doubt("{}: {}{}: {}", file, doubts.front(), more, mend);
 }
 
 }  // namespace flexor::identify

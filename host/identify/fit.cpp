@@ -1,7 +1,5 @@
 #include "host/identify/fit.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -349,17 +347,16 @@ class Starts {
 void check_data(const Structure& structure, const Data& data, const std::vector<Index>& rows) {
   const int parameters = Layout(structure).size;
   if (std::ssize(rows) < kSamplesPerParameter * parameters) {
-    throw io::JobError(
-        fmt::format("{}: {} usable samples are too few for the {} parameters of {}; record longer",
-                    data.channel, rows.size(), parameters, text_of(structure)));
+    throw io::JobError("{}: {} usable samples are too few for the {} parameters of {}; record longer",
+                       data.channel, rows.size(), parameters, text_of(structure));
   }
   const auto require_change = [&](const VectorXd& signal, const char* what) {
     const VectorXd used = signal(rows);
     if (used.maxCoeff() > used.minCoeff()) return;
     throw io::JobError(
-        fmt::format("{}: the {} does not change in the fitted part (always {}); record a motion "
-                    "over the whole range",
-                    data.channel, what, used(0)));
+        "{}: the {} does not change in the fitted part (always {}); record a motion "
+        "over the whole range",
+        data.channel, what, used(0));
   };
   require_change(data.input, "sensor");
   require_change(data.angle_deg, "angle");
@@ -400,7 +397,7 @@ class Fitter {
     if (gain_alone()) {
       const Layout& layout = predictor_.layout();
       if (layout.dead_zone < 0 || layout.affine < 0)
-        throw io::InputError(fmt::format("{}: has no dead zone to fit", data.channel));
+        throw io::InputError("{}: has no dead zone to fit", data.channel);
       held_ = free_;
       free_ = {layout.dead_zone + 1, layout.affine};
       for (const int i : free_) std::erase(held_, i);
@@ -453,8 +450,8 @@ class Fitter {
       initial_ = starts[start];
     }
     if (!std::isfinite(best_.cost)) {
-      throw io::JobError(fmt::format("{}: {}: no start converged; is the motion rich enough?", data_.channel,
-                                     text_of(predictor_.structure())));
+      throw io::JobError("{}: {}: no start converged; is the motion rich enough?", data_.channel,
+                         text_of(predictor_.structure()));
     }
     if (!(deviation_deg_ > 0)) {
       const VectorXd r = own_problem_.own_residual(best_.theta);
@@ -489,8 +486,8 @@ class Fitter {
       best_ = solve(problem_, best_.theta, free_, delta_, {.cost_tolerance = options_.cost_tolerance});
       iterations_ += best_.iterations;
       if (!std::isfinite(best_.cost)) {
-        throw io::JobError(
-            fmt::format("{}: {}: the fit did not converge", data_.channel, text_of(predictor_.structure())));
+        throw io::JobError("{}: {}: the fit did not converge", data_.channel,
+                           text_of(predictor_.structure()));
       }
       if (hold_at_bounds()) continue;
       MatrixXd jacobian;
@@ -503,8 +500,8 @@ class Fitter {
       if (!worst) return;
       hold(*worst);
       if (free_.empty()) {
-        throw io::JobError(fmt::format("{}: {}: the data determine no parameter", data_.channel,
-                                       text_of(predictor_.structure())));
+        throw io::JobError("{}: {}: the data determine no parameter", data_.channel,
+                           text_of(predictor_.structure()));
       }
     }
   }

@@ -73,16 +73,16 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vecto
     }
   }
   if (!joints.empty() && joints.size() != columns)
-    throw io::InputError(fmt::format("--joints names {} joints, {} has {} columns: - leaves one out",
-                                     joints.size(), log.source, columns));
+    throw io::InputError("--joints names {} joints, {} has {} columns: - leaves one out", joints.size(),
+                         log.source, columns);
   if (!guessed.empty())
     warnings.push_back(fmt::format(
         "{}: whole numbers without a unit, taken for a converter's counts: --input-unit", guessed));
   if (out.empty())
     throw io::JobError(
-        fmt::format("{}: no sensor moves, or by no more than it trembles: one pose tells nothing; hold the "
-                    "open hand, then a fist, each for three seconds",
-                    log.source));
+        "{}: no sensor moves, or by no more than it trembles: one pose tells nothing; hold the "
+        "open hand, then a fist, each for three seconds",
+        log.source);
   const auto is_finger = [](const Sensor& s) {
     return std::ranges::count(model::finger_names(), s.joint) > 0;
   };
@@ -98,11 +98,9 @@ void check_angles(const std::map<std::string, model::Ends>& angles, const std::v
   for (const auto& [joint, at] : angles) {
     const bool is_sensed =
         std::ranges::any_of(sensors, [&name = joint](const Sensor& s) { return s.joint == name; });
-    if (!is_sensed)
-      throw io::InputError(fmt::format("--pose-angles {}: no column that moves is called so", joint));
+    if (!is_sensed) throw io::InputError("--pose-angles {}: no column that moves is called so", joint);
     if (!(std::abs(at.fist_deg - at.open_deg) >= model::kLeastEnds_deg))
-      throw io::InputError(
-          fmt::format("--pose-angles {}: open hand and fist must be a degree apart or more", joint));
+      throw io::InputError("--pose-angles {}: open hand and fist must be a degree apart or more", joint);
   }
 }
 
@@ -147,8 +145,7 @@ Held held_in(const recording::Recording& log, const std::vector<Sensor>& sensors
   const double period_s = (log.t_s.back() - log.t_s.front()) / static_cast<double>(log.t_s.size() - 1);
   Held out = poses_in(readings, period_s, spans, log.source);
   if (out.fist.empty())
-    throw io::JobError(
-        fmt::format("{}: only one pose is held: begin with the open hand, then hold a fist", log.source));
+    throw io::JobError("{}: only one pose is held: begin with the open hand, then hold a fist", log.source);
   return out;
 }
 
@@ -215,10 +212,10 @@ FromPoses found(const recording::Recording& log, const PosesOptions& options) {
     }
   }
   if (left_out.size() > out.model.joints.size())
-    throw io::JobError(fmt::format(
+    throw io::JobError(
         "{}: {} of {} sensors do not tell two poses apart ({}): is it a log of an open hand and "
         "a fist, each held for three seconds, and again? - in --joints leaves one out",
-        log.source, left_out.size(), left_out.size() + out.model.joints.size(), recording::listed(left_out)));
+        log.source, left_out.size(), left_out.size() + out.model.joints.size(), recording::listed(left_out));
   model::check(out.model);
   return out;
 }
@@ -233,9 +230,9 @@ FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& 
     const double log_s = log.t_s.back() - log.t_s.front();
     if (log_s >= kTwice_s - 1) throw;
     throw io::JobError(
-        fmt::format("{}: a log of {:.1f} s is too short: the open hand and a fist, each held for three "
-                    "seconds, and again, take {:g} s",
-                    log.source, log_s, kTwice_s));
+        "{}: a log of {:.1f} s is too short: the open hand and a fist, each held for three "
+        "seconds, and again, take {:g} s",
+        log.source, log_s, kTwice_s);
   }
 }
 

@@ -33,7 +33,6 @@
 namespace flexor::identify {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using io::InputError;
 
 constexpr double kLongLead_s = 0.15;
@@ -426,11 +425,9 @@ void warn_of_lacking_motion(const Options& options, const Samples& samples,
 // A joint that the wearer's own is fitted from.
 model::Channel chain_of(const model::Model& model, const std::string& joint) {
   const auto at = std::ranges::find(model.joints, joint, &model::Joint::name);
-  if (at == model.joints.end())
-    throw InputError(fmt::format("the model to start from has no joint {}", joint));
+  if (at == model.joints.end()) throw InputError("the model to start from has no joint {}", joint);
   const auto chain = model::channel(model, static_cast<std::size_t>(at - model.joints.begin()));
-  if (!chain)
-    throw InputError(fmt::format("{}: the model to start from has no chain of blocks for it", joint));
+  if (!chain) throw InputError("{}: the model to start from has no chain of blocks for it", joint);
   return *chain;
 }
 
@@ -708,17 +705,17 @@ void check(const Options& options) {
   for (const JointMap& joint : options.map) (void)parse_structure(options.structure, joint.sensors.size());
   const auto require_joint = [&](const std::string& name, const char* what) {
     if (std::ranges::find(options.map, name, &JointMap::joint) == options.map.end())
-      throw InputError(fmt::format("the {} of \"{}\", which is no joint of the map", what, name));
+      throw InputError("the {} of \"{}\", which is no joint of the map", what, name);
   };
   for (const auto& [name, error_deg] : options.reference_error_deg) {
     require_joint(name, "error of the angles");
     if (!(error_deg > 0 && error_deg < 90))
-      throw InputError(fmt::format("{}: the error of the angles must lie between 0 and 90 degrees", name));
+      throw InputError("{}: the error of the angles must lie between 0 and 90 degrees", name);
   }
   for (const auto& [name, ends] : options.ends) {
     require_joint(name, "ends");
     if (!(std::abs(ends.fist_deg - ends.open_deg) >= model::kLeastEnds_deg))
-      throw InputError(fmt::format("{}: open hand and fist must be a degree apart or more", name));
+      throw InputError("{}: open hand and fist must be a degree apart or more", name);
   }
 }
 
@@ -823,8 +820,8 @@ void check_held_out(const recording::Aligned& a) {
   if (left_out_wholly(a)) throw InputError("the split leaves nothing to fit: a larger --split");
   if (a.size() - a.holdout_begin >= kLeastHeldOut) return;
   throw InputError(
-      fmt::format("{} samples would be held out, at least {} are needed: a smaller --split, or record longer",
-                  a.size() - a.holdout_begin, kLeastHeldOut));
+      "{} samples would be held out, at least {} are needed: a smaller --split, or record longer",
+      a.size() - a.holdout_begin, kLeastHeldOut);
 }
 
 }  // namespace

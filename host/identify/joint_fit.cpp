@@ -180,7 +180,7 @@ SumFit fit_sum(const Candidates& candidates, const std::vector<Session>& session
   };
   const std::vector<Additive> all = fit_additive(sessions, inputs.sample_period_s, joint.joint, candidates,
                                                  drift, kMostDrift_deg, accept, counted);
-  if (!best) throw io::JobError(fmt::format("{}: {}", joint.joint, refusals.front()));
+  if (!best) throw io::JobError("{}: {}", joint.joint, refusals.front());
   SumFit sum{taken(*best, inputs, joint), {}};
   for (const auto& [row, fit] : creeping) sum.creeping.emplace_back(row, taken(fit, inputs, joint));
   JointFit& out = sum.still;
@@ -310,8 +310,8 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
   JointFit out = fit_chain(chain, sessions, inputs, joint, initial, HUGE_VAL, step);
   const std::string refusal = refusal_of(out);
   if (!refusal.empty()) {
-    throw io::JobError(fmt::format("{}: {} cannot be worn: {}; try fewer poles, or a sum of curves",
-                                   joint.joint, text_of(chain), refusal));
+    throw io::JobError("{}: {} cannot be worn: {}; try fewer poles, or a sum of curves", joint.joint,
+                       text_of(chain), refusal);
   }
   out.rows = {out.row()};
   out.rows.front().refusal = imprecision_of(out.model);
@@ -414,17 +414,16 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
     return fit_one_chain(*chain, sessions, inputs, joint, initial, step);
   if (initial)
     throw InputError(
-        fmt::format("{}: initial values are a chain's, a sum of curves has one best fit: --structure "
-                    "with a chain, as the initial model's",
-                    joint.joint));
+        "{}: initial values are a chain's, a sum of curves has one best fit: --structure "
+        "with a chain, as the initial model's",
+        joint.joint);
   Candidates candidates = std::get<Candidates>(wanted);
   std::erase_if(candidates.branches, [&](const Branches& b) {
     return joint.sensors.size() * (b.still() + b.lags_s.size()) > model::kMaxTerms;
   });
   if (candidates.branches.empty()) {
-    throw InputError(
-        fmt::format("{}: {} of {} sensors has more than the {} curves and motions that a model holds",
-                    joint.joint, structure, joint.sensors.size(), model::kMaxTerms));
+    throw InputError("{}: {} of {} sensors has more than the {} curves and motions that a model holds",
+                     joint.joint, structure, joint.sensors.size(), model::kMaxTerms);
   }
   SumFit sum = fit_sum(candidates, sessions, inputs, joint, step, room, most);
   JointFit out = sum.still;

@@ -47,9 +47,9 @@ std::vector<std::string> columns_of(const PairFiles& files, bool are_angles,
   if (!path.memory()) io::require_readable(path);
   if (!path.memory() && !std::filesystem::is_regular_file(path))
     throw InputError(
-        fmt::format("{}: a pipe or device can be read once only: name its column with {}, or beside "
-                    "--pair with --map",
-                    path.string(), are_angles ? "--output" : "--input"));
+        "{}: a pipe or device can be read once only: name its column with {}, or beside "
+        "--pair with --map",
+        path.string(), are_angles ? "--output" : "--input");
   std::error_code error;
   const bool is_one = path.memory() ? files.sensor.memory() == files.reference.memory()
                                     : std::filesystem::equivalent(files.sensor, files.reference, error);
@@ -66,12 +66,12 @@ std::vector<std::string> columns_of(const PairFiles& files, bool are_angles,
 void refuse_unsure(const std::string& source, double clock_offset_s, double confidence,
                    const std::string& why) {
   if (confidence >= recording::kUnsure) return;
-  throw io::JobError(fmt::format(
+  throw io::JobError(
       "{}: what moved does not tell its clock: {:+.2f} s is right with a probability of {:.2f}, {:g} at "
       "least is needed. {}; or give --clock-offset",
       source, clock_offset_s, confidence, recording::kUnsure,
       why.empty() ? "Record longer, a motion that does not repeat itself, with three quick bends first"
-                  : why));
+                  : why);
 }
 
 std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeOptions& time) {
@@ -94,11 +94,11 @@ std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeO
   }
   if (out.empty()) {
     throw InputError(
-        fmt::format("no sensor and angle of one name, as index_adc and index_deg; say which belong together "
-                    "with --map. {} has "
-                    "{}; {} has {}",
-                    files.sensor.string(), recording::listed(sensors), files.reference.string(),
-                    recording::listed(references)));
+        "no sensor and angle of one name, as index_adc and index_deg; say which belong together "
+        "with --map. {} has "
+        "{}; {} has {}",
+        files.sensor.string(), recording::listed(sensors), files.reference.string(),
+        recording::listed(references));
   }
   return out;
 }
@@ -118,9 +118,9 @@ std::vector<JointMap> parse_map(const std::string& text) {
   std::size_t at = 0;
   const auto fail = [&](std::size_t where, const std::string& what) {
     throw InputError(
-        fmt::format("--map: {} at \"{}\"; write JOINT=SENSOR:ANGLE,... as index=SensorA1:index_deg, several "
-                    "sensors with +",
-                    what, io::start_of(text.substr(where), 30)));
+        "--map: {} at \"{}\"; write JOINT=SENSOR:ANGLE,... as index=SensorA1:index_deg, several "
+        "sensors with +",
+        what, io::start_of(text.substr(where), 30));
   };
   while (at <= text.size()) {
     const std::size_t end = std::min(text.find(',', at), text.size());
@@ -154,17 +154,16 @@ namespace {
 
 void name_columns(SourceFiles& files) {
   if (recording::is_video(files.reference))
-    throw InputError(
-        fmt::format("{}: a video needs --joints FILE, which says what is marked", files.reference.string()));
+    throw InputError("{}: a video needs --joints FILE, which says what is marked", files.reference.string());
   for (const bool is_angle : {false, true}) {
     std::string& name = is_angle ? files.output : files.input;
     if (!name.empty()) continue;
     const std::vector<std::string> columns =
         columns_of({files.sensor, files.reference}, is_angle, files.time);
     if (columns.size() != 1)
-      throw InputError(fmt::format("{}: which column? give {}; there are: {}",
-                                   (is_angle ? files.reference : files.sensor).string(),
-                                   is_angle ? "--output" : "--input", recording::listed(columns)));
+      throw InputError("{}: which column? give {}; there are: {}",
+                       (is_angle ? files.reference : files.sensor).string(),
+                       is_angle ? "--output" : "--input", recording::listed(columns));
     name = columns.front();
   }
 }

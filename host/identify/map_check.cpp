@@ -171,9 +171,8 @@ void refuse_seen_before(const std::vector<Take>& takes) {
   const Take& last = takes.back();
   for (std::size_t p = 0; p + 1 < takes.size(); ++p) {
     if (last.sensor.digest.empty() || takes[p].sensor.digest != last.sensor.digest) continue;
-    throw InputError(
-        fmt::format("{}: the same log as {} of another pair, and no second recording: give it once",
-                    last.sensor.source, takes[p].sensor.source));
+    throw InputError("{}: the same log as {} of another pair, and no second recording: give it once",
+                     last.sensor.source, takes[p].sensor.source);
   }
 }
 
@@ -190,9 +189,9 @@ void check_gloves(const JointMap& map, const std::vector<std::string>& names,
     const double ratio = own.slope / first->second;
     if (ratio > 1 / kAlike && ratio < kAlike) continue;
     throw InputError(
-        fmt::format("{}: in {} {} moves {:.2g} times as far with the angle as in {}: are these of one glove? "
-                    "Fit each on its own",
-                    map.joint, names[p], map.sensors.front(), ratio, names[first->first]));
+        "{}: in {} {} moves {:.2g} times as far with the angle as in {}: are these of one glove? "
+        "Fit each on its own",
+        map.joint, names[p], map.sensors.front(), ratio, names[first->first]);
   }
 }
 
@@ -201,8 +200,8 @@ std::optional<std::string> unit_note(const model::Input& input, const std::strin
   const std::string& wanted = input.unit;
   if (unit == wanted) return std::nullopt;
   if (!unit.empty() && recording::known_unit(wanted))
-    throw InputError(fmt::format("{}: column \"{}\" is in {}, the model's input {} takes {}", file, column,
-                                 unit, input.name, wanted));
+    throw InputError("{}: column \"{}\" is in {}, the model's input {} takes {}", file, column, unit,
+                     input.name, wanted);
   return fmt::format("{}: column \"{}\" {}, the model's input {} {}: taken as the same", file, column,
                      unit.empty() ? "states no unit" : "is in " + unit, input.name,
                      wanted.empty() ? "states none" : "takes " + wanted);

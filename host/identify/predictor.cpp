@@ -322,8 +322,8 @@ VectorXd Predictor::theta(const model::Channel& c) const {
   if (like.input_knots > 0 && structure_.input_knots > 0) like.input_knots = structure_.input_knots;
   if (like.output_knots > 0 && structure_.output_knots > 0) like.output_knots = structure_.output_knots;
   if (like != structure_) {
-    throw io::InputError(fmt::format("the initial model's {} is {}, not {}", c.name, text_of(structure_of(c)),
-                                     text_of(structure_)));
+    throw io::InputError("the initial model's {} is {}, not {}", c.name, text_of(structure_of(c)),
+                         text_of(structure_));
   }
   VectorXd out = VectorXd::Zero(layout_.size);
   const auto set = [&](int at, const std::vector<double>& values) {

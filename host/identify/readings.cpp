@@ -1,7 +1,5 @@
 #include "host/identify/readings.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -147,10 +145,10 @@ Held poses_in(const std::vector<std::vector<double>>& readings, double period_s,
               const std::vector<model::Spread>& made, const std::string& source) {
   const std::vector<Rest> rests = rests_in(readings, period_s, made);
   if (rests.empty())
-    throw io::JobError(fmt::format(
+    throw io::JobError(
         "{}: no second in which all sensors rest: hold the open hand, then a fist, each for three "
         "seconds; a sensor that only trembles is to be unplugged",
-        source));
+        source);
   std::pair<const Rest*, const Rest*> ends = {&rests.front(), &rests.front()};
   for (const Rest& one : rests) {
     for (const Rest& other : rests) {
@@ -170,10 +168,10 @@ Held poses_in(const std::vector<std::vector<double>>& readings, double period_s,
   if (!out.fist.empty() && out.fist.front().when.from < out.open.front().when.from)
     std::swap(out.open, out.fist);
   if (others > 1 && 4 * others >= rests.size())
-    throw io::JobError(fmt::format(
+    throw io::JobError(
         "{}: {} of {} rests lie between the poses: is it a log of an open hand and a fist, each held "
         "for three seconds, and again?",
-        source, others, rests.size()));
+        source, others, rests.size());
   return out;
 }
 

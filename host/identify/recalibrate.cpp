@@ -56,9 +56,9 @@ std::vector<Case> cases_of(model::Model& model, const Prior& prior) {
   for (model::Input& input : model.inputs) {
     if (!input.readings && !input.poses)
       throw io::InputError(
-          fmt::format("{}: the model does not say what this sensor read where it was made: identify it anew "
-                      "with this version",
-                      input.name));
+          "{}: the model does not say what this sensor read where it was made: identify it anew "
+          "with this version",
+          input.name);
     if (!input.readings) input.readings = spread_of(*input.poses);
   }
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
@@ -368,9 +368,9 @@ void check_camera(const model::Model& model, const Seen& seen, const std::vector
     const SeenFit& fit = fits[s];
     const std::string& joint = model.joints[seen.joints[s].joint].name;
     if (fit.alike < kAgainst)
-      throw io::InputError(fmt::format(
+      throw io::InputError(
           "{}: the camera's angle falls where the model's rises (correlation {:.2f}): is its 180 straight?",
-          joint, fit.alike));
+          joint, fit.alike);
     if (fit.rmse_deg > kFar * fit.expected_deg)
       notes.push_back(fmt::format(
           "{}: its angles still differ from the camera's by {:.1f} deg where {:.1f} are expected: is the "

@@ -22,7 +22,6 @@
 namespace flexor::identify {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr double kSwapped = 0.3;  // of two joints' explained motion
 
 std::vector<double> without_holes(std::vector<double> values) {
@@ -84,11 +83,11 @@ std::map<std::string, std::string> columns_as_said(const std::string& map) {
   for (std::string one; std::getline(list, one, ',');) {
     const std::size_t equal = one.find('=');
     if (equal == std::string::npos || equal + 1 == one.size())
-      throw io::InputError(fmt::format("--map {}: joint=column,joint=column", map));
+      throw io::InputError("--map {}: joint=column,joint=column", map);
     const std::string column = one.substr(equal + 1);
     if (!out.emplace(model::joint_name(one.substr(0, equal)), column).second ||
         !columns.insert(column).second)
-      throw io::InputError(fmt::format("--map {}: {} names a joint or a column again", map, one));
+      throw io::InputError("--map {}: {} names a joint or a column again", map, one);
   }
   return out;
 }
@@ -108,9 +107,8 @@ std::map<std::string, std::string> columns_by_name(const RecalibrationFiles& fil
       out.emplace(first, column);
   }
   if (out.empty())
-    throw io::InputError(
-        fmt::format("{}: no column is called like a joint of the model: --map {}=COLUMN; it has {}",
-                    files.pair_camera.string(), first, fmt::join(columns, ", ")));
+    throw io::InputError("{}: no column is called like a joint of the model: --map {}=COLUMN; it has {}",
+                         files.pair_camera.string(), first, fmt::join(columns, ", "));
   return out;
 }
 
@@ -122,8 +120,7 @@ std::vector<JointMap> map_of(const RecalibrationFiles& files) {
   for (const auto& [joint, column] :
        files.map.empty() ? columns_by_name(files) : columns_as_said(files.map)) {
     const auto j = std::ranges::find(model.joints, joint, &model::Joint::name) - model.joints.begin();
-    if (j == std::ssize(model.joints))
-      throw io::InputError(fmt::format("--map: the model has no joint {}", joint));
+    if (j == std::ssize(model.joints)) throw io::InputError("--map: the model has no joint {}", joint);
     JointMap& one = out.emplace_back(JointMap{joint, {}, column});
     const std::string finger = joint.substr(0, joint.find('_'));
     for (const std::size_t i : graph.inputs[graph.joint[static_cast<std::size_t>(j)]]) {
@@ -141,9 +138,9 @@ void refuse_radians(const recording::Recording& angle, const std::string& column
   if (!values.unit.empty() || !(high > low) || std::max(std::abs(low), std::abs(high)) > std::numbers::pi)
     return;
   throw io::InputError(
-      fmt::format("{}: column \"{}\" goes from {:.2f} to {:.2f}, which looks like radians: call it {}_rad, "
-                  "or {}_deg if not",
-                  angle.source, column, low, high, column, column));
+      "{}: column \"{}\" goes from {:.2f} to {:.2f}, which looks like radians: call it {}_rad, "
+      "or {}_deg if not",
+      angle.source, column, low, high, column, column);
 }
 
 // A glove's log and what a camera saw meanwhile; a sensor that is not read stands still.
@@ -190,9 +187,9 @@ void refuse_swapped(const std::vector<JointMap>& map, const Take& take, double c
         continue;
       }
       throw io::InputError(
-          fmt::format("{}: \"{}\" moves as {} does and \"{}\" as {}: swap the two, with --map {}={},{}={}",
-                      take.reference[a].source, map[a].reference, map[b].joint, map[b].reference,
-                      map[a].joint, map[a].joint, map[b].reference, map[b].joint, map[a].reference));
+          "{}: \"{}\" moves as {} does and \"{}\" as {}: swap the two, with --map {}={},{}={}",
+          take.reference[a].source, map[a].reference, map[b].joint, map[b].reference, map[a].joint,
+          map[a].joint, map[b].reference, map[b].joint, map[a].reference);
     }
   }
 }
@@ -241,9 +238,8 @@ void add_pair(const RecalibrationFiles& files, RecalibrationRequest& request, Re
     out.clock = clock_of(map, {}, take, unused);
     refuse_swapped(map, take, out.clock->offset_s);
     if (out.clock->confidence < recording::kUnsure)
-      throw io::JobError(
-          fmt::format("{}: its clock is not told by what moved (confidence {:.2f}): it does not count",
-                      files.pair_camera.string(), out.clock->confidence));
+      throw io::JobError("{}: its clock is not told by what moved (confidence {:.2f}): it does not count",
+                         files.pair_camera.string(), out.clock->confidence);
     request.seen = seen_in(map, take, log, out.clock->offset_s, files.model);
     request.motion.push_back(motion_in(log, files.model));
   } catch (const io::JobError& error) {
@@ -267,15 +263,15 @@ Held poses_in(const std::vector<std::string>& poses, const recording::Recording&
               const model::Model& model) {
   const auto is_known = [](const std::string& pose) { return pose == "open" || pose == "fist"; };
   if (poses.empty() || !std::ranges::all_of(poses, is_known))
-    throw io::InputError(fmt::format("unknown poses \"{}\"; known: open, fist", fmt::join(poses, ",")));
+    throw io::InputError("unknown poses \"{}\"; known: open, fist", fmt::join(poses, ","));
   if (poses.size() > 1 && std::ranges::count(poses, poses.front()) == std::ssize(poses))
     throw io::InputError(
-        fmt::format("poses \"{}\": name a pose that is held alone once, or both as they follow: open,fist",
-                    fmt::join(poses, ",")));
+        "poses \"{}\": name a pose that is held alone once, or both as they follow: open,fist",
+        fmt::join(poses, ","));
   if (std::ranges::none_of(model.inputs, [](const auto& input) { return input.poses.has_value(); }))
-    throw io::InputError(fmt::format(
+    throw io::InputError(
         "{}: the model does not say what its sensors read at the open hand and at the fist: identify it anew",
-        log.source));
+        log.source);
   std::vector<std::vector<double>> readings;
   std::vector<model::Spread> made;
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
@@ -289,8 +285,8 @@ Held poses_in(const std::vector<std::string>& poses, const recording::Recording&
   }
   Held out = poses_in(readings, model.sample_period_s, made, log.source);
   if (out.fist.empty() == (poses.size() > 1))
-    throw io::JobError(fmt::format("{}: {} to be held, {} found", log.source, fmt::join(poses, " and "),
-                                   out.fist.empty() ? "one pose is" : "two poses are"));
+    throw io::JobError("{}: {} to be held, {} found", log.source, fmt::join(poses, " and "),
+                       out.fist.empty() ? "one pose is" : "two poses are");
   if (poses.front() == "fist") std::swap(out.open, out.fist);
   return out;
 }

@@ -15,8 +15,6 @@
 namespace flexor::identify {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 Json parameters_json(const std::vector<Parameter>& parameters) {
   Json out = Json::array();
   for (const Parameter& p : parameters) {

@@ -80,9 +80,9 @@ class Parser {
   }
 
   [[noreturn]] void fail(std::size_t at, const std::string& what) const {
-    throw InputError(fmt::format(
+    throw InputError(
         "--structure: {} at character {}{}", what, at + 1,
-        at < text_.size() ? fmt::format(", \"{}\"", io::start_of(text_.substr(at), 30)) : ", the end"));
+        at < text_.size() ? fmt::format(", \"{}\"", io::start_of(text_.substr(at), 30)) : ", the end");
   }
 
  private:

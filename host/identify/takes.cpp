@@ -31,8 +31,8 @@ std::vector<Take> read_trials(const PairFiles& files, const Options& options) {
     std::vector<recording::Recording> trials =
         recording::angle_segments(files.reference, joint.reference, time);
     if (trials.size() != out.size())
-      throw io::InputError(fmt::format("{} trials in {}, {} in {}: they must be as many", out.size(),
-                                       files.sensor.string(), trials.size(), files.reference.string()));
+      throw io::InputError("{} trials in {}, {} in {}: they must be as many", out.size(),
+                           files.sensor.string(), trials.size(), files.reference.string());
     for (std::size_t i = 0; i < out.size(); ++i) {
       out[i].reference.push_back(std::move(trials[i]));
       recording::to_degrees(out[i].reference.back(), joint.reference, options.output_unit);

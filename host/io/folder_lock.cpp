@@ -63,16 +63,15 @@ FolderLock::FolderLock(fs::path folder, std::string_view kind, const std::vector
     if (!file_) file_ = Descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOFOLLOW));
     struct stat status {};
     if (!file_ || ::fstat(file_.number(), &status) != 0 || !S_ISREG(status.st_mode))
-      throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(reason)));
+      throw InputError("{}: cannot be written: {}", path.string(), std::strerror(reason));
     if (::flock(file_.number(), LOCK_EX | LOCK_NB) == 0) continue;
     if (errno != EWOULDBLOCK)
-      throw InputError(fmt::format("{}: cannot be locked: {}", path.string(), std::strerror(errno)));
-    throw InputError(
-        fmt::format("{}: another run works in this folder ({}): wait for it or choose another folder",
-                    folder_.string(), holder(file_.number())));
+      throw InputError("{}: cannot be locked: {}", path.string(), std::strerror(errno));
+    throw InputError("{}: another run works in this folder ({}): wait for it or choose another folder",
+                     folder_.string(), holder(file_.number()));
   } while (!is_still_there(file_.number(), path));
   if (const std::string who = holder(file_.number()); who != kNobody && !who.starts_with("process "))
-    throw InputError(fmt::format("{}: is no lock of a job: move it elsewhere", path.string()));
+    throw InputError("{}: is no lock of a job: move it elsewhere", path.string());
   // Who, for others' information: the lock holds without it, on a full disk too.
   if (::ftruncate(file_.number(), 0) == 0) (void)write_all(file_.number(), me());
 }

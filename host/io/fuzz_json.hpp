@@ -22,8 +22,6 @@ extern "C" [[gnu::weak]] std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::s
 
 namespace flexor::io::fuzz {
 
-using Json = nlohmann::ordered_json;
-
 inline void require(bool good) {
   if (!good) std::abort();
 }
@@ -131,7 +129,7 @@ inline void change_anything(Json& json, std::mt19937& random) {
 // mutated so; libFuzzer calls it by its name.
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
                                                unsigned seed) {
-  using flexor::io::fuzz::Json;
+  using flexor::Json;
   std::mt19937 random(seed);
   if (random() % 2 == 0) return LLVMFuzzerMutate(data, size, max_size);
   Json json = Json::parse(data, data + size, nullptr, false);

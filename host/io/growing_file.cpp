@@ -1,7 +1,5 @@
 #include "host/io/growing_file.hpp"
 
-#include <fmt/format.h>
-
 #include <cerrno>
 #include <cstring>
 
@@ -12,10 +10,9 @@ namespace flexor::io {
 GrowingFile::GrowingFile(const std::filesystem::path& path)
     : path_(path), file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644)) {
   if (!file_ && errno == EEXIST) {
-    throw InputError(
-        fmt::format("{}: is there already: a recording is never written over, name another", path.string()));
+    throw InputError("{}: is there already: a recording is never written over, name another", path.string());
   }
-  if (!file_) throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno)));
+  if (!file_) throw InputError("{}: cannot be written: {}", path.string(), std::strerror(errno));
 }
 
 GrowingFile::GrowingFile(const std::filesystem::path& path, std::uintmax_t kept_bytes)
@@ -28,8 +25,7 @@ void GrowingFile::append(std::string_view piece) {
   struct stat there {};
   ::fstat(file_.number(), &before);
   if (::stat(path_.c_str(), &there) != 0 || there.st_ino != before.st_ino)
-    throw JobError(
-        fmt::format("{}: was removed while it was written: nothing of it is kept there", path_.string()));
+    throw JobError("{}: was removed while it was written: nothing of it is kept there", path_.string());
   if (const int error = write_all(file_.number(), piece); error != 0) {
     (void)!::ftruncate(file_.number(), before.st_size);
     fail(error);
@@ -42,8 +38,8 @@ void GrowingFile::bring_to_disk() {
 }
 
 void GrowingFile::fail(int error) const {
-  throw JobError(fmt::format("{}: cannot be written: {}: what came before is whole", path_.string(),
-                             std::strerror(error)));
+  throw JobError("{}: cannot be written: {}: what came before is whole", path_.string(),
+                 std::strerror(error));
 }
 
 void GrowingFile::remove() { std::filesystem::remove(path_); }

@@ -89,13 +89,13 @@ std::string start_of(std::string_view text, std::size_t longest) {
 
 void require_readable(const fs::path& path) {
   std::error_code error;
-  if (!fs::exists(path, error)) throw InputError(fmt::format("{}: no such file", path.string()));
+  if (!fs::exists(path, error)) throw InputError("{}: no such file", path.string());
   if (fs::is_directory(path, error)) {
-    throw InputError(fmt::format("{}: is a directory; name a file in it", path.string()));
+    throw InputError("{}: is a directory; name a file in it", path.string());
   }
   // Not by opening it: a FIFO, as in <(...), can be opened once.
   if (::access(path.c_str(), R_OK) != 0) {
-    throw InputError(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
+    throw InputError("{}: cannot be read: {}", path.string(), std::strerror(errno));
   }
 }
 
@@ -112,9 +112,9 @@ std::string read_all(std::istream& stream, const std::string& name, std::size_t 
     stream.read(content.data() + before, kPiece_bytes);
     content.resize(before + static_cast<std::size_t>(stream.gcount()));
   }
-  if (stream.bad()) throw InputError(fmt::format("{}: reading failed", name));
+  if (stream.bad()) throw InputError("{}: reading failed", name);
   if (content.size() > most_bytes)
-    throw InputError(fmt::format("{}: is larger than {} MB; is it the right file?", name, most_bytes >> 20));
+    throw InputError("{}: is larger than {} MB; is it the right file?", name, most_bytes >> 20);
   return content;
 }
 
@@ -124,10 +124,10 @@ std::string read_file(const fs::path& path, std::size_t most_bytes) {
   if (path == "-") return read_all(std::cin, "standard input", most_bytes);
   require_readable(path);
   if (fs::is_character_file(path) && path != "/dev/stdin")
-    throw InputError(fmt::format("{}: is a device, which may never end; name a file", path.string()));
+    throw InputError("{}: is a device, which may never end; name a file", path.string());
   std::ifstream file(path, std::ios::binary);
   std::string content = read_all(file, path.string(), most_bytes);
-  if (content.empty()) throw InputError(fmt::format("{}: is empty", path.string()));
+  if (content.empty()) throw InputError("{}: is empty", path.string());
   return content;
 }
 
@@ -156,19 +156,17 @@ std::string kind_of(const fs::path& folder) {
 void require_folder(const fs::path& folder, std::string_view kind) {
   std::error_code error;
   if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
-    throw InputError(
-        fmt::format("{}: cannot make this folder: there is a file of that name", folder.string()));
+    throw InputError("{}: cannot make this folder: there is a file of that name", folder.string());
   }
   const std::string there = kind.empty() ? "" : kind_of(folder);
   if (!there.empty() && there != kind)
-    throw InputError(fmt::format("{}: holds what another job found: choose another folder", folder.string()));
+    throw InputError("{}: holds what another job found: choose another folder", folder.string());
 }
 
 void make_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error)
-    throw InputError(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
+  if (error) throw InputError("{}: cannot make this folder: {}", folder.string(), error.message());
 }
 
 Temporary::~Temporary() {
@@ -186,9 +184,9 @@ TemporaryFolder::TemporaryFolder()
     : Temporary([] {
         std::error_code error;
         std::string pattern = (fs::temp_directory_path(error) / "flexor-XXXXXX").string();
-        if (error) throw JobError(fmt::format("TMPDIR does not name a folder: {}", error.message()));
+        if (error) throw JobError("TMPDIR does not name a folder: {}", error.message());
         if (mkdtemp(pattern.data()) == nullptr) {
-          throw JobError(fmt::format("{}: cannot be made: {}", pattern, std::strerror(errno)));
+          throw JobError("{}: cannot be made: {}", pattern, std::strerror(errno));
         }
         return fs::path(pattern);
       }()) {}

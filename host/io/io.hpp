@@ -1,12 +1,19 @@
 // Whole files in and out, and the two kinds of failure that a user can see.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstddef>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
+
+namespace flexor {
+using Json = nlohmann::ordered_json;
+}
 
 namespace flexor::io {
 
@@ -24,24 +31,39 @@ std::string shell_word(std::string_view text);
 // The first bytes of a text, `longest` at most, no letter cut in two.
 std::string start_of(std::string_view text, std::size_t longest);
 
+// What failed: a text, or a format and what fills it.
+struct Failure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+  template <class First, class... Rest>
+  Failure(fmt::format_string<First, Rest...> format, First&& first, Rest&&... rest)
+      : Failure(fmt::format(format, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
+};
+
+struct FailureInOneLine : Failure {
+  explicit FailureInOneLine(std::string_view what) : Failure(one_line(what)) {}
+  template <class First, class... Rest>
+  FailureInOneLine(fmt::format_string<First, Rest...> format, First&& first, Rest&&... rest)
+      : FailureInOneLine(fmt::format(format, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
+};
+
 // The user's input or command line is wrong; one line that says what, where, and how to mend it. Exit 2.
-struct InputError : std::runtime_error {
-  explicit InputError(std::string_view what) : std::runtime_error(one_line(what)) {}
+struct InputError : FailureInOneLine {
+  using FailureInOneLine::FailureInOneLine;
 };
 
 // The input is well-formed but the job cannot be done with it. Exit 1.
-struct JobError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct JobError : Failure {
+  using Failure::Failure;
 };
 
 // The caller's progress function asked to stop, or a signal did.
-struct Cancelled : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct Cancelled : Failure {
+  using Failure::Failure;
 };
 
 // The result is written, but it means little: one line.
-struct Doubt : std::runtime_error {
-  explicit Doubt(std::string_view what) : std::runtime_error(one_line(what)) {}
+struct Doubt : FailureInOneLine {
+  using FailureInOneLine::FailureInOneLine;
 };
 
 // No output of this process replaces this file from now on. Paths that are no file are ignored.

@@ -5,8 +5,6 @@
 namespace flexor::io {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr int kDeepest = 64;
 constexpr std::size_t kMost_bytes = 16 << 20;  // which take up to 0.7 GB when parsed
 constexpr std::size_t kMostKeys = 512;         // each is looked for among those before it
@@ -22,14 +20,13 @@ class Limits {
     if (event == Event::object_end) keys_.pop_back();
     if (event == Event::object_start) keys_.emplace_back();
     if ((event == Event::object_start || event == Event::array_start) && depth >= kDeepest)
-      throw InputError(fmt::format("{}: nested deeper than {} levels", source_, kDeepest));
+      throw InputError("{}: nested deeper than {} levels", source_, kDeepest);
     if (event != Event::key) return true;
     if (!keys_.back().insert(parsed.get<std::string>()).second)
-      throw InputError(fmt::format("{}: key {} comes twice in one object; remove one", source_,
-                                   start_of(dump_line(parsed), kLongestExcerpt)));
+      throw InputError("{}: key {} comes twice in one object; remove one", source_,
+                       start_of(dump_line(parsed), kLongestExcerpt));
     if (keys_.back().size() > kMostKeys)
-      throw InputError(
-          fmt::format("{}: an object of more than {} keys; is it the right file?", source_, kMostKeys));
+      throw InputError("{}: an object of more than {} keys; is it the right file?", source_, kMostKeys);
     return true;
   }
 
@@ -63,8 +60,8 @@ std::string read_document(const std::filesystem::path& path) { return read_file(
 
 nlohmann::ordered_json parse_json(const std::string& text, const std::string& source) {
   if (text.size() > kMost_bytes) {
-    throw InputError(fmt::format("{}: a document of {} MB; at most {} are read", source, text.size() >> 20,
-                                 kMost_bytes >> 20));
+    throw InputError("{}: a document of {} MB; at most {} are read", source, text.size() >> 20,
+                     kMost_bytes >> 20);
   }
   Limits limits(source);
   try {
@@ -72,9 +69,9 @@ nlohmann::ordered_json parse_json(const std::string& text, const std::string& so
   } catch (const Json::out_of_range& error) {
     const std::string what = error.what();
     const std::string reason = what.substr(what.find("] ") + 2);
-    throw InputError(fmt::format("{}: {}", source, start_of(reason, 2 * kLongestExcerpt)));
+    throw InputError("{}: {}", source, start_of(reason, 2 * kLongestExcerpt));
   } catch (const Json::parse_error& error) {
-    throw InputError(fmt::format("{}: {}", source, reason_of(error, text)));
+    throw InputError("{}: {}", source, reason_of(error, text));
   }
 }
 

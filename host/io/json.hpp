@@ -45,9 +45,7 @@ class JsonReader {
     if (!object.is_object()) fail("must be an object");
   }
 
-  [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("{}: {}", place_, what));
-  }
+  [[noreturn]] void fail(const std::string& what) const { throw InputError("{}: {}", place_, what); }
 
   // Of a document of this kind, at most of this version.
   void schema(const char* name, int newest) {

@@ -28,7 +28,7 @@ constexpr std::size_t kBuffer = 1 << 16;
 }
 
 [[noreturn]] void refuse(const fs::path& path, std::string_view reason) {
-  throw InputError(fmt::format("{}: cannot be written: {}", path.string(), reason));
+  throw InputError("{}: cannot be written: {}", path.string(), reason);
 }
 
 std::vector<fs::path>& inputs() {

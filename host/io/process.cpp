@@ -1,7 +1,6 @@
 #include "host/io/process.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -69,7 +68,7 @@ Pipe::Pipe() {
   (void)pipe2(made.data(), O_CLOEXEC);
   for (std::size_t i = 0; i < 2; ++i) {
     end[i] = Descriptor(fcntl(Descriptor(made[i]).number(), F_DUPFD_CLOEXEC, kLeast));
-    if (!end[i]) throw JobError(fmt::format("pipe: {}", std::strerror(errno)));
+    if (!end[i]) throw JobError("pipe: {}", std::strerror(errno));
   }
 }
 
@@ -89,7 +88,7 @@ Process::Process(const std::filesystem::path& program, const std::vector<std::st
   }
   const int failed = start(child_, program, actions, argv, environment(temporaries));
   posix_spawn_file_actions_destroy(&actions);
-  if (failed != 0) throw JobError(fmt::format("{}: {}", program.string(), std::strerror(failed)));
+  if (failed != 0) throw JobError("{}: {}", program.string(), std::strerror(failed));
 }
 
 Process::~Process() { (void)wait_at_most(0); }
@@ -157,7 +156,7 @@ bool read_streams(const std::array<int, 2>& streams, ProcessResult& result, cons
 ProcessResult run_process(const std::vector<std::string>& argv, const std::filesystem::path& temporaries,
                           const Watch& watch) {
   const auto program = find_program(argv.front());
-  if (program.empty()) throw InputError(fmt::format("{}: no such program", argv.front()));
+  if (program.empty()) throw InputError("{}: no such program", argv.front());
   Pipe out;
   Pipe err;
   ProcessResult result;

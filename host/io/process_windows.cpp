@@ -1,5 +1,4 @@
 // The build for Windows starts no other programs yet.
-#include <fmt/format.h>
 
 #include "host/io/io.hpp"
 #include "host/io/worker.hpp"
@@ -8,8 +7,7 @@ namespace flexor::io {
 namespace {
 
 [[noreturn]] void refuse(const std::string& program) {
-  throw JobError(
-      fmt::format("{}: the build for Windows starts no other programs yet: do this in WSL2", program));
+  throw JobError("{}: the build for Windows starts no other programs yet: do this in WSL2", program);
 }
 
 }  // namespace

@@ -46,10 +46,9 @@ SerialPort::SerialPort(const std::string& path, unsigned baud)
   if (error) throw InputError(refusal(path, error));
   // Two that read one port would each get a part of what it says.
   if (::flock(asio_->port.native_handle(), LOCK_EX | LOCK_NB) != 0)
-    throw InputError(
-        fmt::format("{}: another flexor listens to it: end that one, or record in its page", path));
+    throw InputError("{}: another flexor listens to it: end that one, or record in its page", path);
   using Option = asio::serial_port_base;
-  if (!set_baud(baud)) throw InputError(fmt::format("{}: does not do {} baud", path, baud));
+  if (!set_baud(baud)) throw InputError("{}: does not do {} baud", path, baud);
   asio_->port.set_option(Option::character_size(8), error);
   asio_->port.set_option(Option::parity(Option::parity::none), error);
   asio_->port.set_option(Option::stop_bits(Option::stop_bits::one), error);
@@ -69,7 +68,7 @@ int SerialPort::descriptor() const { return asio_->port.native_handle(); }
 void SerialPort::write(std::span<const std::uint8_t> bytes) {
   error_code error;
   asio::write(asio_->port, asio::buffer(bytes.data(), bytes.size()), error);
-  if (error) throw JobError(fmt::format("{}: the port has gone ({})", path_, error.message()));
+  if (error) throw JobError("{}: the port has gone ({})", path_, error.message());
 }
 
 std::vector<std::uint8_t> SerialPort::read(double timeout_s) {
@@ -80,7 +79,7 @@ std::vector<std::uint8_t> SerialPort::read(double timeout_s) {
   std::vector<std::uint8_t> out(512);
   error_code error;
   out.resize(asio_->port.read_some(asio::buffer(out), error));
-  if (error) throw JobError(fmt::format("{}: the port has gone ({})", path_, error.message()));
+  if (error) throw JobError("{}: the port has gone ({})", path_, error.message());
   return out;
 }
 

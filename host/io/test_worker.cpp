@@ -13,7 +13,6 @@
 
 namespace {
 
-using Json = nlohmann::ordered_json;
 using flexor::io::JobProgress;
 
 void pause_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }

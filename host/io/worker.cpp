@@ -25,8 +25,6 @@
 namespace flexor::io {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr int kUserInput = 14;
 constexpr int kUserOutput = 15;
 
@@ -104,8 +102,8 @@ Json answer(const std::function<Json()>& job) {
 Worker::Worker(const std::filesystem::path& program, std::vector<std::string> arguments)
     : name_(program.filename().string()) {
   if (access(program.c_str(), X_OK) != 0) {
-    throw InputError(fmt::format("{} is missing: a part of Flexor that belongs there; script/build makes it",
-                                 program.string()));
+    throw InputError("{} is missing: a part of Flexor that belongs there; script/build makes it",
+                     program.string());
   }
   std::signal(SIGPIPE, SIG_IGN);  // one that has gone is found by write()
   arguments.insert(arguments.begin(), program.string());
@@ -142,7 +140,7 @@ void Worker::died(const std::string& job) {
 
 void Worker::says_nonsense(const std::string& job, const std::string& what) {
   process_.reset();
-  throw JobError(fmt::format("{} does not answer {} as it should: {}", name_, job, what));
+  throw JobError("{} does not answer {} as it should: {}", name_, job, what);
 }
 
 void Worker::send(const Json& line, const std::string& job) {
@@ -163,7 +161,7 @@ Json Worker::receive(const std::string& job) {
 
 Json Worker::run(const std::string& job, const Json& arguments,
                  const std::function<bool(const Progress&)>& progress) {
-  if (!is_usable()) throw JobError(fmt::format("{} runs no more: it cannot do {}", name_, job));
+  if (!is_usable()) throw JobError("{} runs no more: it cannot do {}", name_, job);
   busy_ = true;
   send({{"job", job}, {"arguments", arguments}}, job);
   bool cancelled = false;
@@ -351,7 +349,7 @@ int serve(int argc, char** argv, const std::string& what, const std::map<std::st
   stop_on_signals(false);
   serve(has_user_streams, [&](const std::string& name, const Json& arguments, const Event& event) {
     const auto job = jobs.find(name);
-    if (job == jobs.end()) throw InputError(fmt::format("request: no job is called \"{}\"", name));
+    if (job == jobs.end()) throw InputError("request: no job is called \"{}\"", name);
     auto said = std::chrono::steady_clock::time_point();
     bool goes_on = true;
     return job->second(arguments, [&](std::size_t done, std::size_t of) {

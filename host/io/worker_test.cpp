@@ -21,7 +21,6 @@
 namespace flexor::io {
 namespace {
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 constexpr const char* kProgram = FLEXOR_TEST_WORKER;
 

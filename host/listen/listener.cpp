@@ -51,12 +51,12 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
   }
   find(says);
   if (options_.readings && options_.format == Format::hand)
-    throw io::InputError(fmt::format("{}: a hand, which has no strips: leave out --readings", options_.port));
+    throw io::InputError("{}: a hand, which has no strips: leave out --readings", options_.port);
   if (options_.readings && options_.format == Format::gloves) {
     throw io::InputError(
-        fmt::format("{}: lines for VR drivers carry what the firmware made of the strips, no readings: "
-                    "upload the logging sketch of the deployment",
-                    options_.port));
+        "{}: lines for VR drivers carry what the firmware made of the strips, no readings: "
+        "upload the logging sketch of the deployment",
+        options_.port);
   }
   decoder_ = make_decoder(*options_.format, options_.readings);
   decoder_->cut();
@@ -114,13 +114,13 @@ void Listener::find(const std::function<void(const std::string&)>& says) {
     if (heard_bytes_ == 0) break;  // at a wrong rate something would come
   }
   if (heard_bytes_ == 0) {
-    throw io::InputError(fmt::format(
-        "{}: nothing comes: is a program on the board that sends, and is the port its own?", options_.port));
+    throw io::InputError("{}: nothing comes: is a program on the board that sends, and is the port its own?",
+                         options_.port);
   }
   throw io::InputError(
-      fmt::format("{}: {} bytes came, which are no format that is known at any usual rate{}: send numbers "
-                  "separated by commas, say --baud, or flash flexor deploy --output log",
-                  options_.port, heard_bytes_, quoted_line(heard_)));
+      "{}: {} bytes came, which are no format that is known at any usual rate{}: send numbers "
+      "separated by commas, say --baud, or flash flexor deploy --output log",
+      options_.port, heard_bytes_, quoted_line(heard_));
 }
 
 // As the hand: whether its challenge was answered.
@@ -178,7 +178,7 @@ Event Listener::wait(double timeout_s, std::vector<Sample>& out) {
     return Event::back;
   }
   if (const std::string why = decoder_->refusal(); !why.empty())
-    throw io::JobError(fmt::format("{}: {}", options_.port, why));
+    throw io::JobError("{}: {}", options_.port, why);
   try {
     speak();
     const std::vector<std::uint8_t> bytes = port_->read(timeout_s);

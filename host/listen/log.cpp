@@ -34,8 +34,8 @@ Log::~Log() {
 
 void Log::add(const Sample& sample) {
   if (sample.value.size() != columns_)
-    throw io::JobError(fmt::format("a sample of {} values, where the recording has {} columns",
-                                   sample.value.size(), columns_));
+    throw io::JobError("a sample of {} values, where the recording has {} columns", sample.value.size(),
+                       columns_);
   ++rows_;
   lines_ += fmt::format("{:.6f},{:.6f}", clock_.time_s(sample), sample.host_s);
   for (const double value : sample.value) lines_ += fmt::format(",{}", value);

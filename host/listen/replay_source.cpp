@@ -16,7 +16,7 @@ ReplaySource::ReplaySource(const std::filesystem::path& file, double speed,
   constexpr double kSlowest = 0.01;
   constexpr double kFastest = 1000;
   if (!(speed >= kSlowest && speed <= kFastest))
-    throw io::InputError(fmt::format("--speed {}: must lie between {} and {}", speed, kSlowest, kFastest));
+    throw io::InputError("--speed {}: must lie between {} and {}", speed, kSlowest, kFastest);
   recording::CsvReader reader(file, {{}, time, recording::Holes::all});
   recording_ = recording::read(reader, recording::Resets::follow);
   std::erase_if(recording_.columns, [](const auto& column) { return column.name == recording::kHostClock; });

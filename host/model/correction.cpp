@@ -53,7 +53,7 @@ Correction correction_of(const Model& model, std::size_t input) {
 
 Model corrected(Model model, std::size_t at, const Correction& correction) {
   Input& input = model.inputs.at(at);
-  if (!(correction.gain > 0)) throw io::InputError(fmt::format("{}: a gain must be above zero", input.name));
+  if (!(correction.gain > 0)) throw io::InputError("{}: a gain must be above zero", input.name);
   const Correction all = correction_of(model, at).after(correction);
   const auto block = correcting(model, input);
   if (block == model.blocks.end()) {

@@ -1,7 +1,5 @@
 #include "host/model/glove_tables.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -45,8 +43,8 @@ void add_strip(const std::function<double(double)>& sensor, const Input& input,
   int high = sensor::kAdcTop;
   while (high > 0 && !accepted(high)) --high;
   if (low >= high) {
-    throw io::InputError(fmt::format("input {}: no ADC reading lies within its valid range {:g} to {:g} {}",
-                                     input.name, input.valid_min, input.valid_max, input.unit));
+    throw io::InputError("input {}: no ADC reading lies within its valid range {:g} to {:g} {}", input.name,
+                         input.valid_min, input.valid_max, input.unit);
   }
   monitor.low = static_cast<std::uint16_t>(std::max(low - 1, 0) / 2);
   monitor.high = static_cast<std::uint16_t>((std::min(high + 2, sensor::kAdcTop + 1) + sensor::kAdcTop) / 2);

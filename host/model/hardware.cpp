@@ -11,7 +11,6 @@
 namespace flexor::model {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using io::InputError;
 
 constexpr const char* kHardwareSchema = "flexor-hardware";
@@ -37,7 +36,7 @@ int pin_of(const Json& json, const PinRange& range, const std::string& name) {
   for (int pin = range.first; pin <= range.last; ++pin) {
     if (text == pin_text(range, pin)) return pin;
   }
-  throw InputError(fmt::format("pins: {}: {}: {}", name, io::dump_line(json), range.rule));
+  throw InputError("pins: {}: {}: {}", name, io::dump_line(json), range.rule);
 }
 
 // Each pin that is in use, with the first user; two users of one are an error.
@@ -46,8 +45,8 @@ void check_pins(const Pins& pins) {
   const auto use = [&](const PinRange& range, int pin, const std::string& name) {
     const auto [user, is_new] = users.emplace(pin_text(range, pin), name);
     if (!is_new)
-      throw InputError(fmt::format("pins: {} and {} are both on {}: give each a pin of its own", user->second,
-                                   name, user->first));
+      throw InputError("pins: {} and {} are both on {}: give each a pin of its own", user->second, name,
+                       user->first);
   };
   for (std::size_t i = 0; i < kFingers; ++i) use(kAnalog, pins.strip[i], finger_names()[i]);
   for (std::size_t i = 0; pins.joystick && i < 2; ++i)
@@ -95,7 +94,7 @@ const std::array<const char*, 2> kSensorKinds = {"flex", "potentiometer"};
 SensorKind sensor_kind(const std::string& name) {
   const auto it = std::ranges::find(kSensorKinds, name);
   if (it == kSensorKinds.end())
-    throw InputError(fmt::format("\"sensor\" is \"{}\"; it must be flex or potentiometer", name));
+    throw InputError("\"sensor\" is \"{}\"; it must be flex or potentiometer", name);
   return static_cast<SensorKind>(it - kSensorKinds.begin());
 }
 
@@ -173,8 +172,8 @@ void check(const Hardware& h) {
       for (const auto& [upper, upper_deg] : {std::pair("hand.upper_deg", h.hand_upper_deg[i]),
                                              std::pair("loop.upper_deg", h.loop_upper_deg)}) {
         if (!(lower_deg < upper_deg))
-          throw InputError(fmt::format("{}: {}, {:g}, must be below {}, {:g}", finger_names()[i], lower,
-                                       lower_deg, upper, upper_deg));
+          throw InputError("{}: {}, {:g}, must be below {}, {:g}", finger_names()[i], lower, lower_deg, upper,
+                           upper_deg);
       }
     }
   }
@@ -185,8 +184,7 @@ Hardware preset(const std::string& name) {
   Hardware out;
   if (name == "flexor") return out;
   if (name != "lucidgloves")
-    throw InputError(
-        fmt::format("{}: is no file, nor a hardware preset; those are flexor and lucidgloves", name));
+    throw InputError("{}: is no file, nor a hardware preset; those are flexor and lucidgloves", name);
   out.source = name;
   out.sensor = SensorKind::potentiometer;
   std::ranges::reverse(out.pins.strip);

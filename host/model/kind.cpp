@@ -5,7 +5,7 @@
 namespace flexor::model {
 
 void Place::require(bool good, const std::string& rule) const {
-  if (!good) throw io::InputError(fmt::format("{}: {}", where, rule));
+  if (!good) throw io::InputError("{}: {}", where, rule);
 }
 
 void Place::readings(std::span<const double> values) const {
@@ -23,7 +23,7 @@ void Place::rate(double rate_rad_s, const char* name) const {
 bool fits(double value, int fraction) { return std::abs(std::round(std::ldexp(value, fraction))) <= 32767; }
 
 void FixedFormat::does_not_fit(const std::string& what) const {
-  throw io::InputError(fmt::format("{}: {} does not fit the fixed-point format", where, what));
+  throw io::InputError("{}: {} does not fit the fixed-point format", where, what);
 }
 
 std::int16_t FixedFormat::number(const char* what, double value, int fraction) const {

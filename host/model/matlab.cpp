@@ -253,12 +253,12 @@ void check_function_name(const std::string& name, const std::string& code) {
       !name.empty() && name.size() <= kMost && std::isalpha(static_cast<unsigned char>(name[0])) != 0 &&
       name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_") == name.npos;
   if (!is_word)
-    throw io::InputError(fmt::format(
+    throw io::InputError(
         "MATLAB has no function \"{}\": letters, digits and underscores, the first a letter, {} at most",
-        io::one_line(name), kMost));
+        io::one_line(name), kMost);
   if (has_word(kWords, name) || has_word(code, name))
-    throw io::InputError(fmt::format(
-        "\"{0}\" has a meaning in MATLAB or in the function itself: another name, as my_{0}", name));
+    throw io::InputError("\"{0}\" has a meaning in MATLAB or in the function itself: another name, as my_{0}",
+                         name);
 }
 
 }  // namespace

@@ -17,8 +17,6 @@
 
 namespace flexor::model {
 
-using Json = nlohmann::ordered_json;
-
 // Of a number its value, which the reader checks; of a text or a list its length, which the kind's own check does.
 struct Bounds {
   double least = -std::numeric_limits<double>::infinity();

@@ -21,8 +21,8 @@ std::string place_of(const Block& block) { return fmt::format("{}: {}", block.to
 
 void check_name(const std::string& name, const std::string& what) {
   if (!is_name(name)) {
-    throw InputError(fmt::format("{} {} needs a name of 1 to {} characters without line breaks", what,
-                                 Json(io::to_utf8(name)).dump(), kMaxName));
+    throw InputError("{} {} needs a name of 1 to {} characters without line breaks", what,
+                     Json(io::to_utf8(name)).dump(), kMaxName);
   }
 }
 
@@ -101,8 +101,8 @@ void check_joints(const Model& model) {
 
 void check_period(const Model& model) {
   if (!(model.sample_period_s >= kMinPeriod_s && model.sample_period_s <= kMaxPeriod_s)) {
-    throw InputError(fmt::format("sample_period_s ({:g}) must be positive, between {:g} and {:g} s",
-                                 model.sample_period_s, kMinPeriod_s, kMaxPeriod_s));
+    throw InputError("sample_period_s ({:g}) must be positive, between {:g} and {:g} s",
+                     model.sample_period_s, kMinPeriod_s, kMaxPeriod_s);
   }
   if (!(model.max_gap_s >= 0) || !std::isfinite(model.max_gap_s)) {
     throw InputError("max_gap_s must be a number of seconds, not negative");
@@ -160,7 +160,7 @@ std::string finger(std::string_view name) {
   if (name == "little") return "pinky";
   const auto& names = finger_names();
   if (std::ranges::find(names, name) != names.end()) return std::string(name);
-  throw InputError(fmt::format("unknown finger \"{}\"; known: {}", name, fmt::join(names, ", ")));
+  throw InputError("unknown finger \"{}\"; known: {}", name, fmt::join(names, ", "));
 }
 
 bool is_name(std::string_view name) {
@@ -174,8 +174,8 @@ std::string joint_name(std::string_view name) {
   });
   if (!good) {
     throw InputError(
-        fmt::format("a joint cannot be called \"{}\": letters, digits and underscores, as index or index_mcp",
-                    io::to_utf8(name)));
+        "a joint cannot be called \"{}\": letters, digits and underscores, as index or index_mcp",
+        io::to_utf8(name));
   }
   const auto end = name.find('_');
   const std::string_view first = name.substr(0, end);
@@ -187,8 +187,8 @@ std::string joint_name(std::string_view name) {
 
 std::vector<std::string> columns_of(const Model& model, const std::vector<std::string>& given) {
   if (!given.empty() && given.size() != model.inputs.size()) {
-    throw InputError(fmt::format("the model has {} input(s), {} --input given; name one for each, in order",
-                                 model.inputs.size(), given.size()));
+    throw InputError("the model has {} input(s), {} --input given; name one for each, in order",
+                     model.inputs.size(), given.size());
   }
   if (!given.empty()) return given;
   std::vector<std::string> out;
@@ -201,13 +201,13 @@ Graph::Graph(const Model& model) {
   const auto name = [&](const std::string& signal, const std::string& what) {
     check_name(signal, what);
     if (!signals.emplace(signal, signals.size()).second) {
-      throw InputError(fmt::format("{}: two signals have this name; rename one", signal));
+      throw InputError("{}: two signals have this name; rename one", signal);
     }
   };
   const auto find = [&](const std::string& signal, const std::string& where) {
     const auto it = signals.find(signal);
     if (it != signals.end()) return it->second;
-    throw InputError(fmt::format("{}: no signal \"{}\" comes before it", where, signal));
+    throw InputError("{}: no signal \"{}\" comes before it", where, signal);
   };
   for (const Input& input : model.inputs) {
     name(input.name, "input");
@@ -217,9 +217,8 @@ Graph::Graph(const Model& model) {
   for (const Block& block : model.blocks) {
     const std::size_t wanted = inputs_of(block.kind);
     if (block.from.size() != wanted || wanted == 0 || wanted > kMaxTerms) {
-      throw InputError(fmt::format("{}: takes 1 to {} signals, a weight for each; \"from\" has {}",
-                                   place_of(block), std::holds_alternative<Sum>(block.kind) ? kMaxTerms : 1,
-                                   block.from.size()));
+      throw InputError("{}: takes 1 to {} signals, a weight for each; \"from\" has {}", place_of(block),
+                       std::holds_alternative<Sum>(block.kind) ? kMaxTerms : 1, block.from.size());
     }
     std::vector<std::size_t> taken;
     std::set<std::size_t> sensors;
@@ -240,8 +239,7 @@ Graph::Graph(const Model& model) {
     const std::size_t at = find(one.from, fmt::format("{}: joint", one.name));
     if (at < model.inputs.size() ||
         !std::holds_alternative<Saturation>(model.blocks[at - model.inputs.size()].kind)) {
-      throw InputError(
-          fmt::format("{}: joint: must come from a saturation; an angle needs limits", one.name));
+      throw InputError("{}: joint: must come from a saturation; an angle needs limits", one.name);
     }
     joint.push_back(at);
   }
@@ -275,7 +273,7 @@ void check(const Model& model) {
   if (model.inputs.empty()) throw InputError("a model needs at least one input");
   const auto at_most = [](std::size_t count, const char* what) {
     if (count > kMaxBlocks) {
-      throw InputError(fmt::format("a model of {} {}: at most {} can be meant", count, what, kMaxBlocks));
+      throw InputError("a model of {} {}: at most {} can be meant", count, what, kMaxBlocks);
     }
   };
   at_most(model.inputs.size(), "inputs");
@@ -319,7 +317,7 @@ Model from_json(const std::string& text, const std::string& source) {
   try {
     check(model);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", source, error.what()));
+    throw InputError("{}: {}", source, error.what());
   }
   return model;
 }

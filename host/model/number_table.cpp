@@ -11,7 +11,6 @@
 namespace flexor::model {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using io::InputError;
 
 const Number* find(const Numbers& numbers, const std::string& name) {
@@ -28,7 +27,7 @@ const Number* find(const Numbers& numbers, const std::string& name) {
   if (near.empty()) {
     for (const Number& n : numbers) near.emplace_back(n.name);
   }
-  throw InputError(fmt::format("unknown parameter \"{}\"; known: {}", name, fmt::join(near, ", ")));
+  throw InputError("unknown parameter \"{}\"; known: {}", name, fmt::join(near, ", "));
 }
 
 // "radio.loss", or one finger's: "hand.lower_deg.index".
@@ -43,8 +42,7 @@ std::span<double> place(const Numbers& numbers, const std::string& name) {
 void read_value(const Json& value, const Number& number) {
   const bool each = number.values.size() > 1;
   const auto fail = [&] {
-    throw InputError(
-        fmt::format("\"value\" must be a number{}", each ? " or an object with one for each finger" : ""));
+    throw InputError("\"value\" must be a number{}", each ? " or an object with one for each finger" : "");
   };
   if (value.is_number()) {
     std::ranges::fill(number.values, value.get<double>());
@@ -55,7 +53,7 @@ void read_value(const Json& value, const Number& number) {
   for (const auto& item : value.items()) {
     if (!item.value().is_number()) fail();
     const std::size_t i = finger_index(item.key());
-    if (given[i]) throw InputError(fmt::format("\"value\" gives {} twice; remove one", finger_names()[i]));
+    if (given[i]) throw InputError("\"value\" gives {} twice; remove one", finger_names()[i]);
     given[i] = true;
     number.values[i] = item.value().get<double>();
   }
@@ -120,21 +118,21 @@ void check(const Numbers& numbers) {
   for (const Number& n : numbers) {
     for (const double value : n.values) {
       if (value >= n.min && value <= n.max) continue;
-      throw InputError(fmt::format("{}: {} {} is impossible; it must lie between {} and {}", n.name, value,
-                                   n.unit, n.min, n.max));
+      throw InputError("{}: {} {} is impossible; it must lie between {} and {}", n.name, value, n.unit, n.min,
+                       n.max);
     }
   }
 }
 
 void assign(const Numbers& numbers, const std::string& assignment) {
   const auto equals = assignment.find('=');
-  if (equals == std::string::npos) throw InputError(fmt::format("\"{}\": write name=value", assignment));
+  if (equals == std::string::npos) throw InputError("\"{}\": write name=value", assignment);
   const std::string name = assignment.substr(0, equals);
   const std::string text = assignment.substr(equals + 1);
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size())
-    throw InputError(fmt::format("{}: \"{}\" is not a number", name, text));
+    throw InputError("{}: \"{}\" is not a number", name, text);
   std::ranges::fill(place(numbers, name), value);
 }
 

@@ -56,9 +56,8 @@ void add_strips(const Model& model, const Graph& graph, Wiring& out) {
     if (model.inputs[i].strip.empty()) continue;
     const std::size_t finger = index_of(model.inputs[i].strip);
     if (out.input[finger]) {
-      throw io::InputError(fmt::format("inputs {} and {}: both say that they are the {}'s strip",
-                                       model.inputs[*out.input[finger]].name, model.inputs[i].name,
-                                       names[finger]));
+      throw io::InputError("inputs {} and {}: both say that they are the {}'s strip",
+                           model.inputs[*out.input[finger]].name, model.inputs[i].name, names[finger]);
     }
     take(i, finger);
   }
@@ -70,7 +69,7 @@ void add_strips(const Model& model, const Graph& graph, Wiring& out) {
     if (strip[i]) continue;
     const auto free = std::ranges::find(out.input, std::optional<std::size_t>());
     if (free == out.input.end())
-      throw io::InputError(fmt::format("input {}: a glove has five strips", model.inputs[i].name));
+      throw io::InputError("input {}: a glove has five strips", model.inputs[i].name);
     take(i, static_cast<std::size_t>(free - out.input.begin()));
   }
   for (const auto& finger : strip) out.strip.push_back(*finger);
@@ -88,8 +87,8 @@ Wiring wiring_of(const Model& model) {
   const auto& names = finger_names();
   for (std::size_t i = 0; i < kFingers; ++i) out.joint[i] = joint_of(model, names[i]);
   if (std::ranges::none_of(out.joint, [](const auto& joint) { return joint.has_value(); })) {
-    throw io::InputError(fmt::format("none of the model's joints is a finger's ({}): a board moves {}",
-                                     model.joints.front().name, fmt::join(names, ", ")));
+    throw io::InputError("none of the model's joints is a finger's ({}): a board moves {}",
+                         model.joints.front().name, fmt::join(names, ", "));
   }
   add_strips(model, graph, out);
   for (std::size_t f = 0; f < kFingers; ++f) {

@@ -1,7 +1,5 @@
 #include "host/posture/complete.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -41,11 +39,11 @@ std::vector<Index> inputs_of(std::uint32_t mask) {
 void require_inputs(const std::vector<Input>& inputs) {
   constexpr std::size_t kMost = 30;
   if (inputs.empty()) throw io::InputError("no input: name the sensed columns with --from");
-  if (inputs.size() > kMost) throw io::InputError(fmt::format("{} inputs; at most {}", inputs.size(), kMost));
+  if (inputs.size() > kMost) throw io::InputError("{} inputs; at most {}", inputs.size(), kMost);
   std::set<std::vector<int>> seen;
   for (const Input& input : inputs) {
     if (!seen.insert(input.joints).second) {
-      throw io::InputError(fmt::format("input \"{}\" is there twice; name it once", input.name));
+      throw io::InputError("input \"{}\" is there twice; name it once", input.name);
     }
   }
 }

@@ -25,15 +25,14 @@ std::string column_of(std::string_view name) { return fmt::format("{}_deg", name
 int joint_of(const std::string& name, const std::string& where) {
   const auto joint = find_joint(name);
   if (joint) return *joint;
-  throw io::InputError(
-      fmt::format("{}: \"{}\" is no joint; joints are: {}", where, name, fmt::join(kJointNames, ", ")));
+  throw io::InputError("{}: \"{}\" is no joint; joints are: {}", where, name, fmt::join(kJointNames, ", "));
 }
 
 Input bend_of(const std::string& text) {
   const std::string where = fmt::format("--bends {}", text);
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) {
-    throw io::InputError(fmt::format("{}: write NAME=JOINT+JOINT, as index=index_mcp+index_pip", where));
+    throw io::InputError("{}: write NAME=JOINT+JOINT, as index=index_mcp+index_pip", where);
   }
   Input bend{text.substr(0, equals), {}};
   for (std::size_t begin = equals + 1; begin <= text.size();) {
@@ -43,7 +42,7 @@ Input bend_of(const std::string& text) {
   }
   std::ranges::sort(bend.joints);
   if (std::ranges::adjacent_find(bend.joints) != bend.joints.end()) {
-    throw io::InputError(fmt::format("{}: a joint twice; a strip bends over it once", where));
+    throw io::InputError("{}: a joint twice; a strip bends over it once", where);
   }
   return bend;
 }
@@ -79,8 +78,8 @@ bool flexes(int joint) {
 void require_one_sign(const Plan& plan, const Input& bend) {
   for (const int joint : bend.joints) {
     if (plan.sign[joint] == plan.sign[bend.joints.front()]) continue;
-    throw io::InputError(
-        fmt::format("--bends {}: with --flexion positive only joints that flex can be summed", bend.name));
+    throw io::InputError("--bends {}: with --flexion positive only joints that flex can be summed",
+                         bend.name);
   }
 }
 
@@ -92,15 +91,15 @@ void require_named(const Input& bend, const CompleteOptions& options) {
   if (named(bend.name)) return;
   for (const int joint : bend.joints) {
     if (named(joint_name(joint))) continue;
-    throw io::InputError(fmt::format(
+    throw io::InputError(
         "--bends {0}: --from names neither {0}_deg nor {1}_deg: name the bend, or all of its joints' columns",
-        bend.name, joint_name(joint)));
+        bend.name, joint_name(joint));
   }
 }
 
 void add_part(Plan& plan, const std::string& name, int joint, const CompleteOptions& options) {
   if (!options.ends_deg.empty() && !options.ends_deg.contains(name))
-    throw io::InputError(fmt::format("--from: --model has no joint {}: leave it out", name));
+    throw io::InputError("--from: --model has no joint {}: leave it out", name);
   plan.parts.back().push_back(plan.place(name, joint, options));
 }
 
@@ -251,15 +250,15 @@ Completion complete_table(const Posture& posture, recording::LogReader& table, c
     sink(text_of(plan, row.t_s, estimate));
     progress(completion.rows);
   }
-  if (completion.rows == 0) throw io::InputError(fmt::format("{}: no row below the header", table.name()));
+  if (completion.rows == 0) throw io::InputError("{}: no row below the header", table.name());
   const auto has_none = [&](const Completion::OfInput& input) {
     return input.rows[static_cast<std::size_t>(Quality::missing)] +
                input.rows[static_cast<std::size_t>(Quality::implausible)] ==
            completion.rows;
   };
   if (std::ranges::all_of(completion.inputs, has_none))
-    throw io::InputError(
-        fmt::format("{}: no row has a plausible angle of {}", table.name(), recording::listed(options.from)));
+    throw io::InputError("{}: no row has a plausible angle of {}", table.name(),
+                         recording::listed(options.from));
   finish(completer, completion);
   completion.notes = table.notes();
   completion.left_out_rmse_deg = completer.left_out_rmse_deg();

@@ -107,9 +107,8 @@ void check_span(const Series& series) {
   for (std::size_t i = 1; i < t.size(); ++i) {
     if (t[i] - t[i - 1] > t[widest] - t[widest - 1]) widest = i;
   }
-  throw io::JobError(
-      fmt::format("a log pauses from {:.1f} s to {:.1f} s, far longer than it runs: cut it there",
-                  t[widest - 1], t[widest]));
+  throw io::JobError("a log pauses from {:.1f} s to {:.1f} s, far longer than it runs: cut it there",
+                     t[widest - 1], t[widest]);
 }
 
 // Of each value of the sensor its bin, of so many of equal count.
@@ -372,11 +371,11 @@ void check_drift(Alignment& result) {
   const double error_ppm = 2e6 * std::max(scatter, kQuarterError_s) / result.overlap_s;
   const bool enough = x.size() == 4 && result.overlap_s >= kMinMismatchOverlap_s;
   if (enough && clear && std::abs(ppm) - error_ppm > kMaxDrift_ppm) {
-    throw io::JobError(fmt::format(
+    throw io::JobError(
         "the recordings do not belong together: one clock would have to run {:.1f} % {} than the "
         "other ({:+.0f} ppm), real ones stay within 1 %; are they of the same take and is each time "
         "column in the right unit?",
-        std::abs(ppm) / 1e4, ppm > 0 ? "faster" : "slower", ppm));
+        std::abs(ppm) / 1e4, ppm > 0 ? "faster" : "slower", ppm);
   }
   if (std::abs(ppm) > kMaxDrift_ppm) {  // no clock, and too short or too unclear to refuse it
     if (clear) {
@@ -467,9 +466,9 @@ std::pair<double, Rivals> find_lag(const Series& sensor, const Series& reference
   const Scan scanned = scan(sensed, scales.bins, seen, scales.min_overlap_s * kRate_hz);
   if (scanned.score.empty()) {
     throw io::JobError(
-        fmt::format("overlap too short: the recordings last {:.1f} s and {:.1f} s, alignment needs "
-                    "{:.1f} s of common motion; record longer",
-                    duration_s(sensor), duration_s(reference), scales.min_overlap_s));
+        "overlap too short: the recordings last {:.1f} s and {:.1f} s, alignment needs "
+        "{:.1f} s of common motion; record longer",
+        duration_s(sensor), duration_s(reference), scales.min_overlap_s);
   }
   auto best = static_cast<std::size_t>(std::ranges::max_element(scanned.score) - scanned.score.begin());
   if (const auto tapped = tapped_lag(sensor, reference, scanned, best)) {
@@ -479,10 +478,10 @@ std::pair<double, Rivals> find_lag(const Series& sensor, const Series& reference
   result.eta_squared = scanned.eta_squared[best];
   if (result.eta_squared < kMinEtaSquared) {
     throw io::JobError(
-        fmt::format("the recordings do not correlate: at the best offset the sensor explains {:.0f} % "
-                    "of the reference, at least {:.0f} % are needed; are they of the same motion and "
-                    "finger?",
-                    100 * result.eta_squared, 100 * kMinEtaSquared));
+        "the recordings do not correlate: at the best offset the sensor explains {:.0f} % "
+        "of the reference, at least {:.0f} % are needed; are they of the same motion and "
+        "finger?",
+        100 * result.eta_squared, 100 * kMinEtaSquared);
   }
   Rivals rivals = rivals_of(scanned, best);
   if (rivals.strongest)

@@ -94,8 +94,8 @@ bool CsvReader::read_row(Row& row) {
     if (take == TableReader::Take::row) return true;
     require_good();
     if (!table_.refusal().empty())
-      throw InputError(fmt::format("{}: row {}: the rows of another glove: {}", source_, table_.line().number,
-                                   table_.refusal()));
+      throw InputError("{}: row {}: the rows of another glove: {}", source_, table_.line().number,
+                       table_.refusal());
     if (take != TableReader::Take::none) continue;
     if (has_ended_) return false;
     feed();
@@ -126,7 +126,7 @@ void MemoryReader::choose(const std::vector<std::string>& columns) {
   for (const Column& column : recording_->columns) {
     if (columns.empty() && holds_numbers(column)) chosen_.push_back(&column);
   }
-  if (chosen_.empty()) throw InputError(fmt::format("{}: no column of numbers", name()));
+  if (chosen_.empty()) throw InputError("{}: no column of numbers", name());
   names_.clear();
   units_.clear();
   for (const Column* column : chosen_) {
@@ -147,8 +147,7 @@ bool MemoryReader::next(Row& row) {
       const double value = column->value[k];
       row.value.push_back(value);
       if (!std::isnan(value) && !is_measurement(value))
-        throw InputError(
-            fmt::format("{}: row {}: column \"{}\": {} is no reading", name(), next_, column->name, value));
+        throw InputError("{}: row {}: column \"{}\": {} is no reading", name(), next_, column->name, value);
     }
     if (holes_.keeps(row.value, next_)) return true;
   }
@@ -185,13 +184,12 @@ namespace {
 void check_times(const Recording& recording) {
   if (recording.t_s.size() < 2) {
     const auto& notes = recording.warnings;
-    throw InputError(fmt::format("{}: {} row(s) of data; a recording needs at least two{}", recording.source,
-                                 recording.t_s.size(),
-                                 notes.empty() ? "" : notes.back().substr(recording.source.size())));
+    throw InputError("{}: {} row(s) of data; a recording needs at least two{}", recording.source,
+                     recording.t_s.size(), notes.empty() ? "" : notes.back().substr(recording.source.size()));
   }
   if (recording.t_s.front() == recording.t_s.back()) {
-    throw InputError(fmt::format("{}: row 3: time does not increase: it is {:g} s in every row",
-                                 recording.source, recording.t_s.front()));
+    throw InputError("{}: row 3: time does not increase: it is {:g} s in every row", recording.source,
+                     recording.t_s.front());
   }
 }
 
@@ -234,8 +232,8 @@ std::vector<Recording> read_segments(LogReader& reader, const TimeOptions& time)
     check_times(out[i]);
     if (const double took_s = out[i].t_s.back() - out[i].t_s.front();
         out.size() > 1 && took_s < kShortestTrial_s)
-      throw InputError(fmt::format("{}: {:.2g} s are no take: cut it out, or leave its label's cells empty",
-                                   out[i].source, took_s));
+      throw InputError("{}: {:.2g} s are no take: cut it out, or leave its label's cells empty",
+                       out[i].source, took_s);
   }
   return out;
 }

@@ -94,7 +94,7 @@ int LineReader::byte() {
     if (c != std::char_traits<char>::eof()) hash_ = (hash_ ^ static_cast<unsigned char>(c)) * kFnvPrime;
     return c;
   } catch (const std::ios_base::failure&) {  // such as that of a directory
-    throw io::InputError(fmt::format("{}: row {}: reading failed", source_, number_ + 1));
+    throw io::InputError("{}: row {}: reading failed", source_, number_ + 1);
   }
 }
 
@@ -108,9 +108,8 @@ bool LineReader::next(std::string& line) {
   }
   if (splitter_.is_too_long() && is_live_ && is_whole) splitter_.line() = "too_long";
   if (splitter_.is_too_long()) {
-    throw io::InputError(
-        fmt::format("{}: row {} does not end within a million bytes (\"{}\"): is this a log of text?",
-                    source_, number_ + 1, io::start_of(splitter_.line(), 40)));
+    throw io::InputError("{}: row {} does not end within a million bytes (\"{}\"): is this a log of text?",
+                         source_, number_ + 1, io::start_of(splitter_.line(), 40));
   }
   cut_off_ = !is_whole;
   if (!is_whole && !splitter_.end()) return false;

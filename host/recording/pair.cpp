@@ -57,10 +57,10 @@ void refuse_other_unit(const Series& fitted, const Range& valid, const Recording
       fitted.value, [&](double value) { return value < valid.min || value > valid.max; });
   if (static_cast<double>(outside) <= kMost * static_cast<double>(fitted.value.size())) return;
   const auto [low, high] = without_spikes(fitted.value);
-  throw InputError(fmt::format(
+  throw InputError(
       "{}: column \"{}\" reads {:g} to {:g}, outside of what counts can be ({:g} to {:g}): is it in "
       "another unit?",
-      sensor.source, column.name, low, high, valid.min, valid.max));
+      sensor.source, column.name, low, high, valid.min, valid.max);
 }
 
 // Holes of the log are what was read before, or else first, and gaps.
@@ -93,9 +93,8 @@ void check_size(const Recording& sensor, double rate_hz) {
   }
   const auto rows = static_cast<double>(sensor.t_s.size());
   if (seconds * rate_hz <= kMostSamples + kMostPerRow * rows) return;
-  throw InputError(
-      fmt::format("{}: {} readings in {:.0f} s are far too few for {:g} samples a second; lower --rate",
-                  sensor.source, sensor.t_s.size(), seconds, rate_hz));
+  throw InputError("{}: {} readings in {:.0f} s are far too few for {:g} samples a second; lower --rate",
+                   sensor.source, sensor.t_s.size(), seconds, rate_hz);
 }
 
 std::string beside(const std::string& column, const Unknown& unknown) {
@@ -115,7 +114,7 @@ void keep_rows(Recording& r, const std::function<bool(std::size_t)>& wanted) {
 }
 
 void require_rows(const Recording& r, const std::string& column) {
-  if (r.t_s.size() < 2) throw JobError(fmt::format("{}: {} has hardly any reading", r.source, column));
+  if (r.t_s.size() < 2) throw JobError("{}: {} has hardly any reading", r.source, column);
 }
 
 // An angle that jumps by a turn at the end of one goes on; its middle is then within half a turn of where it jumps.
@@ -279,17 +278,17 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
   (void)recording.column(name);
   const auto wanted = known_unit(stated);
   if (!stated.empty() && (!wanted || (*wanted != "deg" && *wanted != "rad"))) {
-    throw InputError(fmt::format("unit \"{}\" of the angle: deg or rad", stated));
+    throw InputError("unit \"{}\" of the angle: deg or rad", stated);
   }
   if (const std::string other = unknown_angle_unit(name); it->unit.empty() && !other.empty()) {
     const bool grad = lower(other) == "grad";
     if (!grad || !wanted)
-      throw InputError(fmt::format(
+      throw InputError(
           "{}: column \"{}\" is in \"{}\" by its name: an angle in deg or rad is needed{}", recording.source,
           name, other,
           grad ? "; degrees in German, gon in English: --output-unit deg where the command has it, or "
                  "rename the column to end in _deg"
-               : ""));
+               : "");
   }
   if (it->unit.empty() && !wanted) {
     const auto [low, high] = std::ranges::minmax(it->value);
@@ -302,17 +301,17 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
   state_unit(recording, name, stated);
   const std::string unit = it->unit.empty() ? "deg" : it->unit;
   if (unit != "deg" && unit != "rad") {
-    throw InputError(fmt::format("{}: column \"{}\" is in {}: an angle in deg or rad is needed",
-                                 recording.source, name, unit));
+    throw InputError("{}: column \"{}\" is in {}: an angle in deg or rad is needed", recording.source, name,
+                     unit);
   }
   it->unit = "deg";
   if (unit == "rad") {
     if (std::ranges::any_of(it->value, [](double v) { return std::abs(v) > kMostAngle_rad; })) {
       throw InputError(
-          fmt::format("{}: column \"{}\" has more than two turns in radians: are these degrees? An OpenSim "
-                      "file then says "
-                      "inDegrees=yes above its columns",
-                      recording.source, name));
+          "{}: column \"{}\" has more than two turns in radians: are these degrees? An OpenSim "
+          "file then says "
+          "inDegrees=yes above its columns",
+          recording.source, name);
     }
     for (double& v : it->value) v *= 180 / std::numbers::pi;
     recording.warnings.push_back(
@@ -325,13 +324,13 @@ void state_unit(Recording& recording, const std::string& column, const std::stri
   if (stated.empty()) return;
   const auto asked = known_unit(stated);
   if (!asked) {
-    throw InputError(fmt::format("unknown unit \"{}\"; known: count, V, mV, ohm, kohm, deg, rad", stated));
+    throw InputError("unknown unit \"{}\"; known: count, V, mV, ohm, kohm, deg, rad", stated);
   }
   (void)recording.column(column);
   std::string& unit = std::ranges::find(recording.columns, column, &Column::name)->unit;
   if (!unit.empty() && unit != *asked) {
-    throw InputError(fmt::format("{}: column \"{}\" is in {} by its name, in {} by the option: which?",
-                                 recording.source, column, unit, *asked));
+    throw InputError("{}: column \"{}\" is in {} by its name, in {} by the option: which?", recording.source,
+                     column, unit, *asked);
   }
   unit = *asked;
 }
@@ -380,9 +379,9 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   const auto last = std::ranges::upper_bound(a.t_s, reference.t_s.back() - shift_s);
   if (last - first < 2 || !(*(last - 1) - *first > 1)) {
     throw JobError(
-        fmt::format("with a clock offset of {:+.2f} s the recordings do not overlap; leave the offset "
-                    "out to find it from the signals",
-                    a.clock_offset_s));
+        "with a clock offset of {:+.2f} s the recordings do not overlap; leave the offset "
+        "out to find it from the signals",
+        a.clock_offset_s);
   }
   a.overlap_begin = static_cast<std::size_t>(first - a.t_s.begin());
   const auto size = static_cast<std::size_t>(last - a.t_s.begin());

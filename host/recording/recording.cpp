@@ -1,7 +1,5 @@
 #include "host/recording/recording.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,7 +16,7 @@ const Column& Recording::column(std::string_view name) const {
   if (it != columns.end()) return *it;
   std::vector<std::string> names;
   for (const Column& c : columns) names.push_back(c.name);
-  throw io::InputError(fmt::format("{}: no column \"{}\"; there are: {}", source, name, listed(names)));
+  throw io::InputError("{}: no column \"{}\"; there are: {}", source, name, listed(names));
 }
 
 bool share_a_clock(const Recording& one, const Recording& other) {
@@ -35,11 +33,10 @@ void require_change(const Recording& recording, std::string_view name, std::stri
   std::vector<double> values = recording.column(name).value;
   std::erase_if(values, [](double value) { return std::isnan(value); });
   if (values.empty())
-    throw io::InputError(fmt::format("{}: column \"{}\" has no reading; {}", recording.source, name, hint));
+    throw io::InputError("{}: column \"{}\" has no reading; {}", recording.source, name, hint);
   const auto [low, high] = std::ranges::minmax(values);
   if (high > low) return;
-  throw io::InputError(
-      fmt::format("{}: column \"{}\" never changes (always {}); {}", recording.source, name, low, hint));
+  throw io::InputError("{}: column \"{}\" never changes (always {}); {}", recording.source, name, low, hint);
 }
 
 }  // namespace flexor::recording

@@ -154,12 +154,11 @@ void Stream::start_again(Row row) {
   if (source_.is_live() && (too_often || last_s_ - row.t_s < kLate_s)) return leave_out(row, back_);
   resets_seen_.add(row);
   if (resets_ == Resets::refuse || too_often) {
-    throw InputError(
-        fmt::format("{}: {}: time does not increase ({:g} s, then {:g} s, and it goes on from there): {}",
-                    source_.name(), row_name(row.line), last_s_, row.t_s,
-                    mend(too_often ? kSort
-                                   : "the clock was reset; cut the log there and use one part, or let "
-                                     "identify take each for a trial: --segment clock")));
+    throw InputError("{}: {}: time does not increase ({:g} s, then {:g} s, and it goes on from there): {}",
+                     source_.name(), row_name(row.line), last_s_, row.t_s,
+                     mend(too_often ? kSort
+                                    : "the clock was reset; cut the log there and use one part, or let "
+                                      "identify take each for a trial: --segment clock"));
   }
   shift_s_ += last_s_ + last_step_s_ - row.t_s;
   row.t_s = last_s_ + last_step_s_;
@@ -170,9 +169,8 @@ void Stream::leave_out(const Row& row, Count& count) {
   count.add(row);
   if (source_.is_live() || is_forgiven(ahead_.rows + back_.rows)) return;
   if (first_steps_s_.size() >= 2) check_unit();
-  throw InputError(
-      fmt::format("{}: {}: time does not increase (at least {} rows do not follow the one before); {}",
-                  source_.name(), row_name(count.first_line), ahead_.rows + back_.rows, mend(kSort)));
+  throw InputError("{}: {}: time does not increase (at least {} rows do not follow the one before); {}",
+                   source_.name(), row_name(count.first_line), ahead_.rows + back_.rows, mend(kSort));
 }
 
 bool Stream::is_forgiven(std::size_t odd) const {
@@ -196,10 +194,10 @@ void Stream::check_unit() const {
   const double longest_s = times.is_unit_known ? kLongestStep_s : kLongestUnsaid_s;
   if (middle >= kShortestStep_s && middle <= longest_s) return;
   if (middle >= kShortestStep_s && middle <= kLongestStep_s)
-    throw InputError(fmt::format(
+    throw InputError(
         "{}: time steps of {:.4g}, and nothing says of what: milliseconds, --time-unit ms; seconds, "
         "--time-unit s; or rows, which --log-rate 50 gives a second",
-        source_.name(), middle));
+        source_.name(), middle);
   std::string mend = "is the time column in the unit that it states?";
   static constexpr std::array<std::pair<const char*, const char*>, 4> kUnits = {
       {{"s", "seconds"}, {"ms", "milliseconds"}, {"us", "microseconds"}, {"ns", "nanoseconds"}}};
@@ -217,8 +215,7 @@ void Stream::check_unit() const {
         "are these days, as a spreadsheet counts them? show them there as hh:mm:ss.000, or as seconds, and "
         "save anew";
   if (times.are_guessed) mend += std::string("; ") + kNoTimes;
-  throw InputError(
-      fmt::format("{}: time steps of {:.4g} s, which no glove log has: {}", source_.name(), middle, mend));
+  throw InputError("{}: time steps of {:.4g} s, which no glove log has: {}", source_.name(), middle, mend);
 }
 
 std::vector<std::string> Stream::notes() const {

@@ -1,7 +1,5 @@
 #include "host/recording/whole_seconds.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -80,10 +78,10 @@ void WholeSeconds::look_ahead(Row row, const Read& read, const std::string& sour
   const auto unlike =
       std::ranges::count_if(rows, [&](std::size_t n) { return n > kUnlike * most || kUnlike * n < most; });
   if (unlike > 1) {
-    throw io::InputError(fmt::format(
+    throw io::InputError(
         "{}: row {}: the times are whole seconds, {} to {} rows in each: nobody knows when these were; log "
         "fractions of a second, or milliseconds (time_ms)",
-        source, seconds.front().front().line, rows.front(), rows.back()));
+        source, seconds.front().front().line, rows.front(), rows.back());
   }
   per_second_ = most;
   for (std::size_t i = 0; i < seconds.size(); ++i)

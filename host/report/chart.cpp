@@ -12,8 +12,6 @@
 namespace flexor::report {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr const char* kStyles[] = {"line", "points", "steps", "intervals"};
 constexpr const char* kEndings[] = {"svg", "pdf"};
 

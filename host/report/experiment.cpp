@@ -251,8 +251,8 @@ void add_trial(Page& page, const Saved& saved, const Experiment& e, std::size_t 
     const std::string file = fmt::format("traces/motion{}_compensator{}.csv", m + 1, runs.size() + 1);
     const auto& t_s = runs.emplace_back(saved.columns(file)).at("t_s");
     if (t_s.size() < 2 || t_s.size() != runs.front().at("t_s").size())
-      throw io::InputError(fmt::format("{}: ends after {} rows: it was cut off; run the job again",
-                                       (saved.folder() / file).string(), t_s.size()));
+      throw io::InputError("{}: ends after {} rows: it was cut off; run the job again",
+                           (saved.folder() / file).string(), t_s.size());
   }
   Chart response{{fmt::format("response_{}", m + 1), "Response",
                   "One trial, as the cameras saw it: the finger, and the hand with each compensator."},

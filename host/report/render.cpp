@@ -1,7 +1,5 @@
 #include "host/report/render.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <regex>
 
@@ -37,10 +35,10 @@ void render(const std::filesystem::path& folder, const std::atomic<bool>* stop, 
       why = error.what();
     }
     throw io::InputError(
-        fmt::format("{}: results of another version of flexor, or changed by hand ({}); run the job again",
-                    (folder / "results.json").string(), why));
+        "{}: results of another version of flexor, or changed by hand ({}); run the job again",
+        (folder / "results.json").string(), why);
   }
-  throw io::InputError(fmt::format("{}: results of an unknown job \"{}\"", folder.string(), wanted));
+  throw io::InputError("{}: results of an unknown job \"{}\"", folder.string(), wanted);
 }
 
 std::string summary(const std::string& kind, const Json& results) {

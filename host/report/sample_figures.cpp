@@ -112,7 +112,7 @@ Samples read_samples(const Saved& saved, const std::string& file) {
             c["pair"]};
   s.pair.resize(s.size(), 1);
   if (s.size() < 3 || std::ranges::find(s.held_out, 1.0) == s.held_out.end())
-    throw io::InputError(fmt::format("{}: {} holds no held-out part", saved.folder().string(), file));
+    throw io::InputError("{}: {} holds no held-out part", saved.folder().string(), file);
   return s;
 }
 

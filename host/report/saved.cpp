@@ -1,7 +1,5 @@
 #include "host/report/saved.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -32,16 +30,16 @@ Saved::Saved(std::filesystem::path folder, const std::atomic<bool>* stop, bool d
   const auto path = folder_ / "results.json";
   if (!std::filesystem::is_regular_file(path)) {
     throw io::InputError(
-        fmt::format("{}: no results.json: give a folder that identify --report, experiment --out, track "
-                    "--report, deploy or latency --out has written",
-                    folder_.string()));
+        "{}: no results.json: give a folder that identify --report, experiment --out, track "
+        "--report, deploy or latency --out has written",
+        folder_.string());
   }
   results_ = io::parse_json(io::read_document(path), path.string());
   if (!results_.is_object() || !results_.contains("kind") || !results_.at("kind").is_string()) {
     throw io::InputError(
-        fmt::format("{}: says of no kind of job that its results are: it was written by another version of "
-                    "flexor; run the job again",
-                    path.string()));
+        "{}: says of no kind of job that its results are: it was written by another version of "
+        "flexor; run the job again",
+        path.string());
   }
 }
 
@@ -52,7 +50,7 @@ void Saved::go_on() const {
 std::string Saved::read(const std::string& file) const {
   const auto path = folder_ / file;
   if (!std::filesystem::is_regular_file(path))
-    throw io::InputError(fmt::format("{}: no such file; run the job again", path.string()));
+    throw io::InputError("{}: no such file; run the job again", path.string());
   return io::read_file(path);
 }
 
@@ -60,7 +58,7 @@ const std::string& plain_name(const std::string& name) {
   const bool good = !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '_';
   });
-  if (!good) throw io::InputError(fmt::format("\"{}\" cannot be the name of a file", name));
+  if (!good) throw io::InputError("\"{}\" cannot be the name of a file", name);
   return name;
 }
 
@@ -86,8 +84,7 @@ Columns Saved::columns(const std::string& file) const {
       good = line[i].empty() || (error == std::errc() && stop == last);
     }
     if (!good)
-      throw io::InputError(
-          fmt::format("{}: row {}: not {} numbers", (folder_ / file).string(), row, names.size()));
+      throw io::InputError("{}: row {}: not {} numbers", (folder_ / file).string(), row, names.size());
   }
   Columns out;
   for (std::size_t i = 0; i < names.size(); ++i) out[names[i]] = std::move(values[i]);

@@ -172,14 +172,14 @@ Score compare(const Angles& measured, const Angles& estimated) {
     left_out += *next > now && *next - *(next - 1) > estimated.max_gap_s;
   }
   if (t_s.size() < 2 || t_s.back() - t_s.front() < kMinOverlap_s) {
-    throw io::InputError(fmt::format(
+    throw io::InputError(
         "the two overlap by less than {:g} s: measured {:.1f} to {:.1f} s, estimated {:.1f} to {:.1f} s",
         kMinOverlap_s, reference_t_s.front(), reference_t_s.back(), estimated.t_s.front(),
-        estimated.t_s.back()));
+        estimated.t_s.back());
   }
   if (const auto [least, most] = std::ranges::minmax(measured_deg); least == most) {
-    throw io::JobError(fmt::format(
-        "the measured angle is {:g} deg throughout: where nothing moves no fit can be told", least));
+    throw io::JobError("the measured angle is {:g} deg throughout: where nothing moves no fit can be told",
+                       least);
   }
   Score s = score(t_s, measured_deg, estimated_deg, std::max(measured.max_gap_s, estimated.max_gap_s));
   s.left_out = left_out;

@@ -1,7 +1,5 @@
 #include "host/study/bench.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "host/study/boards.hpp"
@@ -25,9 +23,9 @@ std::optional<twin::Motion> bench_motion(const std::string& name) {
   if (name == "rest") return std::nullopt;
   if (builtin().contains("gestures/" + name + ".json")) return carried_motion(name);
   throw io::InputError(
-      fmt::format("no motion \"{}\": rest, bends, calibration, held, ordinary, protocol, or 1 to 6 of the "
-                  "published gestures",
-                  name));
+      "no motion \"{}\": rest, bends, calibration, held, ordinary, protocol, or 1 to 6 of the "
+      "published gestures",
+      name);
 }
 
 std::string why_no_bootloader(const fs::path& hex) {

@@ -1,7 +1,5 @@
 #include "host/study/boards.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -64,8 +62,8 @@ std::vector<twin::Trial> Boards::simulate(const twin::TrialInput& input, std::ui
   const auto out = workers_.run("simulate", {{"input", input}, {"first", first}, {"count", count}})
                        .get<std::vector<twin::Trial>>();
   if (out.size() != static_cast<std::size_t>(count) || !std::ranges::all_of(out, is_sane)) {
-    throw io::JobError(fmt::format(
-        "the boards' simulation was asked for {} trials, and not as many of finite angles came back", count));
+    throw io::JobError(
+        "the boards' simulation was asked for {} trials, and not as many of finite angles came back", count);
   }
   return out;
 }

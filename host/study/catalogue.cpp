@@ -18,7 +18,6 @@
 namespace flexor::study {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using io::InputError;
 
 // alpha as it is: in degrees already. Nothing is refused, nothing limited but by the angles there are.
@@ -46,9 +45,9 @@ twin::Motion motion_file(const std::string& name, std::vector<std::string>& note
   if (path.extension() == ".csv") return csv_motion(io::read_file(path), path, notes);
   if (path.extension() == ".txt") return grasp_motion(io::read_file(path), path);
   throw InputError(
-      fmt::format("unknown gesture \"{}\"; known: 1 to 6, as 1-6 or 2,4; or a file: .json gesture, .csv or "
-                  ".txt recorded motion",
-                  name));
+      "unknown gesture \"{}\"; known: 1 to 6, as 1-6 or 2,4; or a file: .json gesture, .csv or "
+      ".txt recorded motion",
+      name);
 }
 
 // "2" or "2-4".
@@ -57,7 +56,7 @@ std::pair<int, int> gesture_range(const std::string& item) {
   const int from = item.front() - '0';
   const int to = item.back() - '0';
   if ((item.size() != 1 && !is_range) || from < 1 || to > kLastGesture || from > to)
-    throw InputError(fmt::format("unknown gesture \"{}\"; known: 1 to 6, as 1-6 or 2,4; or a file", item));
+    throw InputError("unknown gesture \"{}\"; known: 1 to 6, as 1-6 or 2,4; or a file", item);
   return {from, to};
 }
 
@@ -65,7 +64,7 @@ std::pair<int, int> gesture_range(const std::string& item) {
 
 Compensator compensator(const std::string& name, double rate_hz) {
   if (!(rate_hz >= 0.01 && rate_hz <= 1e5))  // what a model's period may be
-    throw InputError(fmt::format("a rate of {:g} Hz must lie between 0.01 and 100000 Hz", rate_hz));
+    throw InputError("a rate of {:g} Hz must lie between 0.01 and 100000 Hz", rate_hz);
   Compensator out{name, {}};
   if (name == "raw") {
     out.model = raw_model();
@@ -77,8 +76,8 @@ Compensator compensator(const std::string& name, double rate_hz) {
     out.model = model::load(name);
     out.name = io::to_utf8(std::filesystem::path(name).stem().string());
   } else {
-    throw InputError(fmt::format(
-        "unknown compensator \"{}\"; known: raw, published-w, published-hw, or a model file", name));
+    throw InputError("unknown compensator \"{}\"; known: raw, published-w, published-hw, or a model file",
+                     name);
   }
   // Poles are continuous-time: the same compensator at another rate is discretised anew.
   out.model.sample_period_s = 1 / rate_hz;
@@ -90,8 +89,7 @@ std::vector<Compensator> compensators(const std::vector<std::string>& items, dou
   std::vector<Compensator> out;
   std::map<std::string, int> uses;
   for (const std::string& item : items) {
-    if (std::ranges::count(items, item) > 1)
-      throw InputError(fmt::format("compensator {} is given twice", item));
+    if (std::ranges::count(items, item) > 1) throw InputError("compensator {} is given twice", item);
     out.push_back(compensator(item, rate_hz));
     ++uses[out.back().name];
   }
@@ -109,9 +107,9 @@ void require_name(const std::string& name, const std::string& what) {
   });
   if (fits) return;
   throw InputError(
-      fmt::format("{}: its name {} cannot stand in a table: no comma, quote or control character, and not "
-                  "empty; rename it",
-                  what, Json(name).dump(-1, ' ', true, Json::error_handler_t::replace)));
+      "{}: its name {} cannot stand in a table: no comma, quote or control character, and not "
+      "empty; rename it",
+      what, Json(name).dump(-1, ' ', true, Json::error_handler_t::replace));
 }
 
 std::vector<twin::Motion> motions(const std::string& list, std::vector<std::string>* notes) {

@@ -27,7 +27,6 @@ namespace flexor::study {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 using io::InputError;
 
 enum Column : std::size_t { kSubject, kSession, kGlove, kReference, kMap, kOwnColumns };
@@ -77,8 +76,8 @@ std::string line_of(const Cells& cells) {
 // Where each of our own columns stands, and then the covariates.
 std::vector<std::size_t> columns_of(const Cells& header, const std::string& source) {
   const auto fail = [&](const std::string& what) {
-    throw InputError(fmt::format("{}, row 1: {}; a manifest has the columns {}, the last may be left out",
-                                 source, what, fmt::join(kNames, ",")));
+    throw InputError("{}, row 1: {}; a manifest has the columns {}, the last may be left out", source, what,
+                     fmt::join(kNames, ","));
   };
   std::vector<std::size_t> out;
   for (const char* name : kNames) {
@@ -115,7 +114,7 @@ std::string model_file(const std::string& subject, const std::string& session) {
 void fill(Take& take, Cells cells, const std::vector<std::size_t>& columns, std::size_t header,
           const fs::path& folder, const std::string& place, std::map<std::string, std::size_t>& rows) {
   const auto fail = [&](std::size_t column, const std::string& what) {
-    throw InputError(fmt::format("{}, column \"{}\": {}", place, kNames[column], what));
+    throw InputError("{}, column \"{}\": {}", place, kNames[column], what);
   };
   const auto within = [&](std::size_t column, const auto& work) {
     try {
@@ -130,12 +129,12 @@ void fill(Take& take, Cells cells, const std::vector<std::size_t>& columns, std:
          fmt::format("subject \"{}\" and session \"{}\" are those of row {}, or their model's file is",
                      take.subject, take.session, other->second));
   if (cells.size() != header)
-    throw InputError(fmt::format("{}: has {} cells, the header {}", place, cells.size(), header));
+    throw InputError("{}: has {} cells, the header {}", place, cells.size(), header);
   cells.resize(columns.size());
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const std::string& cell = cells[columns[i]];
     if (std::ranges::any_of(cell, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 0x7f; }))
-      throw InputError(fmt::format("{}, column {}: bytes that are no text", place, columns[i] + 1));
+      throw InputError("{}, column {}: bytes that are no text", place, columns[i] + 1);
     if (i < kMap && cell.empty()) fail(i, "is empty");
     if (i <= kSession && (cell.front() == '.' || cell.find_first_of("/\\") != std::string::npos))
       fail(i, fmt::format("\"{}\" cannot be a part of a file's name", cell));
@@ -321,7 +320,7 @@ class Run {
       for (const identify::LeftOut& one : identify::leave_person_out(all, own, step()))
         add_scores(part.joints.emplace_back(one.row.name, Cells()).second, one.row, one.verdict);
     } catch (const io::JobError& error) {
-      throw io::JobError(fmt::format("without {}: {}", first.subject, error.what()));
+      throw io::JobError("without {}: {}", first.subject, error.what());
     }
   }
 
@@ -475,8 +474,8 @@ Manifest read_manifest(const fs::path& path) {
     }
   }
   if (out.takes.empty())
-    throw InputError(fmt::format("{}: no row: a header with {} and a row for each session", source,
-                                 fmt::join(kNames, ",")));
+    throw InputError("{}: no row: a header with {} and a row for each session", source,
+                     fmt::join(kNames, ","));
   out.digest = io::digest(out.digest);
   return out;
 }
@@ -514,9 +513,8 @@ CohortResult run_cohort(const CohortRequest& request,
   } catch (const io::Cancelled&) {
     std::size_t kept = 0;
     for (std::size_t k = 0; k < mine; ++k) kept += fs::exists(part_file(request.folder, shard.item(k)));
-    throw io::Cancelled(
-        fmt::format("stopped: {} of {} rows are kept in {}, and the same command goes on from there", kept,
-                    mine, request.folder.string()));
+    throw io::Cancelled("stopped: {} of {} rows are kept in {}, and the same command goes on from there",
+                        kept, mine, request.folder.string());
   }
   if (shard.of == 1)
     write_table(request.folder, run.settings());
@@ -546,8 +544,8 @@ void merge_cohort(const std::vector<fs::path>& parts, const fs::path& out) {
     if (folder_of(job).empty() || !fs::exists(part_file(folder_of(job), job)))
       missing.push_back(fmt::format("{} of shard {}", name_of(settings, job), job % folders.size() + 1));
   if (!missing.empty())
-    throw InputError(fmt::format("{} missing: {}: give their folders too, or their commands again",
-                                 missing.size() > 1 ? "rows are" : "a row is", recording::listed(missing)));
+    throw InputError("{} missing: {}: give their folders too, or their commands again",
+                     missing.size() > 1 ? "rows are" : "a row is", recording::listed(missing));
   for (std::size_t i = 0; i < folders.size(); ++i)  // of more shards than rows some need not be there
     if (folders.size() > 1 && !folders[i].empty())
       require_sealed(folders[i], digest_of(folders[i], settings, {i + 1, folders.size()}));

@@ -71,7 +71,7 @@ twin::TrialInput trial_of(const GloveRequest& request) {
 
 void check(const GloveRequest& request) {
   if (request.donnings < 1 || request.donnings > kMostDonnings) {
-    throw io::InputError(fmt::format("--donnings must be 1 to {}", kMostDonnings));
+    throw io::InputError("--donnings must be 1 to {}", kMostDonnings);
   }
   twin::check(trial_of(request));
 }

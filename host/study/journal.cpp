@@ -1,14 +1,11 @@
 #include "host/study/journal.hpp"
 
-#include <fmt/format.h>
-
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
 namespace flexor::study {
 namespace {
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 constexpr const char* kSeal = "rows_digest";
 
@@ -26,7 +23,7 @@ std::string seal_of(const fs::path& folder) {
 }
 
 [[noreturn]] void refuse(const fs::path& path, const char* why) {
-  throw io::InputError(fmt::format("{}{}", path.string(), why));
+  throw io::InputError("{}{}", path.string(), why);
 }
 
 }  // namespace

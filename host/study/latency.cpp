@@ -10,8 +10,6 @@
 
 namespace flexor::study {
 
-using Json = nlohmann::ordered_json;
-
 LatencyBudget budget_of(const std::vector<Latency>& edges, int asked) {
   if (edges.empty()) throw io::JobError("no edge came through to the motor");
   LatencyBudget out{static_cast<int>(edges.size()), asked - static_cast<int>(edges.size()), {}};

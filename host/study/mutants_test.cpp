@@ -19,8 +19,6 @@
 namespace flexor::study {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 Json shipped(const char* name) {
   return io::parse_json(io::read_file(std::string(FLEXOR_SOURCE_DIR "/models/") + name), name);
 }

@@ -1,7 +1,5 @@
 #include "host/study/published.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -61,8 +59,7 @@ std::optional<double> published_error_deg_s(int gesture, const std::string& comp
 
 std::array<double, kPublishedTrials> published_trials_deg_s(int gesture, const std::string& compensator) {
   const Published* row = row_of(gesture, compensator);
-  if (row == nullptr)
-    throw io::InputError(fmt::format("gesture {} with {} is not in the article", gesture, compensator));
+  if (row == nullptr) throw io::InputError("gesture {} with {} is not in the article", gesture, compensator);
   std::array<double, kPublishedTrials> out{};
   for (std::size_t t = 0; t < kPublishedTrials; ++t) out[t] = row->trials_deg_s[t][gesture - 1];
   return out;

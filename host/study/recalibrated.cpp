@@ -1,7 +1,5 @@
 #include "host/study/recalibrated.hpp"
 
-#include <fmt/format.h>
-
 #include "host/identify/recalibrate_files.hpp"
 #include "host/io/io.hpp"
 #include "host/model/wiring.hpp"
@@ -76,7 +74,7 @@ model::Model with_readings_of(const std::vector<Compensator>& compensators, mode
 
 twin::TrialInput recalibrated(twin::TrialInput input, const std::string& by, std::uint64_t number) {
   if (by != "poses" && by != "motion")
-    throw io::InputError(fmt::format("recalibrated \"{}\": known are poses, motion", by));
+    throw io::InputError("recalibrated \"{}\": known are poses, motion", by);
   identify::RecalibrationRequest request;
   request.model = input.compensator;
   if (by == "motion") {

@@ -27,20 +27,19 @@ constexpr double kLongestPause_s = 60;
 // From 0. `row(i)` says where sample i is.
 std::vector<double> motion_time(const std::vector<double>& t_s, const std::string& file,
                                 const std::function<std::string(std::size_t)>& row) {
-  if (t_s.size() < 2) throw InputError(fmt::format("{}: a motion needs at least two rows", file));
+  if (t_s.size() < 2) throw InputError("{}: a motion needs at least two rows", file);
   for (std::size_t i = 1; i < t_s.size(); ++i) {
     const double pause_s = t_s[i] - t_s[i - 1];
     if (pause_s > kLongestPause_s) {
       throw InputError(
-          fmt::format("{}: {}: its time is {:g} s after the row before, and a motion pauses {:g} s "
-                      "at most; mend or remove the row",
-                      file, row(i), pause_s, kLongestPause_s));
+          "{}: {}: its time is {:g} s after the row before, and a motion pauses {:g} s "
+          "at most; mend or remove the row",
+          file, row(i), pause_s, kLongestPause_s);
     }
   }
   const double lasts_s = t_s.back() - t_s.front();
   if (!(lasts_s >= 0.01 && lasts_s <= twin::kMaxDuration_s)) {
-    throw InputError(
-        fmt::format("{}: lasts {:g} s; a motion lasts 0.01 to {:g} s", file, lasts_s, twin::kMaxDuration_s));
+    throw InputError("{}: lasts {:g} s; a motion lasts 0.01 to {:g} s", file, lasts_s, twin::kMaxDuration_s);
   }
   return recording::since_start(t_s);
 }
@@ -92,15 +91,14 @@ twin::Motion csv_motion(const std::string& text, const std::filesystem::path& so
     angle_deg[i] = r.column(columns[i]).value;
     const auto [low, high] = std::ranges::minmax(angle_deg[i]);
     if (low < 0 || high > 180) {
-      throw InputError(
-          fmt::format("{}: column {}: {:g} to {:g} is no joint's range; write degrees between 0 and 180",
-                      source.string(), columns[i], low, high));
+      throw InputError("{}: column {}: {:g} to {:g} is no joint's range; write degrees between 0 and 180",
+                       source.string(), columns[i], low, high);
     }
     largest_deg = std::max(largest_deg, high);
   }
   if (largest_deg < 4) {
-    throw InputError(fmt::format("{}: no angle above {:g}: are these radians? Write degrees", source.string(),
-                                 largest_deg));
+    throw InputError("{}: no angle above {:g}: are these radians? Write degrees", source.string(),
+                     largest_deg);
   }
   return twin::Motion::from_samples(io::to_utf8(source.stem().string()), std::move(t_s),
                                     std::move(angle_deg));
@@ -117,7 +115,7 @@ twin::Motion grasp_motion(const std::string& text, const std::filesystem::path& 
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     const std::string row = fmt::format("row {}", number);
     const auto fail = [&](const std::string& what) {
-      throw InputError(fmt::format("{}: {}: {}; mend or remove the row", source.string(), row, what));
+      throw InputError("{}: {}: {}; mend or remove the row", source.string(), row, what);
     };
     const std::vector<double> v = grasp_numbers(line, fail);
     const double t = ((v[2] * 24 + v[3]) * 60 + v[4]) * 60 + v[5];

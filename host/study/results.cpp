@@ -13,8 +13,6 @@
 namespace flexor::study {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 Json statistic_json(const Statistic& s) {
   const std::optional<double> half = s.ci95();
   return {{"mean", s.mean()}, {"ci95", half ? Json(*half) : Json(nullptr)}};

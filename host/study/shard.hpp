@@ -1,8 +1,6 @@
 // A part of a run: of items 0, 1, 2, ... shard i of N has i - 1, i - 1 + N, i - 1 + 2 N, ...
 #pragma once
 
-#include <fmt/format.h>
-
 #include <charconv>
 #include <cstddef>
 #include <string_view>
@@ -30,8 +28,7 @@ inline Shard parse_shard(std::string_view text) {
   const auto [stop, second] = std::from_chars(has_slash ? slash + 1 : end, end, shard.of);
   if (!has_slash || second != std::errc() || stop != end || shard.of > kMost || shard.index < 1 ||
       shard.index > shard.of)
-    throw io::InputError(
-        fmt::format("--shard {}: give it as i/N with i from 1 to N, as 2/8, N at most {}", text, kMost));
+    throw io::InputError("--shard {}: give it as i/N with i from 1 to N, as 2/8, N at most {}", text, kMost);
   return shard;
 }
 

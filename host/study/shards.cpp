@@ -10,7 +10,6 @@ namespace flexor::study {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 using io::InputError;
 
 Plan to_plan(const Json& settings) {
@@ -38,7 +37,7 @@ ShardFolders find_shards(const std::vector<fs::path>& folders, const std::string
   for (const fs::path& folder : folders) {
     const std::string file = (folder / "run.json").string();
     Json settings = io::parse_json(io::read_document(file), file);
-    if (!is_one(settings)) throw InputError(fmt::format("{}: is no {}", file, kind));
+    if (!is_one(settings)) throw InputError("{}: is no {}", file, kind);
     const Json shard = settings.value("shard", Json{{"index", 1}, {"of", 1}});
     settings["shard"] = shard.at("of");
     settings.erase("rows_digest");
@@ -49,22 +48,20 @@ ShardFolders find_shards(const std::vector<fs::path>& folders, const std::string
     for (const Json* one : {&out.settings, &settings})
       for (const auto& [key, value] : one->items())
         if (settings.value(key, Json()) != out.settings.value(key, Json()))
-          throw InputError(fmt::format("{}: belongs to another run than {}: \"{}\" differs in their run.json",
-                                       folder.string(), folders.front().string(), key));
+          throw InputError("{}: belongs to another run than {}: \"{}\" differs in their run.json",
+                           folder.string(), folders.front().string(), key);
     const auto index = shard.at("index").get<std::size_t>();
     if (index < 1 || index > out.folders.size())
-      throw InputError(fmt::format("{}: says shard {} of {}: give that shard's command into a new folder",
-                                   file, index, out.folders.size()));
+      throw InputError("{}: says shard {} of {}: give that shard's command into a new folder", file, index,
+                       out.folders.size());
     fs::path& mine = out.folders[index - 1];
-    if (!mine.empty())
-      throw InputError(fmt::format("{} and {} are both shard {}", mine.string(), folder.string(), index));
+    if (!mine.empty()) throw InputError("{} and {} are both shard {}", mine.string(), folder.string(), index);
     mine = folder;
   }
   if (folders.empty()) throw InputError("no folders to merge");
   if (out.settings.at("version") != FLEXOR_VERSION)
-    throw InputError(fmt::format("{}: is of Flexor {}, this is {}: merge with that version",
-                                 folders.front().string(), out.settings.at("version").get<std::string>(),
-                                 FLEXOR_VERSION));
+    throw InputError("{}: is of Flexor {}, this is {}: merge with that version", folders.front().string(),
+                     out.settings.at("version").get<std::string>(), FLEXOR_VERSION);
   out.settings.erase("shard");
   return out;
 }
@@ -78,14 +75,14 @@ Shards read_shards(const std::vector<fs::path>& folders,
   for (std::size_t i = 0; i < found.size(); ++i)
     if (found[i].empty()) missing.push_back(i + 1);
   if (!missing.empty())
-    throw InputError(fmt::format("of {} shards {} {} missing: give their folders too", found.size(),
-                                 fmt::join(missing, ", "), missing.size() > 1 ? "are" : "is"));
+    throw InputError("of {} shards {} {} missing: give their folders too", found.size(),
+                     fmt::join(missing, ", "), missing.size() > 1 ? "are" : "is");
   Shards out{{}, found};
   try {
     out.plan = to_plan(settings);
   } catch (const Json::exception&) {
-    throw InputError(fmt::format("{}/run.json: is damaged: give that shard's command into a new folder",
-                                 folders.front().string()));
+    throw InputError("{}/run.json: is damaged: give that shard's command into a new folder",
+                     folders.front().string());
   }
   out.plan.engine = engine(settings.at("engine").get<std::string>());
   return out;

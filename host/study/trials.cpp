@@ -23,7 +23,6 @@
 namespace flexor::study {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using io::InputError;
 
 std::vector<twin::Trial> play(const Plan& plan, const twin::TrialInput& input, std::uint64_t first,
@@ -112,7 +111,7 @@ class Runner {
     for (std::size_t number = 0; number < jobs_; ++number) {
       go_on();
       if (!read(journals[number % shards.size()], job(number), rows))
-        throw io::JobError(fmt::format("{}: has changed meanwhile", shards[number % shards.size()].string()));
+        throw io::JobError("{}: has changed meanwhile", shards[number % shards.size()].string());
       if (number >= kept) commit(number, rows);
     }
   }
@@ -306,8 +305,8 @@ void check(const Plan& plan) {
     throw InputError("an experiment needs at least one gesture and one compensator");
   }
   if (plan.scenario.worn_s > 0 && plan.engine != nullptr)
-    throw InputError(fmt::format("engine {}: a glove that has been worn before its trial is the twin's alone",
-                                 plan.engine->name()));
+    throw InputError("engine {}: a glove that has been worn before its trial is the twin's alone",
+                     plan.engine->name());
   if (plan.scenario.tracked && !tracking_of(plan.compensators))
     throw InputError(
         "no compensator says what its strips read at the open hand and at the fist: nothing can be tracked");
@@ -315,7 +314,7 @@ void check(const Plan& plan) {
   const auto name = [&](const char* what, const std::string& one) {
     require_name(one, what);
     if (!names.emplace(what, one).second)
-      throw InputError(fmt::format("{} {}: there are two of that name; rename one", what, one));
+      throw InputError("{} {}: there are two of that name; rename one", what, one);
   };
   for (const twin::Motion& motion : plan.motions) name("motion", motion.name());
   for (const Compensator& c : plan.compensators) {

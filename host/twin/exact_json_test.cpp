@@ -7,8 +7,6 @@
 namespace flexor::twin {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 TEST(ExactJson, ATrialThatCameThroughAPipeIsPlayedToTheSameBits) {
   TrialInput input;
   input.parameters.noise_deg = 1.0 / 3;

@@ -13,8 +13,6 @@
 namespace flexor::twin {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 // The published hand's range, between which a trial's offsets are interpolated.
 constexpr PerFinger kLower = {90, 28, 28, 28, 28};
 constexpr PerFinger kUpper = {170, 113, 113, 113, 113};

@@ -12,7 +12,6 @@
 namespace flexor::twin {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using io::InputError;
 
 constexpr const char* kSchema = "flexor-twin";
@@ -76,7 +75,7 @@ FaultKind fault_kind(const std::string& name) {
   for (int i = 0; i < 4; ++i) {
     if (name == kFaultNames[i]) return static_cast<FaultKind>(i);
   }
-  throw InputError(fmt::format("unknown fault \"{}\"; known: {}", name, fmt::join(kFaultNames, ", ")));
+  throw InputError("unknown fault \"{}\"; known: {}", name, fmt::join(kFaultNames, ", "));
 }
 
 Fault read_fault(const Json& json, const std::string& place) {

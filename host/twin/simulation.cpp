@@ -29,9 +29,8 @@ model::Wiring full_wiring(const model::Model& compensator) {
   if (!missing.empty()) {
     std::vector<std::string> has;
     for (const model::Joint& joint : compensator.joints) has.push_back(joint.name);
-    throw io::InputError(
-        fmt::format("compensator {}: the hand has a motor for {}, the model only joint(s) {}",
-                    compensator.name, fmt::join(missing, ", "), fmt::join(has, ", ")));
+    throw io::InputError("compensator {}: the hand has a motor for {}, the model only joint(s) {}",
+                         compensator.name, fmt::join(missing, ", "), fmt::join(has, ", "));
   }
   return out;
 }
@@ -206,26 +205,26 @@ void check(const TrialInput& input) {
   (void)glove_of(input);
   const double rate_hz = 1 / input.compensator.sample_period_s;
   if (!(rate_hz >= 0.1 && rate_hz <= kMaxRate_hz * (1 + 1e-9))) {
-    throw io::InputError(fmt::format(
+    throw io::InputError(
         "a rate of {:g} Hz is impossible: the twin's plant runs at {:g} Hz, and the slowest glove at 0.1 Hz",
-        rate_hz, kMaxRate_hz));
+        rate_hz, kMaxRate_hz);
   }
   const Parameters& p = input.parameters;
   const double pictures = input.motion.duration_s() * p.camera_rate_hz;
   if (pictures > kMaxPictures) {
     throw io::InputError(
-        fmt::format("motion {}: {:g} s at {:g} pictures a second are more than {}: set camera.rate_hz to at "
-                    "most {:.0f}, or play a shorter one",
-                    input.motion.name(), input.motion.duration_s(), p.camera_rate_hz, kMaxPictures,
-                    std::floor(kMaxPictures / input.motion.duration_s())));
+        "motion {}: {:g} s at {:g} pictures a second are more than {}: set camera.rate_hz to at "
+        "most {:.0f}, or play a shorter one",
+        input.motion.name(), input.motion.duration_s(), p.camera_rate_hz, kMaxPictures,
+        std::floor(kMaxPictures / input.motion.duration_s()));
   }
   const double frames_hz = p.frame_rate_hz > 0 ? std::min(p.frame_rate_hz, rate_hz) : rate_hz;
   const double airtime_s = p.frame_bytes * 10 / p.baud;
   if (frames_hz * airtime_s > 1) {
     throw io::InputError(
-        fmt::format("{:g} frames of {:g} bytes a second do not fit {:g} baud: set radio.frame_rate_hz to at "
-                    "most {:.0f}, or raise radio.baud",
-                    frames_hz, p.frame_bytes, p.baud, std::floor(1 / airtime_s)));
+        "{:g} frames of {:g} bytes a second do not fit {:g} baud: set radio.frame_rate_hz to at "
+        "most {:.0f}, or raise radio.baud",
+        frames_hz, p.frame_bytes, p.baud, std::floor(1 / airtime_s));
   }
 }
 

@@ -1,6 +1,5 @@
 #include "host/model/model.hpp"
 
-#include <fmt/format.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -47,8 +46,7 @@ class Steps {
   // (angles, status), a row for each of `readings`, which are a sample period apart.
   nb::tuple step(const Matrix& readings) {
     if (readings.shape(1) != inputs_)
-      throw io::InputError(
-          fmt::format("rows of {} readings: the model has {} input(s)", readings.shape(1), inputs_));
+      throw io::InputError("rows of {} readings: the model has {} input(s)", readings.shape(1), inputs_);
     Angles out{joints_, nullptr};
     out.angle_deg.reserve(readings.shape(0) * joints_);
     out.status.reserve(readings.shape(0) * joints_);

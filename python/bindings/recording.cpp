@@ -1,6 +1,5 @@
 #include "python/bindings/recording.hpp"
 
-#include <fmt/format.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
@@ -57,9 +56,8 @@ recording::Log to_log(const nb::handle& from) {
   for (const auto& [name, array] : columns) {
     out.columns.push_back({nb::cast<std::string>(name), values(array), nb::cast<std::string>(units[name])});
     if (out.columns.back().value.size() != out.t_s.size())
-      throw io::InputError(fmt::format("{}: column \"{}\" has {} values, the times are {}", out.source,
-                                       out.columns.back().name, out.columns.back().value.size(),
-                                       out.t_s.size()));
+      throw io::InputError("{}: column \"{}\" has {} values, the times are {}", out.source,
+                           out.columns.back().name, out.columns.back().value.size(), out.t_s.size());
   }
   return recording::Log(std::move(out));
 }

@@ -11,7 +11,6 @@
 namespace {
 
 using namespace flexor;
-using Json = nlohmann::ordered_json;
 
 cosim::Images images_of(const twin::TrialInput& input) {
   return {study::twin_glove(input),

@@ -14,7 +14,6 @@
 namespace {
 
 using namespace flexor;
-using Json = nlohmann::ordered_json;
 
 camera::Joints joints_of(const Json& arguments) {
   return filming::drawn_hand(camera::joints_from_json(arguments.at("joints").dump(), "joints"));

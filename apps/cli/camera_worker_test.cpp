@@ -10,7 +10,6 @@
 
 namespace flexor::cli {
 namespace camera_worker_test {
-using Json = nlohmann::ordered_json;
 
 class Rendered : public Command {
  protected:

@@ -152,36 +152,6 @@ TEST_F(Cli, OnlyTheFilesOfAReportNeedGnuplot) {
   EXPECT_TRUE(fs::exists(path("report/holdout_1.pdf")));
 }
 
-TEST_F(Cli, TheWholeChainRuns) {
-  const auto json = json_of("identify " + kPair + "--structure hw --json --model m.json --report report");
-  EXPECT_TRUE(fs::exists(path("report/report.html")));
-  EXPECT_EQ(run("show m.json").out.find("stopped"), std::string::npos);
-  EXPECT_EQ(model::from_json(run("show --json m.json").out, "shown"), model::load(path("m.json")));
-
-  // Applied to the glove's log, the model gives the very angles that were scored.
-  const Finished applied = run("apply m.json simulated_glove.csv");
-  ASSERT_EQ(applied.exit, 0) << applied.err;
-  io::write_file(path("angles.csv"), applied.out);
-  const auto scored = recording::read_csv(path("report/samples-1.csv"), {"estimated_deg"});
-  const auto angles = recording::read_csv(path("angles.csv"), {"index_deg"});
-  const auto near = [](double a, double b) { return std::abs(a - b) < 1e-4; };
-  EXPECT_FALSE(std::ranges::search(angles.columns[0].value, scored.columns[0].value, near).empty());
-
-  // Standard input gives the same bytes; float and fixed point nearly the same angles.
-  EXPECT_EQ(run("apply m.json -", glove()).out, applied.out);
-  for (const auto& [arithmetic, tolerance] : {std::pair("float", 0.001), std::pair("fixed", 0.06)}) {
-    io::write_file(path("other.csv"),
-                   run(std::string("apply m.json simulated_glove.csv --arithmetic ") + arithmetic).out);
-    const auto exact = recording::read_csv(path("angles.csv"), {"index_deg"});
-    const auto other = recording::read_csv(path("other.csv"), {"index_deg"});
-    ASSERT_EQ(exact.t_s, other.t_s);
-    for (std::size_t row = 0; row < exact.t_s.size(); ++row) {
-      ASSERT_NEAR(exact.columns[0].value[row], other.columns[0].value[row], tolerance)
-          << arithmetic << " row " << row;
-    }
-  }
-}
-
 TEST_F(Cli, ApplyTracksAStripThatMovesAndSaysByHowMuch) {
   model::Model model = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
   for (model::Input& input : model.inputs) input.poses = model::Poses{40, 110};

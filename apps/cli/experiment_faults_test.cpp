@@ -199,38 +199,6 @@ TEST_F(ExperimentFaults, StoppedItSaysWhatIsKeptAndGoesOnFromThere) {
   }
 }
 
-// A queue of jobs gives a shard that was stopped, or killed, another go; all of them together are the one run, scenarios too.
-TEST_F(ExperimentFaults, EightShardsTwoOfThemInterruptedMergeToTheOneRun) {
-  const Arguments arguments = {"experiment",   "--gestures", "2,4", "--compensators",
-                               "published-hw", "--trials",   "320", "--scenarios"};
-  ASSERT_EQ(run(into(arguments, path("whole"))).exit, 0);
-  Arguments merge = {"merge"};
-  for (int i = 1; i <= 8; ++i) {
-    const std::string folder = path("part" + std::to_string(i));
-    Arguments shard = into(arguments, folder);
-    shard.insert(shard.end(), {"--shard", std::to_string(i) + "/8"});
-    if (i == 2 || i == 5) {
-      const pid_t child = start(shard);
-      ASSERT_TRUE(until([&] { return lines(content(folder + "/trials.csv")) > 1; }));
-      ::kill(child, i == 2 ? SIGTERM : SIGKILL);
-      const Finished r = wait(child);
-      EXPECT_TRUE(i == 2 ? r.exit == 75 : r.signal == SIGKILL) << r.err;
-      EXPECT_EQ(run(into(merge, path("merged"))).exit, 2) << "shards are missing";
-    }
-    ASSERT_EQ(run(shard).exit, 0);
-    merge.push_back(folder);
-  }
-  const Finished r = run(into(merge, path("merged")));
-  ASSERT_EQ(r.exit, 0) << r.err;
-  std::set<std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(path("whole"))) {
-    if (entry.is_regular_file()) files.insert(entry.path().lexically_relative(path("whole")).string());
-  }
-  EXPECT_GT(files.size(), 10U);
-  for (const std::string& file : files)
-    EXPECT_EQ(content(path("merged/" + file)), content(path("whole/" + file))) << file;
-}
-
 TEST_F(ExperimentFaults, StoppedOnBoardsItGoesOnFromThere) {
   const Arguments arguments = {"experiment",     "--engine",     "avr",      "--gestures", "4",
                                "--compensators", "published-hw", "--trials", "40"};

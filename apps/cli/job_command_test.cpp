@@ -5,8 +5,6 @@
 namespace flexor::cli {
 namespace job_command_test {
 
-using Json = nlohmann::ordered_json;
-
 Json run(const std::vector<std::string>& name, const Json& request) {
   return run_job(name, request, [](const Json&) { return true; });
 }

@@ -7,8 +7,6 @@
 namespace flexor::live {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 // Lines on a sensor begin with its name.
 std::string verdict_on(const std::string& sensor, const Json& said) {
   const Json& of = said.at("sensors").at(sensor);

@@ -10,8 +10,6 @@
 namespace flexor::live {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 // Its sensors are called as the columns of a glove's log, its joints as fingers.
 model::Model five() {
   model::Model out = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");

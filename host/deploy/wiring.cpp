@@ -1,7 +1,6 @@
 #include "host/deploy/wiring.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,6 @@
 #include "host/identify/joint_map.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <optional>

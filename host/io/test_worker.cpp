@@ -13,6 +13,7 @@
 
 namespace {
 
+using flexor::Json;
 using flexor::io::JobProgress;
 
 void pause_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }

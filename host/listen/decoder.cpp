@@ -1,7 +1,6 @@
 #include "host/listen/decoder.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>

@@ -13,9 +13,6 @@
 // The equations are those of the runtime's headers.
 #pragma once
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

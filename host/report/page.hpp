@@ -4,8 +4,6 @@
 // eye sees; the style is for a phone first, light or dark as the reader's machine is.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <functional>
 #include <string>
 #include <string_view>

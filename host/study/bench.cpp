@@ -10,7 +10,6 @@ namespace flexor::study {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 deploy::Glove glove_of(const BenchOptions& o) {
   std::vector<std::string> notes;

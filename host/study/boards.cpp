@@ -10,8 +10,6 @@
 namespace flexor::study {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 // Finite angles of one length: what a trial of this program's own worker has.
 bool is_sane(const twin::Trial& trial) {
   const std::size_t frames = trial.glove_deg[0].size();

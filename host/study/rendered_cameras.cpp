@@ -5,8 +5,6 @@
 
 namespace flexor::study {
 
-using Json = nlohmann::ordered_json;
-
 RenderedCameras::RenderedCameras(std::filesystem::path program, Engine* inner)
     : workers_(std::move(program)), inner_(inner) {}
 

@@ -132,15 +132,11 @@ std::string in_words(const Verdict& v) {
   out += fmt::format("{} (difference {:+.2f}, 95 %: {:+.2f} to {:+.2f})", word_of(v),
                      v.rmse_deg - v.baseline_deg, v.low_deg, v.high_deg);
   if (v.word == Verdict::Word::better) return out;
-  const bool is_worse = v.word == Verdict::Word::worse;
-  out += is_worse ? "; record more" : "; the data do not tell them apart: record more";
-  if (!v.advises) return out;
-  if (!is_worse && itself < baseline) return out + ", or keep this, the simpler";
+  out += v.word == Verdict::Word::worse ? "; record more" : "; the data do not tell them apart: record more";
+  if (!v.advises || v.rmse_deg <= v.baseline_deg) return out;
   const std::string_view structure = baseline->structure;
   const char* quote = structure.find(' ') == std::string_view::npos ? "" : "'";
-  return out + fmt::format(", or take {0}: --structure {1}{2}{1}",
-                           is_worse ? "that" : "the simpler, " + std::string(baseline->words), quote,
-                           structure);
+  return out + fmt::format(", or take that: --structure {0}{1}{0}", quote, structure);
 }
 
 nlohmann::ordered_json to_json(const Verdict& v) {

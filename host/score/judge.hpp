@@ -57,7 +57,7 @@ Verdict judge(const std::vector<double>& error_deg,
               const std::vector<std::size_t>& part_ends = {});
 
 // "2.31 deg (95 %: 2.12 to 2.50) on data it never saw; the best baseline, a straight line, 2.94: better (difference -0.63, 95 %: -0.81 to -0.44)".
-// Where it is worse, the baseline is to be taken; where as good, the simpler of both: the one that comes first in kBaselines.
+// Where it is not better, which baseline to take, if that errs less and a structure gives it.
 std::string in_words(const Verdict& verdict);
 
 nlohmann::ordered_json to_json(const Verdict& verdict);

@@ -70,18 +70,11 @@ TEST(Judge, PartsAreDrawnWhole) {
   EXPECT_EQ(in_words(two).find("95 %"), std::string::npos);
 }
 
-TEST(Judge, RecommendsTheBaselineThatErrsLessAndOfTwoThatAreAsGoodTheSimpler) {
-  const auto words = [](const char* name, double size = 1, const char* itself = "") {
-    Verdict v = judge(errors(2, 1), {{name, errors(size, 2)}}, 0.05);
-    v.itself = itself;
-    return in_words(v);
+TEST(Judge, RecommendsTheBaselineThatErrsLess) {
+  const auto words = [](const char* name, double size = 1) {
+    return in_words(judge(errors(2, 1), {{name, errors(size, 2)}}, 0.05));
   };
-  EXPECT_NE(words("line_lead", 2.01).find("the simpler, a straight line with a lead: --structure line-lead"),
-            std::string::npos);
-  EXPECT_NE(words("line_lead", 1.99, "static_curve").find("--structure line-lead"), std::string::npos);
-  for (const double size : {1.99, 2.01})
-    EXPECT_NE(words("line_lead", size, "line").find("keep this"), std::string::npos);
-  EXPECT_EQ(words("line_lead", 4).find("--structure"), std::string::npos) << "it is worse";
+  EXPECT_EQ(words("line_lead", 2.01).find("--structure"), std::string::npos) << "it errs more";
   EXPECT_NE(words("line_lead").find("--structure line-lead"), std::string::npos);
   EXPECT_NE(words("static_curve").find("--structure curve"), std::string::npos);
   EXPECT_NE(words("published_form").find("--structure 'dead-zone > gain"), std::string::npos);

@@ -110,11 +110,6 @@ bool cut_at_arrow(std::string& line, std::string& time) {
     line = std::string(trimmed(text.substr(std::min(next, text.size()))));
     return true;
   };
-  const std::size_t label = text.find_first_not_of(" \t", text.find_first_of(" \t"));
-  Cells cells;
-  if (label < text.size() && is_letter(text[label]) && to_number(trimmed(text.substr(0, label))) &&
-      read_labelled(text.substr(label), cells) && cells.layout == Layout::labelled)
-    return take(label, label);
   if (const std::size_t at = text.find("->"); at != text.npos && take(at, at + 2)) return true;
   if (text.find(':') == text.npos) return false;
   if (const std::size_t at = text.find(" > "); at != text.npos && take(at, at + 3)) return true;

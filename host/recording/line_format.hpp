@@ -30,7 +30,7 @@ bool split(std::string_view line, char separator, std::vector<std::string>& cell
 // it has.
 char separator_of(std::string_view first, std::string_view second = {});
 
-// The time before an arrow, or before labels, is cut off `line`; false where there is none.
+// The time before an arrow is cut off `line`; false where there is none.
 bool cut_at_arrow(std::string& line, std::string& time);
 
 // False where the line is neither labelled nor keyed. What else a VR driver's line says (buttons, its version) is left out.

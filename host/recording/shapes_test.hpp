@@ -103,7 +103,6 @@ inline const std::vector<Shape> kShapes = {
     {"SerialMonitorWithHeader",
      "12:03:11.100 -> A0,A1\n12:03:11.123 -> 10,323\n12:03:11.173 -> 11,323\n12:03:11.223 -> 12,323\n", "",
      "A0"},
-    {"SecondsBeforeLabels", "0.00 Flex: 10 b: 7\n0.05 Flex: 11 b: 7\n0.1 Flex: 12 b: 7\n", "", "Flex"},
     {"LucidGlovesOnAMonitor",
      "12:03:11.123 -> A10B323C446D350E360F511G511\n12:03:11.173 -> "
      "A11B323C446D350E360F511G511\n12:03:11.223 -> A12B323C446D350E360F511G511\n",

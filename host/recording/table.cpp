@@ -189,9 +189,7 @@ class Finder : public TableState {
     } else if (separator_ == 0) {
       separator_ = separator_of(at(0)->text, at(1) != nullptr ? at(1)->text : "-");
     }
-    // A number that stands or falls is no time.
-    const auto falls = [&] { return to_number(ahead_.back().time) <= to_number(at(0)->time); };
-    arrow_ = !at(0)->time.empty() && !(at(2) != nullptr && to_number(at(0)->time) && falls());
+    arrow_ = !at(0)->time.empty();
   }
 
   std::vector<char> separators() const {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "host/identify/joint_fit.hpp"
 #include "host/identify/readings.hpp"
@@ -188,7 +189,9 @@ void order(Held& held, FirstPose first, const std::vector<Sensor>& sensors,
   if (first == FirstPose::fist) std::swap(held.open, held.fist);
 }
 
-FromPoses found(const recording::Recording& log, const PosesOptions& options) {
+}  // namespace
+
+FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& options) {
   FromPoses out;
   std::vector<std::string> left_out;
   const std::vector<Sensor> sensors = sensors_of(log, options.joints, left_out, out.warnings);
@@ -218,22 +221,6 @@ FromPoses found(const recording::Recording& log, const PosesOptions& options) {
         log.source, left_out.size(), left_out.size() + out.model.joints.size(), recording::listed(left_out));
   model::check(out.model);
   return out;
-}
-
-}  // namespace
-
-FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& options) {
-  constexpr double kTwice_s = 12;  // two poses of three seconds
-  try {
-    return found(log, options);
-  } catch (const io::JobError&) {
-    const double log_s = log.t_s.back() - log.t_s.front();
-    if (log_s >= kTwice_s - 1) throw;
-    throw io::JobError(
-        "{}: a log of {:.1f} s is too short: the open hand and a fist, each held for three "
-        "seconds, and again, take {:g} s",
-        log.source, log_s, kTwice_s);
-  }
 }
 
 }  // namespace flexor::identify

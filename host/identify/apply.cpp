@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "host/identify/map_check.hpp"
 #include "host/io/io.hpp"
 
@@ -65,7 +63,6 @@ void check_ranges(const model::Model& model, const std::string& file, const std:
                   const model::RangeCount& ranges, const std::function<void(const std::string&)>& warn) {
   std::vector<std::string> doubts;
   std::vector<std::string> turned;
-  std::string other_bits;
   std::string mend = "another board or divider, or a sensor that is not plugged in?";
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     const model::InputCount& count = ranges.counts()[i];
@@ -83,16 +80,7 @@ void check_ranges(const model::Model& model, const std::string& file, const std:
     } else if (count.readings > 0 && 10 * count.outside >= count.readings) {
       warn(fmt::format("{}: {}", file, outside));
     }
-    if (const int more = ranges.more_bits(i)) {
-      const auto bits = std::lround(std::log2(input.valid_min + input.valid_max + 1));
-      other_bits = fmt::format(
-          "the converter of {} has {} bits and the model's {}: identify the model anew from a log of this "
-          "board, or "
-          "let the board count as before (analogReadResolution)",
-          columns[i], bits + more, bits);
-    } else if (ranges.mirrored(i)) {
-      turned.push_back(columns[i]);
-    }
+    if (ranges.mirrored(i)) turned.push_back(columns[i]);
   }
   if (const auto pair = ranges.exchanged()) {
     const std::string& one = columns[pair->first];
@@ -109,7 +97,6 @@ void check_ranges(const model::Model& model, const std::string& file, const std:
         recording::listed(turned));
     if (doubts.empty()) warn(fmt::format("{}: {}", file, mend));
   }
-  if (!other_bits.empty()) mend = other_bits;
   if (doubts.empty()) return;
   const std::string more =
       doubts.size() > 1 ? fmt::format("; and {} more column(s)", doubts.size() - 1) : std::string();

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 namespace flexor::model {
 namespace {
@@ -40,10 +39,12 @@ void RangeCount::add(std::span<const double> reading) {
 }
 
 // Mean difference of the column's quantiles from those of the input's readings, in spans of these.
-double RangeCount::distance(std::size_t column, std::size_t input, double gain, double offset) const {
+double RangeCount::distance(std::size_t column, std::size_t input, bool mirrored) const {
   std::vector<double> sorted;
   for (const auto& row : kept_) {
-    if (!std::isnan(row[column])) sorted.push_back(offset + gain * row[column]);
+    if (std::isnan(row[column])) continue;
+    sorted.push_back(mirrored ? inputs_[input].valid_min + inputs_[input].valid_max - row[column]
+                              : row[column]);
   }
   if (sorted.empty()) return 0;
   std::ranges::sort(sorted);
@@ -56,24 +57,10 @@ double RangeCount::distance(std::size_t column, std::size_t input, double gain, 
   return sum / static_cast<double>(spread.share.size()) / spread.span();
 }
 
-bool RangeCount::is_closer(std::size_t input, double gain, double offset) const {
+bool RangeCount::mirrored(std::size_t input) const {
   const double before = distance(input, input);
   return inputs_[input].readings && inputs_[input].unit == "count" && before >= kFar &&
-         kCloser * distance(input, input, gain, offset) <= before;
-}
-
-bool RangeCount::mirrored(std::size_t input) const {
-  return is_closer(input, -1, inputs_[input].valid_min + inputs_[input].valid_max);
-}
-
-int RangeCount::more_bits(std::size_t input) const {
-  int best = 0;
-  double least = distance(input, input, -1, inputs_[input].valid_min + inputs_[input].valid_max);
-  for (const int bits : {-6, -4, -2, 2, 4, 6}) {
-    const double away = distance(input, input, std::exp2(-bits));
-    if (away < least && is_closer(input, std::exp2(-bits), 0)) std::tie(best, least) = std::pair(bits, away);
-  }
-  return best;
+         kCloser * distance(input, input, true) <= before;
 }
 
 std::optional<std::pair<std::size_t, std::size_t>> RangeCount::exchanged() const {

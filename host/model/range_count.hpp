@@ -34,12 +34,9 @@ class RangeCount {
   // Whether this input's readings, subtracted from the converter's full scale, are three times closer to those that the model was
   // made from: its divider is wired the other way round. Only of counts, and where the model says what it was made from.
   bool mirrored(std::size_t input) const;
-  // The same of readings of a converter of so many more bits (fewer: below 0), in steps of two. 0: they are not.
-  int more_bits(std::size_t input) const;
 
  private:
-  double distance(std::size_t column, std::size_t input, double gain = 1, double offset = 0) const;
-  bool is_closer(std::size_t input, double gain, double offset) const;
+  double distance(std::size_t column, std::size_t input, bool mirrored = false) const;
 
   const std::vector<Input> inputs_;
   std::vector<InputCount> counts_;

@@ -72,22 +72,6 @@ TEST(RangeCount, ADividerTheOtherWayRoundIsFoundThoughAllReadingsAreWithinTheRan
   EXPECT_FALSE(mirrored(1, 40)) << "put on anew";
 }
 
-TEST(RangeCount, AConverterOfMoreBitsIsToldFromADividerTheOtherWayRound) {
-  Model model;
-  model.inputs = {{"a", "", "count", "", 1, 1022}};
-  model.inputs[0].readings = Spread{{0.02, 0.5, 0.98}, {196, 204, 211}};
-  const auto more_bits = [&](double gain, double offset) {
-    RangeCount count(model);
-    for (int k = 0; k <= 100; ++k) count.add(std::vector{offset + gain * (196 + 0.15 * k)});
-    return count.more_bits(0);
-  };
-  EXPECT_EQ(more_bits(4, 1), 2);
-  EXPECT_EQ(more_bits(64, 0), 6);
-  EXPECT_EQ(more_bits(0.25, 0), -2);
-  EXPECT_EQ(more_bits(1, 3), 0);
-  EXPECT_EQ(more_bits(-1, 1023), 0);
-}
-
 TEST(StandardErrors, GrowBeyondTheReadingsThatWereSeen) {
   Model model;
   model.inputs = {{"bend", "", "", "", 0, 1000}};

@@ -20,7 +20,7 @@ CLI::App& add_absent(CLI::App& app, const char* name) {
 }  // namespace
 
 #define FLEXOR_ABSENT(name) \
-  void add_##name(CLI::App& app) { (void)add_absent(app, #name); }
+  void name##_command::add(CLI::App& app) { (void)add_absent(app, #name); }
 FLEXOR_ABSENT(live)
 FLEXOR_ABSENT(monitor)
 FLEXOR_ABSENT(ports)
@@ -31,8 +31,8 @@ FLEXOR_ABSENT(pair)
 FLEXOR_ABSENT(send)
 FLEXOR_ABSENT(job)
 #undef FLEXOR_ABSENT
-void add_twin_wear(CLI::App& twin) { (void)add_absent(twin, "wear"); }
-void add_camera(CLI::App& app) {
+void wear_command::add(CLI::App& twin) { (void)add_absent(twin, "wear"); }
+void camera_command::add(CLI::App& app) {
   CLI::App& camera = add_absent(app, "camera");
   for (const char* part : {"calibrate", "film"}) (void)add_absent(camera, part);
 }

@@ -52,7 +52,11 @@ std::vector<std::vector<double>> readings_of(const model::Model& model, const st
   }
   model::RangeCount ranges(model);
   for (const std::vector<double>& row : out) ranges.add(row);
-  identify::check_ranges(model, path, columns, ranges, log_warning);
+  try {
+    identify::check_ranges(model, path, columns, ranges, log_warning);
+  } catch (const io::Doubt& doubt) {  // nothing is written yet
+    throw io::InputError(doubt.what());
+  }
   return out;
 }
 

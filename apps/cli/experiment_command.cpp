@@ -90,7 +90,6 @@ void show_shard(const Options& o) {
 void play(Options& o) {
   const study::Plan& plan = o.plan;
   study::check(plan);
-  if (o.shards.empty()) study::check_readings(plan, log_warning);
   std::optional<io::FolderLock> lock;  // until the report is written
   if (!o.folder.empty()) o.plan.lock = &lock.emplace(plan.folder, "experiment");
   study::Result result;

@@ -66,11 +66,5 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
   EXPECT_EQ(refitted.at("joints").at("thumb").at("structure"), "gain and dead zone refitted");
 }
 
-TEST_F(Json, OfAFilm) {
-  const auto filmed = run("camera film --gestures 4 --set camera.rate_hz=2 --out film");
-  EXPECT_EQ(filmed.at("frames"), 80);  // 30 s of a short motion and 10 s of gesture
-  EXPECT_TRUE(filmed.contains("version") && filmed.contains("folder"));
-}
-
 }  // namespace json_test
 }  // namespace flexor::cli

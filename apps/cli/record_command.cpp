@@ -42,8 +42,9 @@ std::string how_it_goes(const listen::Source& source, const listen::Log& log, do
 
 std::string why_silent(const listen::Tally& tally) {
   if (tally.torn_since == 0) return "the glove fell silent: is it still running?";
-  return fmt::format("{} malformed rows came last, such as \"{}\"", tally.torn_since,
-                     io::start_of(tally.torn_line, 80));
+  const std::string example = io::start_of(tally.torn_line, 80);  // frames have none
+  return fmt::format("{} malformed rows came last{}", tally.torn_since,
+                     example.empty() ? "" : ", such as \"" + example + "\"");
 }
 
 struct Recorded {

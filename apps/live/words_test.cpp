@@ -214,16 +214,11 @@ TEST_F(Words, AModelThatCannotBeTrackedSaysSoInsteadOfOn) {
 
 TEST_F(Words, AModelThatDoesNotFitTheGloveIsNotWornAndIsSaid) {
   end();
-  Json counts = Json::parse(io::read_file(FLEXOR_SOURCE_DIR "/models/published_hw.json"));
-  for (Json& input : counts["inputs"]) input["unit"] = "count";  // the twin's glove reads a model's unit
-  const std::string model = (folder_.path() / "published_hw.json").string();
-  io::write_file(model, counts.dump());
-  begin({"--from", "twin", "--model", model});
-  const Json misfit = state_when([](const Json& s) {
+  begin({"--from", "twin", "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"});
+  state_when([](const Json& s) {
     return s["next"]["kind"] == "model_misfit" &&
            s["next"]["why"].get<std::string>().starts_with("the model reads \"thumb_alpha\"");
   });
-  EXPECT_TRUE(misfit["fingers"][0]["angle_deg"].is_null());
   done({{"do", "model.choose"}, {"path", nullptr}});
   const Json none = state_when([](const Json& s) {  // once it has moved
     return s["model"].is_null() && s["next"]["kind"] == "calibrate";

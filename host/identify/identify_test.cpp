@@ -665,11 +665,9 @@ TEST_F(RealRecordings, IntervalsCoverWhatTheyClaim) {
       for (std::size_t k = one.own().holdout_begin; k < one.own().size(); ++k) {
         if (one.gap(k)) continue;
         const double angle_deg = one.estimated_deg.at("")[k];
-        const double error_deg = std::abs(angle_deg - one.own().angle_deg[k]);
-        const double claimed_deg = errors.of(j, angle_deg, {&one.own().input[k], 1});
-        ++all;
-        within_68 += error_deg < claimed_deg;
-        within_95 += error_deg < 1.96 * claimed_deg;
+        const double z =
+            std::abs(angle_deg - one.own().angle_deg[k]) / errors.of(j, angle_deg, {&one.own().input[k], 1});
+        ++all, within_68 += z < 1, within_95 += z < 1.96;
       }
     }
   }

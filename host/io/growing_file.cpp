@@ -42,6 +42,9 @@ void GrowingFile::fail(int error) const {
                  std::strerror(error));
 }
 
-void GrowingFile::remove() { std::filesystem::remove(path_); }
+void GrowingFile::remove() {
+  std::error_code ignored;
+  std::filesystem::remove(path_, ignored);
+}
 
 }  // namespace flexor::io

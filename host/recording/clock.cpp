@@ -117,7 +117,6 @@ Clock given_clock(double offset_s, const std::vector<Opinion>& opinions, const C
   return out;
 }
 
-// Dates in both files are mostly of one computer.
 bool has_dates(std::span<const double> t_s) { return !t_s.empty() && t_s.front() >= kFirstEpoch_s; }
 
 // Times of a clock that runs so fast, as the other clock would have counted from the first one on.
@@ -145,9 +144,10 @@ Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> gi
       clock.drift_ppm = taken_out_ppm;
       if (given) return given_clock(*given, opinions, clock, warnings);
       clock.surest = surest_at->alignment;
+      // Dates of both files are mostly of one computer.
       if (has_dates(witnesses.front().reading.t_s) && has_dates(witnesses.front().reference->t_s) &&
-          std::abs(clock.offset_s) < 2 * clock.standard_error_s) {
-        warnings.push_back(fmt::format(
+          taken_out_ppm == 0 && std::abs(clock.offset_s) < clock.standard_error_s) {
+        clock.surest->warnings.push_back(fmt::format(
             "both files have dates, and the signals ({:+.3f} +- {:.3f} s) agree with them: one clock",
             clock.offset_s, clock.standard_error_s));
         clock.offset_s = clock.surest->clock_offset_s = 0;

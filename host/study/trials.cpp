@@ -7,7 +7,6 @@
 #include <cmath>
 #include <set>
 
-#include "host/identify/apply.hpp"
 #include "host/io/io.hpp"
 #include "host/io/run_in_order.hpp"
 #include "host/model/wiring.hpp"
@@ -320,25 +319,6 @@ void check(const Plan& plan) {
   for (const Compensator& c : plan.compensators) {
     name("compensator", c.name);
     for (const twin::Motion& motion : plan.motions) twin::check(first_input(plan, motion, c));
-  }
-}
-
-void check_readings(const Plan& plan, const std::function<void(const std::string&)>& warn) {
-  for (const Compensator& c : plan.compensators) {
-    const model::Wiring wiring = model::wiring_of(c.model);
-    model::RangeCount ranges(c.model);
-    std::vector<double> row(wiring.strip.size());
-    for (const twin::Motion& motion : motions("1-6")) {
-      for (const twin::Trial& trial :
-           twin::simulate({plan.parameters, motion, c.model, 1, true}, 0, twin::kTrialsAtOnce)) {
-        for (std::size_t k = 0; k < trial.sample_s.size(); ++k) {
-          for (std::size_t i = 0; i < row.size(); ++i) row[i] = trial.reading[wiring.strip[i]][k];
-          ranges.add(row);
-        }
-      }
-    }
-    identify::check_ranges(c.model, c.name + " on the twin's glove", model::columns_of(c.model, {}), ranges,
-                           warn);
   }
 }
 

@@ -111,9 +111,6 @@ using TrialProgress = std::function<void(std::size_t done, std::size_t of)>;  //
 // hold apart.
 void check(const Plan& plan);
 
-// As identify::check_ranges, of what the twin's glove reads in the six gestures, on some persons.
-void check_readings(const Plan& plan, const std::function<void(const std::string&)>& warn);
-
 // What must be the same for a run to go on in its folder. A shard's also holds all that its plan is made of.
 nlohmann::ordered_json settings_of(const Plan& plan);
 

@@ -53,7 +53,6 @@ nb::object experiment(study::Plan plan, const std::string& gestures, double rate
     one.model = deploy::on_hand(std::move(one.model), plan.parameters, notes);
   }
   study::check(plan);
-  study::check_readings(plan, [&](const std::string& note) { notes.push_back(note); });
   const study::Result result = run(show, [&](Progress& progress) {
     return study::run(
         plan, [&](std::size_t done, std::size_t of) { progress.step(done, of, "experiment: batch"); });

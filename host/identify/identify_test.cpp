@@ -1,5 +1,4 @@
 #include "host/identify/identify_test.hpp"
-#include "host/model/standard_error.hpp"
 
 #include <fmt/format.h>
 
@@ -652,29 +651,6 @@ struct RealHand {
 };
 
 void PrintTo(const RealHand& c, std::ostream* out) { *out << c.folder << ' ' << c.sensors << c.kind; }
-
-// Of four joints, own sensor: the shares of held-out angles within one and within 1.96 of their standard errors.
-TEST_F(RealRecordings, IntervalsCoverWhatTheyClaim) {
-  double all = 0, within_68 = 0, within_95 = 0;
-  for (const auto& [folder, sensor] : {std::pair("index_ind2", "SensorA1"), {"middle_mid1", "SensorA2"}}) {
-    const std::string map = fmt::format("a={0}:∠ABC_smooth,b={0}:∠BCD_smooth", sensor);
-    const Result r = identify_files(request(std::string("glove/") + folder, map), {});
-    const model::StandardErrors errors(r.model);
-    for (std::size_t j = 0; j < 2; ++j) {
-      const JointSamples& one = r.joints[j].samples[0];
-      for (std::size_t k = one.own().holdout_begin; k < one.own().size(); ++k) {
-        if (one.gap(k)) continue;
-        const double angle_deg = one.estimated_deg.at("")[k];
-        const double z =
-            std::abs(angle_deg - one.own().angle_deg[k]) / errors.of(j, angle_deg, {&one.own().input[k], 1});
-        ++all, within_68 += z < 1, within_95 += z < 1.96;
-      }
-    }
-  }
-
-  EXPECT_NEAR(100 * within_68 / all, 71, 9);
-  EXPECT_NEAR(100 * within_95 / all, 95, 4);
-}
 
 class RealHands : public RealRecordings, public testing::WithParamInterface<RealHand> {};
 

@@ -807,11 +807,11 @@ void leave_out(const Options& options, const std::vector<Take>& takes, const Ste
   if (r.leave_out_stopped)
     r.warnings.emplace_back("stopped before each part was left out: their verdict is missing");
   for (std::size_t j = 0; complete && !r.leave_out_stopped && j < errors.size(); ++j) {
-    HeldOut& all = errors[j];
-    if (all.own.size() < 2) continue;
-    std::erase_if(all.baseline, [&](const auto& one) { return one.second.size() != all.own.size(); });
+    HeldOut& held = errors[j];
+    if (held.own.size() < 2) continue;
+    std::erase_if(held.baseline, [&](const auto& one) { return one.second.size() != held.own.size(); });
     if (options.leave_out == LeaveOut::block) ends[j].clear();
-    r.joints[j].left_out_verdict = judged(options, std::move(all), ends[j]);
+    r.joints[j].left_out_verdict = judged(options, std::move(held), ends[j]);
   }
 }
 

@@ -33,6 +33,7 @@ struct Options {
   std::string lens;
   std::vector<std::pair<std::string, std::string>> pairs;  // sensor, reference
   std::string map;
+  bool neighbours = false;
   std::vector<std::string> reference_error;  // JOINT=DEG
   std::string refit;
   std::string initial;
@@ -164,6 +165,7 @@ void add_takes(Options& o) {
     r.map = {map};
   } else {
     r.map = o.map.empty() ? map_by_name(r) : identify::parse_map(o.map);
+    if (o.neighbours) r.map = identify::with_neighbours(r.map);
   }
 }
 
@@ -347,6 +349,11 @@ void add_pairs(CLI::App& command, Options& o) {
       command.add_option("--map", o.map,
                          "joints from sensors: thumb=SensorA0:thumb_deg,index=SensorA1+SensorA2:index_deg "
                          "(own sensor first; default: by name, index_adc with index_deg)");
+  command
+      .add_flag("--neighbours", o.neighbours,
+                "to each joint the sensors of the fingers beside it too, which pull at its own: taken where "
+                "they pay")
+      ->needs(pair);
   for (const char* one : {"--input", "--output", "--joints"})
     command.get_option(one)->excludes(pair)->excludes(map);
   for (const char* one : {"--pair", "--sensor", "--map", "--report"})

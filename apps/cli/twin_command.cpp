@@ -44,7 +44,7 @@ std::string next_command(const RecordOptions& o, double lead_s) {
   }
   out += fmt::format(" --rate {}", o.request.rate_hz);
   if (lead_s > 0) out += fmt::format(" --lead {:.3f}", lead_s);
-  return out + " --fit-all --model " + io::shell_word(o.folder + "/identified.json");
+  return out + " --neighbours --fit-all --model " + io::shell_word(o.folder + "/identified.json");
 }
 
 Output record(RecordOptions& o) {

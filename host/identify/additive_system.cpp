@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/identify/levenberg_marquardt.hpp"
 #include "host/identify/robust.hpp"
 #include "host/io/numbers.hpp"
 
@@ -21,12 +22,17 @@ constexpr double kStraight = 1;     // prior weight of a bend at the outermost k
 constexpr double kEnd_deg = 1;      // nearer to a limit than this, the finger rests at its end
 constexpr double kGoesOn =
     0.05;  // of the readings' range: at a limit the sensor goes on, in a held pose it does not
-constexpr double kRests = 0.05;     // of the time: an end that it is less at is a pose like others
-constexpr double kDonning = 0.03;   // standard deviation of a reading from donning to donning, in ranges
-constexpr double kShort_s = 20;     // of a recording as short as this a donning counts half
-constexpr double kMotion = 30;      // how much smoother a motion's curve is than a reading's
-constexpr double kCommon = 1e5;     // prior weight of what all donnings share: that is the curves'
-constexpr double kTail = 0.002;     // share of the readings outside the knots' range
+constexpr double kRests = 0.05;    // of the time: an end that it is less at is a pose like others
+constexpr double kDonning = 0.03;  // standard deviation of a reading from donning to donning, in ranges
+constexpr double kShort_s = 20;    // of a recording as short as this a donning counts half
+constexpr double kMotion = 30;     // how much smoother a motion's curve is than a reading's
+constexpr double kCommon = 1e5;    // prior weight of what all donnings share: that is the curves'
+constexpr double kTail = 0.002;    // share of the readings outside the knots' range
+constexpr double kMixSmooth = 10;  // priors of the curve and the weights of a mix
+constexpr double kMixPrior = 1e-3;
+constexpr double kMixMotion_s = 0.1;
+constexpr int kMixKnots = 12;
+constexpr int kMixRounds = 3;
 constexpr double kGrid = 1.0 / 32;  // knots lie on the steps of Q5 where the readings are that coarse
 
 // Quantiles of the readings, apart from one another, and one knot beyond each end: there the smoothness carries
@@ -150,6 +156,86 @@ model::Saturation limits_at_rest(const Stack& stack, const model::Saturation& en
 double range_of(const Stack& stack, Index sensor) {
   const std::vector<double> u = sorted(stack.input(stack.used, sensor));
   return quantile(u, 1 - kTail) - quantile(u, kTail);
+}
+
+namespace {
+
+// What a mix is fitted to: readings in standard deviations, still and in motion, and angles about their median.
+struct MixData {
+  MatrixXd still;
+  MatrixXd moving;
+  VectorXd angle;
+  std::vector<Index> recording;
+};
+
+// Residuals of the used samples, then of the priors. Of what is searched: weights, the curve's values on these knots, the motion, and
+// the level of each recording.
+VectorXd mix_residual(const MixData& data, const VectorXd& line, const std::vector<double>& knots,
+                      const VectorXd& at, MatrixXd* jacobian) {
+  const Index n = data.angle.size();
+  const Index m = line.size();
+  const Index motion = m + kMixKnots;
+  const VectorXd u = data.still * at.head(m);
+  MatrixXd j = MatrixXd::Zero(n + kMixKnots - 1 + at.size(), at.size());
+  j.block(0, m, n, kMixKnots) = hat_values(u, knots);
+  j.col(motion).head(n) = data.moving * at.head(m);
+  for (Index k = 0; k < n; ++k) j(k, motion + data.recording[static_cast<std::size_t>(k)]) = 1;
+  j.block(n, m, kMixKnots - 2, kMixKnots) = std::sqrt(kMixSmooth) * second_differences(knots);
+  j.bottomRows(at.size()).diagonal().setConstant(std::sqrt(kAnchor));
+  j.bottomRows(at.size()).diagonal().tail(at.size() - motion - 1).setOnes();
+  VectorXd r = j * at;
+  // The curve takes up any other size of the weights.
+  j.row(n + kMixKnots - 2).head(m) = line.transpose();
+  r(n + kMixKnots - 2) = line.dot(at.head(m) - line);
+  for (Index k = 0; k < n; ++k) {
+    const auto i = io::place(knots, u(k)).first;
+    const auto low = m + static_cast<Index>(i);
+    j.row(k).head(m) = (at(low + 1) - at(low)) / (knots[i + 1] - knots[i]) * data.still.row(k) +
+                       at(motion) * data.moving.row(k);
+    const Bent bent = bend(r(k) - data.angle(k), kLoss_deg);
+    r(k) = bent.value;
+    j.row(k) *= bent.slope;
+  }
+  if (jacobian != nullptr) *jacobian = std::move(j);
+  return r;
+}
+
+}  // namespace
+
+VectorXd mix_of(const Stack& stack, double period_s) {
+  const MatrixXd used = stack.input(stack.used, Eigen::all);
+  const auto n = static_cast<double>(used.rows());
+  const Eigen::RowVectorXd mean = used.colwise().mean();
+  const VectorXd deviation = ((used.rowwise() - mean).colwise().squaredNorm() / n).cwiseSqrt();
+  Stack mixed = stack;
+  mixed.input = (stack.input.rowwise() - mean) * deviation.cwiseInverse().asDiagonal();
+  MixData data{mixed.input(stack.used, Eigen::all),
+               motion(stack, kMixMotion_s, period_s, mixed.input)(stack.used, Eigen::all),
+               stack.angle(stack.used),
+               {}};
+  data.angle.array() -= median({data.angle.begin(), data.angle.end()});
+  for (const Index k : stack.used)
+    data.recording.push_back(std::ranges::upper_bound(stack.begin, k) - stack.begin.begin());
+  MatrixXd squares = data.still.transpose() * data.still;
+  squares.diagonal().array() += kMixPrior * n;
+  VectorXd line = squares.llt().solve(data.still.transpose() * data.angle);
+  for (int round = 0; round < kMixRounds; ++round) {
+    const VectorXd u = data.still * line;
+    line /= u.norm() / std::sqrt(n);
+    const std::vector<double> knots = knots_of(sorted(data.still * line), kMixKnots);
+    VectorXd x = VectorXd::Zero(line.size() + kMixKnots + std::ssize(stack.begin));
+    x.head(line.size()) = line;
+    x.segment(line.size(), kMixKnots) =
+        u.dot(data.angle) / u.norm() / std::sqrt(n) * Eigen::Map<const VectorXd>(knots.data(), kMixKnots);
+    const VectorXd far = VectorXd::Constant(x.size(), HUGE_VAL);
+    levenberg_marquardt(
+        [&](const VectorXd& at, MatrixXd* jacobian) { return mix_residual(data, line, knots, at, jacobian); },
+        -far, far, {}, x);
+    line = x.head(line.size());
+  }
+  if ((data.still * line).dot(data.still.col(0)) < 0) line = -line;
+  mixed.input *= line;
+  return range_of(stack, 0) / range_of(mixed, 0) * line.cwiseQuotient(deviation);
 }
 
 System::System(const Stack& stack, const Branches& branches, double period_s, const model::Saturation& ends) {

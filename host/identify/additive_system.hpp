@@ -38,6 +38,11 @@ model::Saturation limits_at_rest(const Stack& stack, const model::Saturation& en
 
 double range_of(const Stack& stack, Eigen::Index sensor);  // of the used readings, but for a few
 
+// Weights of the sensors in one reading whose curve and motion are nearest to the angle, with the range of the own one's: from the
+// best line on by Gauss-Newton steps, the curve fitted anew for each.
+// Source: W. Haerdle, P. Hall, H. Ichimura, Ann. Statist. 21 (1993) 157 (single-index models).
+Eigen::VectorXd mix_of(const Stack& stack, double period_s);
+
 // What a joint may read once the glove is put on anew: the sample as it was, then each sensor shifted down and up (sigma points; they
 // have the mean and the variance of donnings). For where the finger rests at an end alone: there all that is known is that it does.
 struct Donnings {

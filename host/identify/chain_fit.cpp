@@ -307,8 +307,8 @@ JointFit fit_chain(const Chain& wanted, const std::vector<Session>& sessions, co
                    const Step& step) {
   if (joint.sensors.size() != 1) {
     throw io::InputError(
-        "{}: {} has one sensor, the map names {}: leave the others out, or choose a sum of curves",
-        joint.joint, text_of(wanted), joint.sensors.size());
+        "{}: {} has one sensor, the map names {}: \"{}{}\", leave the others out, or choose a sum of curves",
+        joint.joint, text_of(wanted), joint.sensors.size(), kMix, text_of(wanted));
   }
   return ChainFitter(wanted, sessions, inputs, joint, step).run(initial, least_deg);
 }

@@ -201,18 +201,17 @@ model::Model start_model(const Options& options, const std::vector<Take>& takes,
 void add_baselines(const model::Model& inputs, const JointMap& map, const std::vector<Take>& takes,
                    Sampled& sampled, std::map<std::string, model::Model> fitted,
                    std::vector<std::string>& refusals) {
-  const std::size_t sensors = map.sensors.size();
   for (const score::Baseline& one : score::kBaselines) {
-    const WantedStructure wanted = parse_structure(one.structure, sensors);
+    const WantedStructure wanted = parse_structure(one.structure, map.sensors.size());
     const Chain* chain = std::get_if<Chain>(&wanted);
-    if (chain != nullptr && sensors > 1)
-      continue;  // it has one sensor: where there are several it is no peer
+    const bool mixed = chain != nullptr && map.sensors.size() > 1;
     try {
       if (!fitted.contains(one.structure))
-        fitted[one.structure] =
-            (chain != nullptr ? fit_chain(*chain, sessions_of(sampled), inputs, map, {}, HUGE_VAL, {})
-                              : fit_joint(sessions_of(sampled), inputs, map, one.structure, {}, {}))
-                .model;
+        fitted[one.structure] = (chain != nullptr && !mixed
+                                     ? fit_chain(*chain, sessions_of(sampled), inputs, map, {}, HUGE_VAL, {})
+                                     : fit_joint(sessions_of(sampled), inputs, map,
+                                                 (mixed ? std::string(kMix) : "") + one.structure, {}, {}))
+                                    .model;
       add_estimates(one.name, fitted.at(one.structure), takes, {&sampled, 1});
     } catch (const io::JobError& error) {
       refusals.push_back(fmt::format("{}: {}", one.name, error.what()));

@@ -25,7 +25,7 @@ TEST_F(Hand, AllJointsOfOneRecordingAreFittedToOneModelThatCanBeWorn) {
     EXPECT_GT(joint.holdout.rmse_deg, 0.3) << joint.name << ": better than the camera's noise";
     EXPECT_LT(joint.holdout.rmse_deg, joint.baselines.at("line").rmse_deg) << joint.name;
     EXPECT_LE(joint.hold_drift_deg, 1) << joint.name;
-    EXPECT_EQ(joint.baselines.size() + joint.baseline_refusals.size(), joint.sensors.size() > 1 ? 4U : 5U);
+    EXPECT_EQ(joint.baselines.size() + joint.baseline_refusals.size(), 5U);
   }
   EXPECT_NO_THROW(model::check_fixed(r.model));
   ASSERT_EQ(r.clocks.size(), 1U);
@@ -141,6 +141,10 @@ TEST_F(Hand, JointsAreFoundByName) {
       files.reference,
       "t_s,index_mcp_deg,index_dip_deg,thumb_deg,ring_deg,thumb_quality\n0,1,2,3,4,0\n1,2,3,4,5,0\n");
   std::string all;
+  EXPECT_EQ(with_neighbours(parse_map("thumb=a:x,index_pip=b:y,ring=d:z,index_mcp=e:w")).at(0).sensors,
+            (std::vector<std::string>{"a", "b", "e"}));
+  EXPECT_EQ(with_neighbours(parse_map("middle=a:x,elbow=b:y,wrist=c:z")),
+            parse_map("middle=a:x,elbow=b:y,wrist=c:z"));
   for (const JointMap& joint : map_by_name(files, "")) {
     ASSERT_EQ(joint.sensors.size(), 1U);
     all += joint.joint + "=" + joint.sensors[0] + ":" + joint.reference + " ";
@@ -505,7 +509,8 @@ TEST_F(Hand, AStoppedSearchTakesTheBestSoFarOfEveryJointAndSaysSo) {
   const Result stopped = identify_files(r, at_once);
   ASSERT_EQ(stopped.joints.size(), 2u);
   for (const JointResult& joint : stopped.joints) {
-    EXPECT_EQ(joint.rows.size(), joint.name == "thumb" ? 2u : 1u) << "both sensors, and the own one alone";
+    EXPECT_EQ(joint.rows.size(), joint.name == "thumb" ? 3u : 1u)
+        << "both sensors, their mix, and the own one";
     EXPECT_LT(joint.holdout.rmse_deg, joint.baselines.at("line").rmse_deg) << joint.name;
     EXPECT_TRUE(warned(stopped, joint.name + ": stopped before"));
   }
@@ -513,6 +518,30 @@ TEST_F(Hand, AStoppedSearchTakesTheBestSoFarOfEveryJointAndSaysSo) {
   r.structure = "hw";
   r.map = parse_map(kIndex);
   EXPECT_THROW(identify_files(r, at_once), io::Cancelled);
+}
+
+// The first sensor feels a share of the second one's finger: what is left without it is a curve of its own.
+TEST_F(Hand, ASensorThatFeelsAnothersFingerIsMixedWithItAndFitsABoard) {
+  const PairFiles pair = write("one", {60, 1});
+  change(pair.sensor, [](recording::Recording& log) {
+    for (std::size_t k = 0; k < log.t_s.size(); ++k)
+      log.columns[0].value[k] = std::round(log.columns[0].value[k] + 0.3 * log.columns[1].value[k]);
+  });
+  Request r = request({pair}, "index=a_adc+b_adc:index_deg");
+  r.clock_offset_s = kOffset_s;
+  const Result mixed = identify_files(r, {});
+  const JointResult& joint = mixed.joints.front();
+  EXPECT_TRUE(joint.structure.starts_with("mixed: ")) << joint.structure;
+  const auto& sum = std::get<model::Sum>(mixed.model.blocks.front().kind);
+  EXPECT_NEAR(sum.weights[1] / sum.weights[0], -0.3,
+              0.06);  // it sees the first finger too, without the cloth's play
+  EXPECT_NO_THROW(model::check_fixed(mixed.model));
+  r.structure = joint.text;
+  EXPECT_NEAR(identify_files(r, {}).joints.front().holdout.rmse_deg, joint.holdout.rmse_deg, 1e-9);
+  r.structure = "hysteresis";
+  EXPECT_LT(joint.holdout.rmse_deg, 0.8 * identify_files(r, {}).joints.front().holdout.rmse_deg);
+  r.structure = "mix > hw";
+  EXPECT_LT(identify_files(r, {}).joints.front().holdout.rmse_deg, 5);
 }
 
 TEST_F(Hand, MapsThatMeanNothingAreRefusedWhereTheyGoWrong) {

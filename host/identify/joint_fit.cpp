@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "host/identify/additive_system.hpp"
 #include "host/identify/chain_fit.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/robust.hpp"
@@ -287,17 +288,20 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
   }
 }
 
-// One sensor where it is as good as several and holds as still, with the rows of both; of fits as good the smaller.
-JointFit better(JointFit several, JointFit one) {
+// One reading, mixed or the own one, where it is as good as several and holds as still, with the rows of both; of fits as good the
+// smaller.
+JointFit better(JointFit several, JointFit one, const std::string& name) {
   const double tie = one.effective <= several.effective ? kAsGood : 0;
+  const auto chosen = std::ranges::find(one.rows, true, &CandidateRow::chosen);
   const bool fewer = mean(one.fold_loss) <= (1 + tie) * (1 + tie) * mean(several.fold_loss) &&
-                     one.hold_drift_deg <= std::max(kMostDrift_deg, several.hold_drift_deg);
-  for (CandidateRow& row : one.rows) row.structure = one.sensors.front() + " alone: " + row.structure;
+                     one.hold_drift_deg <= std::max(kMostDrift_deg, several.hold_drift_deg) &&
+                     chosen->refusal.empty();
+  for (CandidateRow& row : one.rows) row.structure = name + ": " + row.structure;
   JointFit& other = fewer ? several : one;
   for (CandidateRow& row : other.rows) row.chosen = false;
   JointFit out = fewer ? std::move(one) : std::move(several);
   for (CandidateRow& row : other.rows) {
-    explain(out.rows, row, fewer ? "one sensor alone is as good" : "its loss over the folds is larger");
+    explain(out.rows, row, fewer ? name + " is as good" : "its loss over the folds is larger");
     out.rows.push_back(row);
   }
   out.untried += other.untried;
@@ -315,6 +319,79 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
   }
   out.rows = {out.row()};
   out.rows.front().refusal = imprecision_of(out.model);
+  return out;
+}
+
+// All sensors' readings in one, whose weights are fitted first, about where the own one is.
+struct Mix {
+  Mix(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint)
+      : model(own_inputs(inputs, joint)), one(model), sessions(sessions) {
+    const Stack stack(sessions);
+    Eigen::VectorXd weight = mix_of(stack, inputs.sample_period_s);
+    std::ranges::sort(model.inputs, {}, [&](const model::Input& input) {
+      return std::ranges::find(joint.sensors, input.name);
+    });
+    std::vector<model::Interval> readings;
+    for (model::Input& input : model.inputs) {
+      gains.push_back(scale_to_counts(input));
+      readings.push_back({input.valid_min, input.valid_max});
+    }
+    weight *= gains.front();
+    const Eigen::MatrixXd used = stack.input(stack.used, Eigen::all);
+    sum.offset = (gains.front() * used.col(0) - used * weight).mean();
+    for (std::size_t s = 0; s < gains.size(); ++s)
+      sum.weights.push_back(weight(static_cast<Eigen::Index>(s)) / gains[s]);
+    const auto [least, most] =
+        model::meet(sum.values(readings, inputs.sample_period_s), {-kMostCounts, kMostCounts});
+    one.inputs = {model.inputs.front()};
+    one.inputs.front().name = joint.joint + " mix";
+    one.inputs.front().valid_min = least;
+    one.inputs.front().valid_max = most;
+    for (Session& session : this->sessions)
+      session.input = ((session.input * weight).array() + sum.offset).matrix().eval();
+  }
+
+  // Behind the sensors what was fitted behind their mix.
+  model::Model whole(model::Model fitted) const {
+    model::Model out = model;
+    std::vector<std::string> sensors;
+    for (const model::Input& input : model.inputs) sensors.push_back(input.name);
+    out.blocks = {{sensors, one.inputs.front().name, sum}};
+    append(fitted, out);
+    for (std::size_t s = 0; s < gains.size(); ++s)
+      if (gains[s] != 1) out = model::corrected(std::move(out), s, {gains[s], 0});
+    return out;
+  }
+
+  model::Model model;  // of the sensors, the own one first
+  model::Model one;    // of their mix
+  std::vector<double> gains;
+  model::Sum sum;
+  std::vector<Session> sessions;
+};
+
+// Then the structure as of one sensor.
+JointFit fit_mixed(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
+                   const std::string& structure, const std::optional<Initial>& initial, const Step& step,
+                   const Room& room, double most) {
+  const Mix mix(sessions, inputs, joint);
+  const JointMap map{joint.joint, {mix.one.inputs.front().name}, joint.reference};
+  JointFit out = fit_joint(mix.sessions, mix.one, map, structure, initial, step, room, most);
+  out.model = mix.whole(out.model);
+  out.sensors = joint.sensors;
+  out.structure = "mixed: " + out.structure;
+  out.text = std::string(kMix) + out.text;
+  out.baseline_models.clear();  // of the mix
+  out.effective += static_cast<double>(joint.sensors.size() - 1);
+  for (std::size_t s = 0; s < joint.sensors.size(); ++s)
+    out.parameters.push_back(
+        {"weight of " + joint.sensors[s], mix.sum.weights[s] * mix.gains[s] / mix.gains[0], 0, true});
+  const auto all = std::ssize(out.parameters);
+  out.covariance.conservativeResizeLike(Eigen::MatrixXd::Zero(all, all));
+  CandidateRow& row = *std::ranges::find(out.rows, true, &CandidateRow::chosen);
+  row.parameters = out.effective;
+  row.refusal = refusal_of(out.model, 0);
+  if (row.refusal.empty()) row.refusal = imprecision_of(out.model);
   return out;
 }
 
@@ -409,6 +486,11 @@ void append(const model::Model& one, model::Model& model) {
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
                    const std::string& structure, const std::optional<Initial>& initial, const Step& step,
                    const Room& room, double most) {
+  if (structure.starts_with(kMix)) {
+    const std::string rest = structure.substr(kMix.size());
+    return joint.sensors.size() > 1 ? fit_mixed(sessions, inputs, joint, rest, initial, step, room, most)
+                                    : fit_joint(sessions, inputs, joint, rest, initial, step, room, most);
+  }
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   if (const auto* chain = std::get_if<Chain>(&wanted))
     return fit_one_chain(*chain, sessions, inputs, joint, initial, step);
@@ -434,7 +516,9 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
   std::vector<Session> own = sessions;
   for (Session& session : own) session.input = session.input.leftCols(1).eval();
   const JointMap alone{joint.joint, {joint.sensors.front()}, joint.reference};
-  return better(std::move(out), fit_joint(own, inputs, alone, structure, {}, step, room, most));
+  out = better(std::move(out), fit_mixed(sessions, inputs, joint, structure, {}, step, room, most), "mixed");
+  return better(std::move(out), fit_joint(own, inputs, alone, structure, {}, step, room, most),
+                joint.sensors.front() + " alone");
 }
 
 }  // namespace flexor::identify

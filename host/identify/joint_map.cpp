@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <optional>
 #include <set>
 
@@ -98,6 +99,23 @@ std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeO
         "{}; {} has {}",
         files.sensor.string(), recording::listed(sensors), files.reference.string(),
         recording::listed(references));
+  }
+  return out;
+}
+
+std::vector<JointMap> with_neighbours(const std::vector<JointMap>& map) {
+  const auto place = [](const JointMap& joint) {
+    const std::string finger = joint.joint.substr(0, joint.joint.find('_'));
+    return std::ranges::find(model::finger_names(), finger) - model::finger_names().begin();
+  };
+  std::vector<JointMap> out = map;
+  for (JointMap& joint : out) {
+    for (const JointMap& other : map) {
+      const std::string& sensor = other.sensors.front();
+      const bool known = std::ranges::find(joint.sensors, sensor) != joint.sensors.end();
+      if (!known && std::abs(place(joint) - place(other)) == 1 && std::max(place(joint), place(other)) < 5)
+        joint.sensors.push_back(sensor);
+    }
   }
   return out;
 }

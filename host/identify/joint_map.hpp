@@ -16,10 +16,15 @@ struct JointMap {
   std::string joint;
   std::vector<std::string> sensors;
   std::string reference;
+
+  bool operator==(const JointMap&) const = default;
 };
 
 // "thumb=SensorA0:thumb_deg,index=SensorA1+SensorA0:index_deg". Throws io::InputError, pointing at what is wrong.
 std::vector<JointMap> parse_map(const std::string& text);
+
+// To each joint's sensors those of the fingers beside it.
+std::vector<JointMap> with_neighbours(const std::vector<JointMap>& map);
 
 // Of all joints, each once.
 std::vector<std::string> sensors_of(const std::vector<JointMap>& map);

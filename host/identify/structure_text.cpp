@@ -65,7 +65,7 @@ const std::vector<std::string> kSums = {"auto", "limited-line", "line-lead", "cu
 
 class Parser {
  public:
-  explicit Parser(std::string_view text) : text_(text) {}
+  Parser(std::string_view text, std::size_t begin) : text_(text), at_(begin) {}
 
   std::vector<Term> terms() {
     std::vector<Term> out(1);
@@ -104,8 +104,9 @@ class Parser {
       for (const Known& one : kKnown) blocks.push_back(one.name);
       std::vector<std::string> structures = kSums;
       for (const auto& [shorthand, text] : kShorthands) structures.push_back(shorthand);
-      fail(at, fmt::format("unknown block {} (blocks are {}; whole structures {})", io::start_of(name, 30),
-                           fmt::join(blocks, ", "), fmt::join(structures, ", ")));
+      fail(at, fmt::format(
+                   "unknown block {} (blocks are {}; whole structures {}; before one of several sensors {})",
+                   io::start_of(name, 30), fmt::join(blocks, ", "), fmt::join(structures, ", "), kMix));
     }
     skip_spaces();
     Block out{known->name, known->place, {}, at, at_};
@@ -133,7 +134,7 @@ class Parser {
   }
 
   std::string_view text_;
-  std::size_t at_ = 0;
+  std::size_t at_;
 };
 
 bool is_dynamic(const Block& block) {
@@ -223,11 +224,17 @@ Chain chain(const Parser& parser, const Term& term) {
 }  // namespace
 
 WantedStructure parse_structure(std::string_view text, std::size_t sensors) {
-  if (text == "line" && sensors > 1) text = "curve(2) + open";
-  if (std::ranges::find(kSums, text) != kSums.end()) return candidates(std::string(text), sensors);
-  const auto shorthand = std::ranges::find(kShorthands, text, &std::pair<std::string, std::string>::first);
-  if (shorthand != kShorthands.end()) text = shorthand->second;
-  Parser parser(text);
+  std::size_t begin = text.starts_with(kMix) ? kMix.size() : 0;
+  std::string_view name = text.substr(begin);
+  if (begin > 0) sensors = 1;
+  if (name == "line" && sensors > 1) name = text = "curve(2) + open";
+  if (std::ranges::find(kSums, name) != kSums.end()) return candidates(std::string(name), sensors);
+  const auto shorthand = std::ranges::find(kShorthands, name, &std::pair<std::string, std::string>::first);
+  if (shorthand != kShorthands.end()) {
+    text = shorthand->second;
+    begin = 0;
+  }
+  Parser parser(text, begin);
   const std::vector<Term> terms = parser.terms();
   const bool dynamic =
       std::ranges::any_of(terms, [](const Term& term) { return std::ranges::any_of(term, is_dynamic); });

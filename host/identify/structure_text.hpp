@@ -1,6 +1,6 @@
 // The structure of a joint's compensator as text.
 //
-//   structure = auto | shorthand | term { "+" term }
+//   structure = [ "mix > " ] ( auto | shorthand | term { "+" term } )
 //   term      = block { ">" block }
 //   block     = name [ "(" number ")" ]
 //
@@ -14,6 +14,8 @@
 //   lag(0.2) > dead-zone > hysteresis(2) > curve(10) > lti(2) > saturation
 //   hysteresis: so many plays; lti: so many real poles, pair in its place: two complex ones; the curve may stand behind them, or
 //   on both sides, or a gain in its place; a lag without a number is searched, and without a curve a gain is meant.
+// mix: of several sensors, whose readings become one by weights that are fitted first; the structure is then as of one sensor. auto of
+// several sensors tries that as well, the sum of each sensor's curves and the own sensor alone.
 // Shorthands: limited-line, line-lead, curve, hysteresis are sums; line (by least squares, of one sensor), linear-dynamic,
 // hammerstein, wiener, hw, wh, hysteresis-hw are chains.
 #pragma once
@@ -37,6 +39,8 @@ struct Chain {
 
   bool operator==(const Chain&) const = default;
 };
+
+inline constexpr std::string_view kMix = "mix > ";
 
 using WantedStructure = std::variant<Candidates, Chain>;
 

@@ -89,6 +89,8 @@ TEST(StructureText, WhatHasNoMeaningIsPointedAt) {
   says("play(0.1) > curve > lti", "play belongs into a sum");
   says("saturation(3)", "takes no number");
   says("curve > lti(4)", "1 to 3 at character 13");
+  says("mix > curve > lti(4)", "1 to 3 at character 19");
+  says("mix", "before one of several sensors mix >");
   says(std::string(10000, 'c'), "unknown block");
   EXPECT_LT(refusal(std::string(10000, 'c')).size(), 400u);
 }

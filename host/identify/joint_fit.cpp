@@ -336,6 +336,8 @@ struct Mix {
       gains.push_back(scale_to_counts(input));
       readings.push_back({input.valid_min, input.valid_max});
     }
+    if (!weight.allFinite())
+      throw io::JobError("{}: a sensor of its map never changes in the fitted part", joint.joint);
     weight *= gains.front();
     const Eigen::MatrixXd used = stack.input(stack.used, Eigen::all);
     sum.offset = (gains.front() * used.col(0) - used * weight).mean();

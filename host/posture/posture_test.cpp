@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "host/io/io.hpp"
 #include "host/io/refusal_test.hpp"

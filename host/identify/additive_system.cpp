@@ -230,7 +230,7 @@ VectorXd mix_of(const Stack& stack, double period_s) {
     const VectorXd far = VectorXd::Constant(x.size(), HUGE_VAL);
     levenberg_marquardt(
         [&](const VectorXd& at, MatrixXd* jacobian) { return mix_residual(data, line, knots, at, jacobian); },
-        -far, far, {20, 1e-5}, x);
+        -far, far, {}, x);
     line = x.head(line.size());
   }
   if ((data.still * line).dot(data.still.col(0)) < 0) line = -line;

@@ -165,7 +165,8 @@ void add_takes(Options& o) {
     r.map = {map};
   } else {
     r.map = o.map.empty() ? map_by_name(r) : identify::parse_map(o.map);
-    if (o.neighbours) r.map = identify::with_neighbours(r.map);
+    if (o.neighbours)
+      r.map = identify::with_neighbours(r.map, identify::columns_of(r.pairs.front(), false, r.time));
   }
 }
 

@@ -305,11 +305,6 @@ class ChainFitter {
 JointFit fit_chain(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
                    const JointMap& joint, const std::optional<Initial>& initial, double least_deg,
                    const Step& step) {
-  if (joint.sensors.size() != 1) {
-    throw io::InputError(
-        "{}: {} has one sensor, the map names {}: \"{}{}\", leave the others out, or choose a sum of curves",
-        joint.joint, text_of(wanted), joint.sensors.size(), kMix, text_of(wanted));
-  }
   return ChainFitter(wanted, sessions, inputs, joint, step).run(initial, least_deg);
 }
 

@@ -16,7 +16,7 @@
 namespace flexor::identify {
 
 // `initial`: one start more for its parameters. Cross-validated only where the fitted error is below `least_deg`: what another errs
-// by on what it did not see. Throws io::InputError for several sensors, io::JobError where the fit cannot be done.
+// by on what it did not see. Throws io::JobError where the fit cannot be done.
 JointFit fit_chain(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
                    const JointMap& joint, const std::optional<Initial>& initial, double least_deg,
                    const Step& step);

@@ -41,6 +41,8 @@ constexpr double kBeside_s = 1;
 constexpr std::size_t kBlocks = 8;
 constexpr double kMuchWorse = 1.5;
 constexpr double kLittle = 0.2;
+constexpr double kTogether = 0.25;
+constexpr double kLost = 0.02;
 
 using Sampled = std::vector<JointSamples>;  // of a joint, in each pair
 using Samples = std::vector<Sampled>;       // of each joint
@@ -202,16 +204,9 @@ void add_baselines(const model::Model& inputs, const JointMap& map, const std::v
                    Sampled& sampled, std::map<std::string, model::Model> fitted,
                    std::vector<std::string>& refusals) {
   for (const score::Baseline& one : score::kBaselines) {
-    const WantedStructure wanted = parse_structure(one.structure, map.sensors.size());
-    const Chain* chain = std::get_if<Chain>(&wanted);
-    const bool mixed = chain != nullptr && map.sensors.size() > 1;
     try {
       if (!fitted.contains(one.structure))
-        fitted[one.structure] = (chain != nullptr && !mixed
-                                     ? fit_chain(*chain, sessions_of(sampled), inputs, map, {}, HUGE_VAL, {})
-                                     : fit_joint(sessions_of(sampled), inputs, map,
-                                                 (mixed ? std::string(kMix) : "") + one.structure, {}, {}))
-                                    .model;
+        fitted[one.structure] = fit_baseline(sessions_of(sampled), inputs, map, one.structure).model;
       add_estimates(one.name, fitted.at(one.structure), takes, {&sampled, 1});
     } catch (const io::JobError& error) {
       refusals.push_back(fmt::format("{}: {}", one.name, error.what()));
@@ -570,10 +565,33 @@ void fit_joints(const Options& options, const std::vector<std::string>& structur
   fit_into_room(options, structures, fit, inputs, r);
 }
 
+// Samples count where the fingers that this joint's sensors tell of are as far closed as its own, to a quarter of their ranges: a strip
+// that feels its neighbours reads otherwise at the open hand than where its finger alone is open.
+std::vector<Session> together(const Samples& samples, std::size_t joint,
+                              const std::vector<JointResult>& joints) {
+  std::vector<Session> out = sessions_of(samples[joint]);
+  const auto shares = [](const Session& session) -> Eigen::ArrayXd {
+    const double least = session.angle_deg.minCoeff();
+    return (session.angle_deg.array() - least) / (session.angle_deg.maxCoeff() - least);
+  };
+  for (std::size_t j = 0; j < samples.size(); ++j) {
+    const auto& sensors = joints[joint].sensors;
+    if (j == joint || std::ranges::find(sensors, joints[j].sensors.front()) == sensors.end()) continue;
+    const std::vector<Session> other = sessions_of(samples[j]);
+    for (std::size_t p = 0; p < out.size(); ++p) {
+      if (other[p].angle_deg.size() != out[p].angle_deg.size()) continue;
+      const Eigen::ArrayXd apart = (shares(other[p]) - shares(out[p])).abs();
+      for (std::size_t k = 0; k < out[p].use.size(); ++k)
+        if (!(apart(static_cast<Eigen::Index>(k)) <= kTogether)) out[p].use[k] = 0;
+    }
+  }
+  return out;
+}
+
 // How each sensor's readings spread, over the samples of the first joint that it tells of, and its poses by the joint whose own it
 // is; one that is no joint's own has none.
-void add_readings(const Options& options, const Samples& samples, model::Model& model) {
-  for (model::Input& input : model.inputs) {
+void add_readings(const Options& options, const Samples& samples, Result& r) {
+  for (model::Input& input : r.model.inputs) {
     bool is_told = false;
     bool is_own = false;
     for (std::size_t j = 0; j < options.map.size() && !is_own; ++j) {
@@ -584,7 +602,7 @@ void add_readings(const Options& options, const Samples& samples, model::Model& 
       if (!is_told) add_spread(sessions, at, input);
       is_told = true;
       is_own = at == 0;
-      if (is_own) add_poses(sessions, 0, model.sample_period_s, input);
+      if (is_own) add_poses(together(samples, j, r.joints), 0, r.model.sample_period_s, input);
     }
   }
 }
@@ -594,7 +612,7 @@ void fit_model(const Options& options, const std::vector<std::string>& structure
   r.model = start_model(options, takes, samples);
   if (options.refit) warn_of_other_units(options, r);
   fit_joints(options, structures, samples, step, r);
-  add_readings(options, samples, r.model);
+  add_readings(options, samples, r);
   std::erase_if(r.model.inputs, [&](const model::Input& input) {
     return std::ranges::none_of(r.model.blocks, [&](const auto& block) {
       return std::ranges::find(block.from, input.name) != block.from.end();
@@ -814,6 +832,38 @@ void leave_out(const Options& options, const std::vector<Take>& takes, const Ste
   }
 }
 
+// Sensors beside the own one whose readings are missing or refused where its are good, so that each would hold the angle, or that
+// never change.
+void leave_out_lost(Samples& samples, Options& options, std::vector<std::string>& warnings) {
+  const auto is_good = [](const recording::Aligned& a, std::size_t k) {
+    return a.gap[k] == 0 && a.input[k] >= a.valid.min && a.input[k] <= a.valid.max;
+  };
+  for (std::size_t j = 0; j < samples.size(); ++j) {
+    std::vector<std::string>& sensors = options.map[j].sensors;
+    for (std::size_t s = sensors.size() - 1; s > 0; --s) {
+      double good = 0;
+      std::vector<double> readings;
+      for (const JointSamples& take : samples[j]) {
+        for (std::size_t k = take.begin(); k < take.own().holdout_begin; ++k) {
+          if (!is_good(take.own(), k)) continue;
+          ++good;
+          if (is_good(take.sensors[s], k)) readings.push_back(take.sensors[s].input[k]);
+        }
+      }
+      const double lost = good - static_cast<double>(readings.size());
+      const bool moves = !readings.empty() && std::ranges::min(readings) < std::ranges::max(readings);
+      if (good == 0 || (moves && lost <= kLost * good)) continue;
+      warnings.push_back(fmt::format(
+          "{}: {} is left out: {}", options.map[j].joint, sensors[s],
+          moves ? fmt::format("{:.0f} % of its readings are missing or refused", 100 * lost / good)
+                : "it never changes in the fitted part"));
+      sensors.erase(sensors.begin() + static_cast<std::ptrdiff_t>(s));
+      for (JointSamples& take : samples[j])
+        take.sensors.erase(take.sensors.begin() + static_cast<std::ptrdiff_t>(s));
+    }
+  }
+}
+
 // A few samples prove nothing.
 void check_held_out(const recording::Aligned& a) {
   if (left_out_wholly(a)) throw InputError("the split leaves nothing to fit: a larger --split");
@@ -843,11 +893,11 @@ Result identify_files(const Request& request, const Step& step) {
   return out;
 }
 
-Result identify(std::vector<Take> takes, const Options& options, const Step& step) {
-  check(options);
+Result identify(std::vector<Take> takes, const Options& asked, const Step& step) {
+  check(asked);
+  Options options = asked;
   if (takes.empty()) throw InputError("no recordings: --pair GLOVE CAMERA, or --sensor and --reference");
   Result r;
-  r.options = options;
   for (const Take& take : takes) r.files.push_back(take.files);
   if (options.leave_out != LeaveOut::none) (void)units_of(options, r.files);
   if (options.lead_s > kLongLead_s) {
@@ -865,7 +915,9 @@ Result identify(std::vector<Take> takes, const Options& options, const Step& ste
       refuse_unsure(takes[p].sensor.source, r.clocks.back().offset_s, r.clocks.back().confidence,
                     r.warnings.size() > said ? r.warnings[said] : "");
   }
-  const Samples samples = sample_all(takes, r.clocks, options);
+  Samples samples = sample_all(takes, r.clocks, options);
+  leave_out_lost(samples, options, r.warnings);
+  r.options = options;
   for (std::size_t j = 0; j < options.map.size(); ++j) {
     for (const JointSamples& take : samples[j]) check_held_out(take.own());
     const std::vector<Session> sessions = sessions_of(samples[j]);

@@ -353,6 +353,10 @@ struct Mix {
       session.input = ((session.input * weight).array() + sum.offset).matrix().eval();
   }
 
+  JointMap map(const JointMap& joint) const {
+    return {joint.joint, {one.inputs.front().name}, joint.reference};
+  }
+
   // Behind the sensors what was fitted behind their mix.
   model::Model whole(model::Model fitted) const {
     model::Model out = model;
@@ -372,17 +376,26 @@ struct Mix {
   std::vector<Session> sessions;
 };
 
+// A chain of one sensor; of several it stands behind their mix.
+JointFit fit_baseline_chain(const Chain& chain, const std::vector<Session>& sessions,
+                            const model::Model& inputs, const JointMap& joint) {
+  if (joint.sensors.size() == 1) return fit_chain(chain, sessions, inputs, joint, {}, HUGE_VAL, {});
+  const Mix mix(sessions, inputs, joint);
+  JointFit out = fit_chain(chain, mix.sessions, mix.one, mix.map(joint), {}, HUGE_VAL, {});
+  out.model = mix.whole(out.model);
+  return out;
+}
+
 // Then the structure as of one sensor.
 JointFit fit_mixed(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
                    const std::string& structure, const std::optional<Initial>& initial, const Step& step,
                    const Room& room, double most) {
   const Mix mix(sessions, inputs, joint);
-  const JointMap map{joint.joint, {mix.one.inputs.front().name}, joint.reference};
-  JointFit out = fit_joint(mix.sessions, mix.one, map, structure, initial, step, room, most);
+  JointFit out = fit_joint(mix.sessions, mix.one, mix.map(joint), structure, initial, step, room, most);
   out.model = mix.whole(out.model);
   out.sensors = joint.sensors;
   out.structure = "mixed: " + out.structure;
-  out.text = std::string(kMix) + out.text;
+  out.text = "mix > " + out.text;
   out.baseline_models.clear();  // of the mix
   out.effective += static_cast<double>(joint.sensors.size() - 1);
   for (std::size_t s = 0; s < joint.sensors.size(); ++s)
@@ -486,17 +499,24 @@ void append(const model::Model& one, model::Model& model) {
   model.joints.insert(model.joints.end(), one.joints.begin(), one.joints.end());
 }
 
+JointFit fit_baseline(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
+                      const std::string& structure) {
+  const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
+  if (const auto* chain = std::get_if<Chain>(&wanted))
+    return fit_baseline_chain(*chain, sessions, inputs, joint);
+  return fit_joint(sessions, inputs, joint, structure, {}, {});
+}
+
 JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
                    const std::string& structure, const std::optional<Initial>& initial, const Step& step,
                    const Room& room, double most) {
-  if (structure.starts_with(kMix)) {
-    const std::string rest = structure.substr(kMix.size());
-    return joint.sensors.size() > 1 ? fit_mixed(sessions, inputs, joint, rest, initial, step, room, most)
-                                    : fit_joint(sessions, inputs, joint, rest, initial, step, room, most);
-  }
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
-  if (const auto* chain = std::get_if<Chain>(&wanted))
-    return fit_one_chain(*chain, sessions, inputs, joint, initial, step);
+  const auto rest = behind_mix(structure);
+  const auto* chain = std::get_if<Chain>(&wanted);
+  if (joint.sensors.size() > 1 && (rest || chain != nullptr))
+    return fit_mixed(sessions, inputs, joint, std::string(rest.value_or(structure)), initial, step, room,
+                     most);
+  if (chain != nullptr) return fit_one_chain(*chain, sessions, inputs, joint, initial, step);
   if (initial)
     throw InputError(
         "{}: initial values are a chain's, a sum of curves has one best fit: --structure "

@@ -64,6 +64,10 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
                    const std::string& structure, const std::optional<Initial>& initial, const Step& step,
                    const Room& room = {}, double most = HUGE_VAL);
 
+// The same of a structure that nobody needs to wear.
+JointFit fit_baseline(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
+                      const std::string& structure);
+
 // Why `one`, which creeps back after its sensor, is not worth more than the best that holds still; empty: it is. While the finger
 // itself holds still its error may wander by half as much again.
 std::string creep_refusal(const JointFit& one, const JointFit& still, const std::vector<Session>& sessions);

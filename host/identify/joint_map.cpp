@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <functional>
 #include <optional>
 #include <set>
 
@@ -41,6 +42,27 @@ std::vector<std::string> short_names(const std::vector<std::filesystem::path>& p
   return out;
 }
 
+namespace {
+
+bool are_one(const PairFiles& files) {
+  std::error_code error;
+  return files.reference.memory() ? files.sensor.memory() == files.reference.memory()
+                                  : std::filesystem::equivalent(files.sensor, files.reference, error);
+}
+
+std::string finger_part(const std::string& name) {
+  std::string out = recording::lower(name.substr(0, name.find('_')));
+  if (out == "little") return "pinky";
+  return out == "pointer" ? "index" : out;
+}
+
+// Of thumb to pinky; five: no finger.
+std::ptrdiff_t finger_place(const std::string& name) {
+  return std::ranges::find(model::finger_names(), finger_part(name)) - model::finger_names().begin();
+}
+
+}  // namespace
+
 std::vector<std::string> columns_of(const PairFiles& files, bool are_angles,
                                     const recording::TimeOptions& time) {
   const recording::Log& path = are_angles ? files.reference : files.sensor;
@@ -50,9 +72,7 @@ std::vector<std::string> columns_of(const PairFiles& files, bool are_angles,
         "{}: a pipe or device can be read once only: name its column with {}, or beside "
         "--pair with --map",
         path.string(), are_angles ? "--output" : "--input");
-  std::error_code error;
-  const bool is_one = path.memory() ? files.sensor.memory() == files.reference.memory()
-                                    : std::filesystem::equivalent(files.sensor, files.reference, error);
+  const bool is_one = are_one(files);
   const auto reader = recording::open_log(path, {{}, time});
   std::vector<std::string> out;
   for (std::size_t i = 0; i < reader->columns().size(); ++i) {
@@ -77,10 +97,14 @@ void refuse_unsure(const std::string& source, double clock_offset_s, double conf
 std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeOptions& time) {
   const std::vector<std::string> sensors = columns_of(files, false, time);
   const std::vector<std::string> references = columns_of(files, true, time);
-  // The first sensor whose name is `start`, or goes on after it.
-  const auto sensor_of = [&](const std::string& start) -> std::optional<std::string> {
+  // The first sensor whose name is `start`, or goes on after it, whatever the case.
+  const auto sensor_of = [&](const std::string& start,
+                             const std::string& angle) -> std::optional<std::string> {
     for (const std::string& name : sensors) {
-      if (name == start || name.starts_with(start + "_")) return name;
+      const std::string plain =
+          finger_part(name) + recording::lower(name.substr(std::min(name.find('_'), name.size())));
+      const bool fits = plain == start || plain.starts_with(start + "_");
+      if (fits && !(name == angle && are_one(files))) return name;
     }
     return std::nullopt;
   };
@@ -88,10 +112,19 @@ std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeO
   for (const std::string& angle : references) {
     if (angle.ends_with("_quality") || angle == "host_s") continue;  // of flexor track and record
     const std::string joint = angle.substr(0, angle.rfind('_'));
-    auto input = sensor_of(joint);
-    if (!input) input = sensor_of(joint.substr(0, joint.find('_')));  // index_adc for index_pip_deg
+    const std::string finger = finger_part(joint);
+    auto input =
+        sensor_of(finger + recording::lower(joint.substr(std::min(joint.find('_'), joint.size()))), angle);
+    if (!input) input = sensor_of(finger, angle);  // index_adc for index_pip_deg
     if (input) out.push_back({model::joint_name(joint), {*input}, angle});
   }
+  // Where some are fingers, or say that they are angles, a counter or a temperature in both files is no joint.
+  const auto is_joint = [](const JointMap& one) {
+    const std::string name = recording::lower(one.reference);
+    return finger_place(one.joint) < 5 || name.ends_with("deg") || name.ends_with("rad") ||
+           name.find("angle") != std::string::npos;
+  };
+  if (std::ranges::any_of(out, is_joint)) std::erase_if(out, std::not_fn(is_joint));
   if (out.empty()) {
     throw InputError(
         "no sensor and angle of one name, as index_adc and index_deg; say which belong together "
@@ -103,20 +136,23 @@ std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeO
   return out;
 }
 
-std::vector<JointMap> with_neighbours(const std::vector<JointMap>& map) {
-  const auto place = [](const JointMap& joint) {
-    const std::string finger = joint.joint.substr(0, joint.joint.find('_'));
-    return std::ranges::find(model::finger_names(), finger) - model::finger_names().begin();
-  };
+std::vector<JointMap> with_neighbours(const std::vector<JointMap>& map,
+                                      const std::vector<std::string>& columns) {
+  std::vector<std::pair<std::ptrdiff_t, std::string>> known;
+  for (const JointMap& joint : map) known.emplace_back(finger_place(joint.joint), joint.sensors.front());
+  for (const std::string& column : columns) known.emplace_back(finger_place(column), column);
   std::vector<JointMap> out = map;
   for (JointMap& joint : out) {
-    for (const JointMap& other : map) {
-      const std::string& sensor = other.sensors.front();
-      const bool known = std::ranges::find(joint.sensors, sensor) != joint.sensors.end();
-      if (!known && std::abs(place(joint) - place(other)) == 1 && std::max(place(joint), place(other)) < 5)
-        joint.sensors.push_back(sensor);
+    for (const auto& [place, sensor] : known) {
+      const bool is_new = std::ranges::find(joint.sensors, sensor) == joint.sensors.end();
+      const bool is_beside = std::abs(finger_place(joint.joint) - place) == 1;
+      if (is_new && is_beside && place < 5 && finger_place(joint.joint) < 5) joint.sensors.push_back(sensor);
     }
   }
+  if (out == map)
+    throw InputError(
+        "--neighbours: no sensor is known by its name or its joint to be of a finger beside; write "
+        "--map index=SensorA1+SensorA2:index_deg");
   return out;
 }
 

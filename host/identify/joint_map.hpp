@@ -23,8 +23,10 @@ struct JointMap {
 // "thumb=SensorA0:thumb_deg,index=SensorA1+SensorA0:index_deg". Throws io::InputError, pointing at what is wrong.
 std::vector<JointMap> parse_map(const std::string& text);
 
-// To each joint's sensors those of the fingers beside it.
-std::vector<JointMap> with_neighbours(const std::vector<JointMap>& map);
+// To each joint's sensors those of the fingers beside it: the own ones of other joints, and columns with a finger's name. Throws
+// io::InputError where there is none.
+std::vector<JointMap> with_neighbours(const std::vector<JointMap>& map,
+                                      const std::vector<std::string>& columns);
 
 // Of all joints, each once.
 std::vector<std::string> sensors_of(const std::vector<JointMap>& map);

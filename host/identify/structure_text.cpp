@@ -104,9 +104,10 @@ class Parser {
       for (const Known& one : kKnown) blocks.push_back(one.name);
       std::vector<std::string> structures = kSums;
       for (const auto& [shorthand, text] : kShorthands) structures.push_back(shorthand);
-      fail(at, fmt::format(
-                   "unknown block {} (blocks are {}; whole structures {}; before one of several sensors {})",
-                   io::start_of(name, 30), fmt::join(blocks, ", "), fmt::join(structures, ", "), kMix));
+      fail(at,
+           fmt::format(
+               "unknown block {} (blocks are {}; whole structures {}; before one of several sensors mix >)",
+               io::start_of(name, 30), fmt::join(blocks, ", "), fmt::join(structures, ", ")));
     }
     skip_spaces();
     Block out{known->name, known->place, {}, at, at_};
@@ -223,10 +224,18 @@ Chain chain(const Parser& parser, const Term& term) {
 
 }  // namespace
 
+std::optional<std::string_view> behind_mix(std::string_view text) {
+  if (!text.starts_with("mix")) return {};
+  const std::size_t arrow = text.find_first_not_of(' ', 3);
+  if (arrow == std::string_view::npos || text[arrow] != '>') return {};
+  return text.substr(std::min(text.find_first_not_of(' ', arrow + 1), text.size()));
+}
+
 WantedStructure parse_structure(std::string_view text, std::size_t sensors) {
-  std::size_t begin = text.starts_with(kMix) ? kMix.size() : 0;
-  std::string_view name = text.substr(begin);
-  if (begin > 0) sensors = 1;
+  const auto rest = behind_mix(text);
+  std::string_view name = rest.value_or(text);
+  std::size_t begin = text.size() - name.size();
+  if (rest) sensors = 1;
   if (name == "line" && sensors > 1) name = text = "curve(2) + open";
   if (std::ranges::find(kSums, name) != kSums.end()) return candidates(std::string(name), sensors);
   const auto shorthand = std::ranges::find(kShorthands, name, &std::pair<std::string, std::string>::first);

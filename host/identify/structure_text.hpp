@@ -40,7 +40,8 @@ struct Chain {
   bool operator==(const Chain&) const = default;
 };
 
-inline constexpr std::string_view kMix = "mix > ";
+// What stands behind "mix >", where the text begins so.
+std::optional<std::string_view> behind_mix(std::string_view text);
 
 using WantedStructure = std::variant<Candidates, Chain>;
 

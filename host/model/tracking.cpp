@@ -78,6 +78,11 @@ std::vector<std::optional<TrackedRange>> tracked_ranges(const Model& model) {
     const Poses poses = input.turns ? *input.turns : *input.poses;
     const double half = std::abs(poses.fist - poses.open) / 2;
     if (half < kLeastHalf || half > kMostHalf) continue;
+    const auto reads = [&](const std::vector<std::size_t>& inputs) {
+      return inputs.size() > 1 && std::ranges::find(inputs, i) != inputs.end();
+    };
+    // Where a joint reads others too, other fingers turn it as well.
+    if (std::ranges::any_of(graph.joint, [&](std::size_t at) { return reads(graph.inputs[at]); })) continue;
     for (std::size_t j = 0; j < model.joints.size(); ++j) {
       if (std::ranges::find(graph.inputs[graph.joint[j]], i) == graph.inputs[graph.joint[j]].end()) continue;
       const Saturation& range = limits(model, model.joints[j]);

@@ -233,6 +233,8 @@ void pair_transfer_function(Page& page, const Json& joint, double period_s) {
 void chain_parameters(Page& page, const Json& joint) {
   if (!joint.contains("iterations") || joint.at("iterations").is_null()) return;
   const auto error = [](const Json& p) {
+    if (p.at("name").get<std::string>().starts_with("weight of "))
+      return std::string("fitted first, on its own");
     return p.at("standard_error").is_null() ? std::string("not determined")
                                             : fmt::format("{:.2g}", p.at("standard_error").get<double>());
   };

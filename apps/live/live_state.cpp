@@ -148,7 +148,7 @@ Live::Json Live::state() const {
               {"device", device_state()},
               {"next", what_next()},
               {"fingers", fingers_ ? Json(fingers_->view(now_s())) : Json::array()},
-              {"model", model_ ? model_state(model_session_, model_path_) : none},
+              {"model", model_ ? model_state(model_->session, model_->path) : none},
               {"recording", none},
               {"job", none},
               {"last", last_},

@@ -146,17 +146,15 @@ void Live::wear() {
   fingers_->wear(*model_, tracked_);
   rows_.reset();
   outs_.wear(*model_);
-  hand_.reset();
-  hand_.emplace(
-      *model_,
-      [this](const WholeHand& hand) {
-        Rows rows(Kind::posture, posture::kJoints);
-        rows.add(hand.host_s, hand.se_deg, hand.angle_deg);
-        server_->post([this, rows = std::move(rows)] { server_->send_all(rows.bytes()); });
-      },
-      [this](const std::exception& error) {
-        post("hand", [this, why = std::string(error.what())] { ended("hand", false, why); });
-      });
+  hand_.emplace(*model_);
+}
+
+void Live::look_at_hand() {
+  const std::optional<WholeHand> hand = hand_ ? hand_->poll() : std::nullopt;
+  if (!hand) return;
+  Rows rows(Kind::posture, posture::kJoints);
+  rows.add(hand->host_s, hand->se_deg, hand->angle_deg);
+  server_->send_all(rows.bytes());
 }
 
 void Live::take(const listen::Sample& sample) {
@@ -204,6 +202,7 @@ void Live::send_rows() {
 }
 
 void Live::tick() {
+  look_at_camera();
   listen();
   if (rows_ && !rows_->is_empty()) send_rows();
   const double now = now_s();
@@ -211,6 +210,8 @@ void Live::tick() {
     link_.arrival_s.pop_front();
   if (options_.worn) look_at_worn();
   guard("hand", [this] { hear_hand(); });
+  guard(
+      "hand", [this] { look_at_hand(); }, [this] { hand_.reset(); });
   guard_recording([&] { recording_->flush_if_due(now); });
 }
 

@@ -68,20 +68,19 @@ void Live::open_camera() {
   const CalibrationSetup& setup = calibration_->setup();
   if (setup.joints.empty()) return;
   camera_opened_s_ = wall_s();
-  const auto on_server = [this](auto act) {
-    return [this, act](auto what) { post("camera", [act, what = std::move(what)] { act(what); }); };
-  };
-  camera_ = std::make_unique<CameraFeed>(
-      setup.joints, options_.worn != nullptr, on_server([this](const PictureSeen& seen) { see(seen); }),
-      on_server([this](const std::string& why) { ended("camera", false, why); }),
-      on_server([this, number = ++camera_number_](const std::string& why) {
-        if (number != camera_number_) return;
-        ended("camera", false, why);
-        camera_.reset();
-        if (!calibration_ || !calibration_->wants_pictures()) return;
-        calibration_->saw_no_camera();
-        if (wall_s() - camera_opened_s_ > kCameraLives_s) open_camera();
-      }));
+  camera_.emplace(setup.joints, options_.worn != nullptr);
+}
+
+void Live::look_at_camera() try {
+  if (const std::optional<PictureSeen> seen = camera_ ? camera_->poll() : std::nullopt) see(*seen);
+} catch (const std::exception& error) {
+  const bool is_over = !camera_->is_open() || dynamic_cast<const io::InputError*>(&error) == nullptr;
+  ended("camera", false, (is_over ? "the camera: " : "") + std::string(error.what()));
+  if (!is_over) return;  // this picture, and no other
+  camera_.reset();
+  if (!calibration_ || !calibration_->wants_pictures()) return;
+  calibration_->saw_no_camera();
+  if (wall_s() - camera_opened_s_ > kCameraLives_s) open_camera();
 }
 
 void Live::see(const PictureSeen& seen) {

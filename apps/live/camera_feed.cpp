@@ -33,7 +33,11 @@ void CameraFeed::add(Work work) {
 
 void CameraFeed::go_on() {
   if (coming_.valid() || waiting_.empty()) return;
-  coming_ = std::async(std::launch::async, &CameraFeed::see, this, std::move(waiting_.front()));
+  coming_ = std::async(std::launch::async, [this, work = std::move(waiting_.front())] {
+    PictureSeen seen = see(work);
+    came_();
+    return seen;
+  });
   waiting_.pop_front();
 }
 

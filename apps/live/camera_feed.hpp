@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -21,8 +22,10 @@ struct PictureSeen : Seen {
 
 class CameraFeed {
  public:
-  // `joints` of joint_files(); `drawn`: of the twin's hand, whose lengths are known.
-  CameraFeed(std::string joints, bool drawn) : joints_(std::move(joints)), drawn_(drawn) {}
+  // `joints` of joint_files(); `drawn`: of the twin's hand, whose lengths are known. `came` is called from any thread when poll()
+  // has something, or has in a moment.
+  CameraFeed(std::string joints, bool drawn, std::function<void()> came)
+      : joints_(std::move(joints)), drawn_(drawn), came_(std::move(came)) {}
 
   // Never waits; where four pictures wait already the oldest goes.
   void take(double t_s, std::string jpeg) { add({t_s, std::move(jpeg), {}}); }
@@ -45,6 +48,7 @@ class CameraFeed {
 
   std::string joints_;
   bool drawn_;
+  std::function<void()> came_;
   std::deque<Work> waiting_;
   std::unique_ptr<Camera> camera_;  // of what runs beside, and so is the frame
   std::uint64_t frame_ = 0;

@@ -68,7 +68,8 @@ void Live::open_camera() {
   const CalibrationSetup& setup = calibration_->setup();
   if (setup.joints.empty()) return;
   camera_opened_s_ = wall_s();
-  camera_.emplace(setup.joints, options_.worn != nullptr);
+  camera_.emplace(setup.joints, options_.worn != nullptr,
+                  [this] { post("camera", [this] { look_at_camera(); }); });
 }
 
 void Live::look_at_camera() try {

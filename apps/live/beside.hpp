@@ -1,4 +1,4 @@
-// Work beside the server's thread: a future that is looked at again and again. One that goes waits for its work.
+// Work beside a thread: a future at which it looks again and again. One that goes waits for its work.
 #pragma once
 
 #include <chrono>

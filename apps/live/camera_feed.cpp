@@ -3,7 +3,7 @@
 #include <limits>
 #include <utility>
 
-#include "apps/live/beside.hpp"
+#include "host/io/io.hpp"
 
 namespace flexor::live {
 namespace {
@@ -25,38 +25,54 @@ PictureSeen with_names(Seen seen, const std::vector<std::string>& names) {
 
 }  // namespace
 
+CameraFeed::CameraFeed(std::string joints, bool drawn, std::function<void(PictureSeen)> seen,
+                       std::function<void(std::string)> failed, std::function<void(std::string)> ended)
+    : joints_(std::move(joints)),
+      drawn_(drawn),
+      seen_(std::move(seen)),
+      failed_(std::move(failed)),
+      ended_(std::move(ended)),
+      thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+bool CameraFeed::is_busy() {
+  const std::lock_guard lock(mutex_);
+  return !waiting_.empty();
+}
+
 void CameraFeed::add(Work work) {
-  if (waiting_.size() >= kMostWaiting) waiting_.pop_front();
-  waiting_.push_back(std::move(work));
-  go_on();
-}
-
-void CameraFeed::go_on() {
-  if (coming_.valid() || waiting_.empty()) return;
-  coming_ = std::async(std::launch::async, [this, work = std::move(waiting_.front())] {
-    PictureSeen seen = see(work);
-    came_();
-    return seen;
-  });
-  waiting_.pop_front();
-}
-
-std::optional<PictureSeen> CameraFeed::poll() {
-  std::optional<PictureSeen> out = taken(coming_);
-  go_on();
-  return out;
-}
-
-PictureSeen CameraFeed::see(Work work) {
-  if (!camera_) {
-    auto camera = std::make_unique<Camera>();
-    camera->open(joints_, {}, drawn_);
-    camera_ = std::move(camera);
+  {
+    const std::lock_guard lock(mutex_);
+    if (waiting_.size() >= kMostWaiting) waiting_.pop_front();
+    waiting_.push_back(std::move(work));
   }
-  if (work.mcp_deg) work.jpeg = camera_->draw(*work.mcp_deg, frame_++);
-  PictureSeen seen = with_names(camera_->picture(work.t_s, work.jpeg), camera_->angles());
-  if (work.mcp_deg) seen.jpeg = std::move(work.jpeg);
-  return seen;
+  changed_.notify_one();
+}
+
+std::optional<CameraFeed::Work> CameraFeed::next(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  if (!changed_.wait(lock, stop, [this] { return !waiting_.empty(); }) || stop.stop_requested()) return {};
+  Work work = std::move(waiting_.front());
+  waiting_.pop_front();
+  return work;
+}
+
+void CameraFeed::run(const std::stop_token& stop) try {
+  Camera camera;
+  camera.open(joints_, {}, drawn_);
+  for (std::uint64_t frame = 0;; ++frame) {
+    std::optional<Work> work = next(stop);
+    if (!work) return;
+    try {
+      if (work->mcp_deg) work->jpeg = camera.draw(*work->mcp_deg, frame);
+      PictureSeen seen = with_names(camera.picture(work->t_s, work->jpeg), camera.angles());
+      if (work->mcp_deg) seen.jpeg = std::move(work->jpeg);
+      seen_(std::move(seen));
+    } catch (const io::InputError& error) {  // this picture, and no other
+      failed_(error.what());
+    }
+  }
+} catch (const std::exception& error) {
+  ended_(std::string("the camera: ") + error.what());
 }
 
 }  // namespace flexor::live

@@ -1,12 +1,13 @@
 // Pictures to angles beside the server's thread: the page's webcam, or the twin's hand as it is drawn.
 #pragma once
 
+#include <condition_variable>
 #include <deque>
 #include <functional>
-#include <future>
-#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "apps/live/camera.hpp"
@@ -22,19 +23,15 @@ struct PictureSeen : Seen {
 
 class CameraFeed {
  public:
-  // `joints` of joint_files(); `drawn`: of the twin's hand, whose lengths are known. `came` is called from any thread when poll()
-  // has something, or has in a moment.
-  CameraFeed(std::string joints, bool drawn, std::function<void()> came)
-      : joints_(std::move(joints)), drawn_(drawn), came_(std::move(came)) {}
+  // `joints` of joint_files(); `drawn`: of the twin's hand, whose lengths are known. All are called on this feed's thread: `failed` of a picture that cannot be read and is left out, `ended` where the camera's worker
+  // has gone and nothing is seen any more.
+  CameraFeed(std::string joints, bool drawn, std::function<void(PictureSeen)> seen,
+             std::function<void(std::string)> failed, std::function<void(std::string)> ended);
 
   // Never waits; where four pictures wait already the oldest goes.
   void take(double t_s, std::string jpeg) { add({t_s, std::move(jpeg), {}}); }
   void draw(double t_s, const twin::PerFinger& mcp_deg) { add({t_s, "", mcp_deg}); }
-  bool is_busy() const { return !waiting_.empty(); }  // a picture waits
-  bool is_open() const { return camera_ != nullptr; }
-  // What the next picture brought, once that is known; never waits. Throws io::InputError where it cannot be read and is left out,
-  // and is_open(); else the camera's worker has gone, and nothing is seen any more.
-  std::optional<PictureSeen> poll();
+  bool is_busy();  // a picture waits
 
  private:
   struct Work {
@@ -43,16 +40,18 @@ class CameraFeed {
     std::optional<twin::PerFinger> mcp_deg;
   };
   void add(Work work);
-  void go_on();
-  PictureSeen see(Work work);
+  std::optional<Work> next(const std::stop_token& stop);  // none: it ends
+  void run(const std::stop_token& stop);
 
   std::string joints_;
   bool drawn_;
-  std::function<void()> came_;
+  std::function<void(PictureSeen)> seen_;
+  std::function<void(std::string)> failed_;
+  std::function<void(std::string)> ended_;
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
   std::deque<Work> waiting_;
-  std::unique_ptr<Camera> camera_;  // of what runs beside, and so is the frame
-  std::uint64_t frame_ = 0;
-  std::future<PictureSeen> coming_;  // last, so that it ends first
+  std::jthread thread_;  // last, so that it ends first
 };
 
 }  // namespace flexor::live

@@ -202,7 +202,6 @@ void Live::send_rows() {
 }
 
 void Live::tick() {
-  look_at_camera();
   listen();
   if (rows_ && !rows_->is_empty()) send_rows();
   const double now = now_s();

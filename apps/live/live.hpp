@@ -1,8 +1,8 @@
 // `flexor live`: a glove, its fingers, recordings, a guided calibration and the page that shows them, around one server.
 //
 // Samples, logs and sockets are of the server's thread. What takes long runs elsewhere and comes back through Server::post:
-// finding a port (glove_port.hpp), and every job (jobs.hpp); or is looked at each tick: pictures (camera_feed.hpp), the whole
-// hand (hand_view.hpp).
+// finding a port (glove_port.hpp), pictures (camera_feed.hpp), and every job (jobs.hpp); or is looked at each tick: the whole hand
+// (hand_view.hpp).
 #pragma once
 
 #include <atomic>
@@ -160,7 +160,6 @@ class Live {
   void keep_calibration();
   void resume_calibration();
   void open_camera();
-  void look_at_camera();
   void see(const PictureSeen& seen);
   void identify();
   void anew_start(io::JsonReader& parts);
@@ -212,6 +211,7 @@ class Live {
   std::optional<Calibration> calibration_;
   std::shared_ptr<void> calibration_held_;
   double camera_opened_s_ = 0;
+  int camera_number_ = 0;                  // the newest: what an older one says of its end is forgotten
   double newest_picture_s_ = -1e9;         // of the page
   std::optional<double> camera_offset_s_;  // the server's clock minus the page's
   double picture_sent_s_ = -1;
@@ -233,7 +233,7 @@ class Live {
   Jobs jobs_{options_.program, [this](std::function<void()> work) { post("job", std::move(work)); }};
   std::optional<GlovePort> glove_;
   std::optional<HandView> hand_;
-  std::optional<CameraFeed> camera_;
+  std::unique_ptr<CameraFeed> camera_;
 };
 
 }  // namespace flexor::live

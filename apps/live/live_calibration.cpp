@@ -19,9 +19,9 @@ constexpr double kCameraLives_s = 3;  // one that ended sooner is not opened aga
 void Live::calibrate_start(io::JsonReader& parts) {
   if (glove_->replay()) throw Refusal("replay_is_open");
   CalibrationSetup setup;
-  setup.person = parts.text("person");
-  setup.side = parts.text("side");
-  if (setup.side != "left" && setup.side != "right") parts.fail("\"side\" must be left or right");
+  const std::string person = parts.text("person");
+  const std::string side = parts.text("side");
+  if (side != "left" && side != "right") parts.fail("\"side\" must be left or right");
   setup.reference = reference_of(parts.text("reference"));
   if (setup.reference == Reference::drawn) refuse("no_twin");
   if (setup.reference == Reference::marks || setup.reference == Reference::drawn) {
@@ -29,7 +29,7 @@ void Live::calibrate_start(io::JsonReader& parts) {
     if (setup.joints.empty()) setup.joints = options_.worn ? "paper_hand" : "green_markers";
     require_carried(setup.joints);
   }
-  const Session session = sessions_.create(setup.person, setup.side, glove_id(), "calibration");
+  const Session session = sessions_.create(person, side, glove_id(), "calibration");
   calibration_.emplace(setup, session, sessions_.folder(session));
   calibration_held_ = sessions_.hold(session);
   markerless_names_.clear();
@@ -68,20 +68,20 @@ void Live::open_camera() {
   const CalibrationSetup& setup = calibration_->setup();
   if (setup.joints.empty()) return;
   camera_opened_s_ = wall_s();
-  camera_.emplace(setup.joints, options_.worn != nullptr,
-                  [this] { post("camera", [this] { look_at_camera(); }); });
-}
-
-void Live::look_at_camera() try {
-  if (const std::optional<PictureSeen> seen = camera_ ? camera_->poll() : std::nullopt) see(*seen);
-} catch (const std::exception& error) {
-  const bool is_over = !camera_->is_open() || dynamic_cast<const io::InputError*>(&error) == nullptr;
-  ended("camera", false, (is_over ? "the camera: " : "") + std::string(error.what()));
-  if (!is_over) return;  // this picture, and no other
-  camera_.reset();
-  if (!calibration_ || !calibration_->wants_pictures()) return;
-  calibration_->saw_no_camera();
-  if (wall_s() - camera_opened_s_ > kCameraLives_s) open_camera();
+  const auto on_server = [this](auto act) {
+    return [this, act](auto what) { post("camera", [act, what = std::move(what)] { act(what); }); };
+  };
+  camera_ = std::make_unique<CameraFeed>(
+      setup.joints, options_.worn != nullptr, on_server([this](const PictureSeen& seen) { see(seen); }),
+      on_server([this](const std::string& why) { ended("camera", false, why); }),
+      on_server([this, number = ++camera_number_](const std::string& why) {
+        if (number != camera_number_) return;
+        ended("camera", false, why);
+        camera_.reset();
+        if (!calibration_ || !calibration_->wants_pictures()) return;
+        calibration_->saw_no_camera();
+        if (wall_s() - camera_opened_s_ > kCameraLives_s) open_camera();
+      }));
 }
 
 void Live::see(const PictureSeen& seen) {

@@ -105,7 +105,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void start() { spawn(&Connection::serve); }
   bool is_known() const { return is_known_; }  // has shown the token
-  bool is_open() const { return is_open_; }    // a WebSocket
 
   void send(const Message& message) {
     if (!is_open_ || dropped_ || ending_) return;

@@ -146,18 +146,6 @@ bool Fingers::has_moved() const {
   return false;
 }
 
-std::vector<double> Fingers::raw() const {
-  std::vector<double> out;
-  for (const Finger& finger : fingers_) out.push_back(columns_[finger.column].now);
-  return out;
-}
-
-std::vector<double> Fingers::angle_deg() const {
-  std::vector<double> out;
-  for (const Finger& finger : fingers_) out.push_back(angle_of(finger));
-  return out;
-}
-
 double Fingers::angle_of(const Finger& finger) const {
   if (finger.joint) return joints_deg_[*finger.joint];
   return columns_[finger.column].unit == "deg" ? columns_[finger.column].now : kNone;

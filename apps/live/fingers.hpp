@@ -8,6 +8,7 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <vector>
 
@@ -53,8 +54,12 @@ class Fingers {
 
   std::size_t size() const { return fingers_.size(); }
   // Of each in the newest sample. NaN: not known.
-  std::vector<double> raw() const;
-  std::vector<double> angle_deg() const;
+  auto raw() const {
+    return fingers_ | std::views::transform([this](const Finger& f) { return columns_[f.column].now; });
+  }
+  auto angle_deg() const {
+    return fingers_ | std::views::transform([this](const Finger& f) { return angle_of(f); });
+  }
   std::vector<FingerView> view(double now_s) const;
   // By whole bends two sensors (the one, where there is one) lie otherwise than when the model was made, by twice the standard error,
   // or drift more quickly than they could be followed.

@@ -133,8 +133,6 @@ Json Calibration::kept() const {
 Calibration Calibration::resumed(const Session& session, const std::filesystem::path& folder) {
   io::JsonReader reader(session.calibration, (folder / "session.json").string());
   CalibrationSetup setup;
-  setup.person = session.person;
-  setup.side = session.side;
   setup.reference = reference_of(reader.text("reference"));
   setup.joints = reader.text("joints");
   if (!setup.joints.empty()) require_carried(setup.joints);  // a path leads elsewhere
@@ -420,8 +418,8 @@ Json Calibration::state() const {
           {"reference", name_of(setup_.reference)},
           {"camera", camera},
           {"joints", setup_.joints},
-          {"person", setup_.person},
-          {"side", setup_.side},
+          {"person", session_.person},
+          {"side", session_.side},
           {"session", session_.name},
           {"asks", asks()},
           {"seconds", motion_.seconds},

@@ -32,8 +32,6 @@ enum class StepEvent { next, back, repeat, identified, accepted };
 enum class Reference { marks, poses, markerless, drawn };
 
 struct CalibrationSetup {
-  std::string person;
-  std::string side = "right";
   Reference reference = Reference::marks;
   std::string joints;  // joint file; of marks
   double rate_hz = 0;  // of the model; 0: not known yet

@@ -16,7 +16,6 @@ class Guided : public testing::Test {
  protected:
   Calibration start(Reference reference) {
     CalibrationSetup setup;
-    setup.person = "anna";
     setup.reference = reference;
     setup.joints = reference == Reference::marks ? "paper_hand" : "";
     const Session session = sessions_.create("anna", "right", "glove", "calibration");
@@ -176,9 +175,9 @@ TEST_F(Guided, GoesOnAfterTheProgramHasEnded) {
   EXPECT_EQ(goes_on().step(), Step::reference) << "a motion is made anew";
   c.next(true);
   c.set_rate(20);
-  const Calibration identifies = goes_on();
+  Calibration identifies = goes_on();
   EXPECT_EQ(identifies.step(), Step::identify);
-  EXPECT_EQ(identifies.setup().person, "anna");
+  EXPECT_EQ(identifies.session().person, "anna");
   EXPECT_EQ(identifies.identify_request(0.1), c.identify_request(0.1));
 }
 

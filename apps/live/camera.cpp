@@ -12,12 +12,6 @@
 namespace flexor::live {
 namespace {
 
-std::string bytes_of(const Json& json) {
-  const auto bytes = io::from_base64(json.get_ref<const std::string&>());
-  if (!bytes) throw io::JobError("flexor-camera: a picture that is no base64");
-  return *bytes;
-}
-
 bool is_carried(const std::string& joints) {
   return std::ranges::find(joint_files(), joints) != joint_files().end();
 }
@@ -57,7 +51,10 @@ Grabbed Camera::grab(const std::string& device) {
 std::vector<SeenRow> Camera::close() { return worker_.run("watch_close", Json::object()).at("rows"); }
 
 std::string Camera::draw(const twin::PerFinger& mcp_deg, std::uint64_t frame) {
-  return bytes_of(worker_.run("draw_picture", {{"mcp_deg", mcp_deg}, {"frame", frame}}).at("jpeg"));
+  const std::string text = worker_.run("draw_picture", {{"mcp_deg", mcp_deg}, {"frame", frame}}).at("jpeg");
+  const auto jpeg = io::from_base64(text);
+  if (!jpeg) throw io::JobError("flexor-camera: a picture that is no base64");
+  return *jpeg;
 }
 
 }  // namespace flexor::live

@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <utility>
+
+#include "apps/live/beside.hpp"
 
 namespace flexor::live {
 namespace {
@@ -22,57 +23,28 @@ CameraSource::CameraSource(std::string device, const std::string& joints, const 
   for (const std::string& name : camera_.angles()) columns_.push_back(name + "_deg");
   for (const std::string& name : camera_.angles()) columns_.push_back(name + "_quality");
   last_deg_.resize(camera_.angles().size());
-  const Grabbed first = camera_.grab(device_);
+  const auto [first, came_s] = next();
   says_ = fmt::format("{}: {} x {} pixels", device_, first.width, first.height);
-  take(first);
-  thread_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
+  behind_s_ = came_s - first.t_s;
+  coming_ = std::async(std::launch::async, &CameraSource::next, this);
 }
 
-void CameraSource::watch(const std::stop_token& stop) {
-  try {
-    bool ended = false;
-    while (!stop.stop_requested() && !ended) {
-      const Grabbed grabbed = camera_.grab(device_);
-      ended = grabbed.ended;
-      take(grabbed);
-    }
-    if (!ended) return;
-    give(camera_.close());
-    const std::lock_guard lock(mutex_);
-    ended_ = true;
-  } catch (...) {
-    const std::lock_guard lock(mutex_);
-    fault_ = std::current_exception();
-  }
-  came_.notify_all();
+CameraSource::Came CameraSource::next() {
+  Grabbed picture = camera_.grab(device_);
+  return {picture, picture.ended ? 0 : now_s()};
 }
 
-void CameraSource::take(const Grabbed& grabbed) {
-  if (!grabbed.ended) {
-    const double behind_s = now_s() - grabbed.t_s;
-    behind_s_ = has_clock_ ? std::min(behind_s_, behind_s) : behind_s;
-    has_clock_ = true;
+listen::Sample CameraSource::sample_of(const SeenRow& row) {
+  last_host_s_ = std::max(behind_s_ + row.t_s, last_host_s_ + kLeastStep_s);
+  listen::Sample out{last_host_s_, row.t_s, {}, {}};
+  out.remark.resize(2 * last_deg_.size());
+  for (std::size_t k = 0; k < last_deg_.size(); ++k) {
+    if (row.quality[k] != kLost) last_deg_[k] = row.deg[k];
+    out.remark[k] = kRemarks.at(static_cast<std::size_t>(row.quality[k]));
   }
-  give(grabbed.rows);
-}
-
-void CameraSource::give(const std::vector<SeenRow>& rows) {
-  if (rows.empty()) return;
-  const std::lock_guard lock(mutex_);
-  const std::size_t n = last_deg_.size();
-  for (const SeenRow& row : rows) {
-    listen::Sample& sample = waiting_.emplace_back();
-    sample.host_s = last_host_s_ = std::max(behind_s_ + row.t_s, last_host_s_ + kLeastStep_s);
-    sample.board_s = row.t_s;
-    sample.remark.resize(2 * n);
-    for (std::size_t k = 0; k < n; ++k) {
-      if (row.quality[k] != kLost) last_deg_[k] = row.deg[k];
-      sample.remark[k] = kRemarks.at(static_cast<std::size_t>(row.quality[k]));
-    }
-    sample.value = last_deg_;
-    sample.value.insert(sample.value.end(), row.quality.begin(), row.quality.end());
-  }
-  came_.notify_all();
+  out.value = last_deg_;
+  out.value.insert(out.value.end(), row.quality.begin(), row.quality.end());
+  return out;
 }
 
 double CameraSource::now_s() const {
@@ -81,17 +53,19 @@ double CameraSource::now_s() const {
 }
 
 listen::Event CameraSource::wait(double timeout_s, std::vector<listen::Sample>& out) {
-  std::unique_lock lock(mutex_);
-  came_.wait_for(lock, std::chrono::duration<double>(timeout_s),
-                 [this] { return !waiting_.empty() || fault_ || ended_; });
-  if (!waiting_.empty()) {
-    tally_.samples += waiting_.size();
-    std::ranges::move(waiting_, std::back_inserter(out));
-    waiting_.clear();
-    return listen::Event::samples;
+  if (!coming_.valid()) return listen::Event::ended;
+  std::optional<Came> came = taken(coming_, timeout_s);
+  if (!came) return listen::Event::quiet;
+  std::vector<SeenRow>& rows = came->picture.rows;
+  if (came->picture.ended) {
+    rows = camera_.close();
+  } else {
+    behind_s_ = std::min(behind_s_, came->at_s - came->picture.t_s);
+    coming_ = std::async(std::launch::async, &CameraSource::next, this);
   }
-  if (fault_) std::rethrow_exception(fault_);
-  return ended_ ? listen::Event::ended : listen::Event::quiet;
+  for (const SeenRow& row : rows) out.push_back(sample_of(row));
+  tally_.samples += rows.size();
+  return rows.empty() ? listen::Event::quiet : listen::Event::samples;
 }
 
 }  // namespace flexor::live

@@ -6,13 +6,10 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
-#include <exception>
 #include <filesystem>
 #include <functional>
-#include <mutex>
+#include <future>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "apps/live/camera.hpp"
@@ -36,9 +33,12 @@ class CameraSource : public listen::Source {
   std::string says() const override { return says_; }
 
  private:
-  void watch(const std::stop_token& stop);
-  void take(const Grabbed& grabbed);
-  void give(const std::vector<SeenRow>& rows);
+  struct Came {
+    Grabbed picture;
+    double at_s = 0;  // by now_s()
+  };
+  Came next();
+  listen::Sample sample_of(const SeenRow& row);
 
   std::string device_;
   std::string says_;
@@ -47,17 +47,10 @@ class CameraSource : public listen::Source {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::vector<std::string> columns_;
   std::vector<double> last_deg_;
-  double behind_s_ = 0;  // the host's clock less the pictures', by the picture that came soonest
-  bool has_clock_ = false;
+  double behind_s_;  // the host's clock less the pictures', by the picture that came soonest
   double last_host_s_ = 0;
-  listen::Tally tally_;  // of what wait() gave
-
-  std::mutex mutex_;
-  std::condition_variable came_;
-  std::vector<listen::Sample> waiting_;
-  std::exception_ptr fault_;
-  bool ended_ = false;
-  std::jthread thread_;  // last, so that it ends first: within the time of a picture
+  listen::Tally tally_;
+  std::future<Came> coming_;  // none at the end; last, so that it ends first: within the time of a picture
 };
 
 }  // namespace flexor::live

@@ -146,20 +146,14 @@ bool Fingers::has_moved() const {
   return false;
 }
 
-float Fingers::raw(std::size_t finger) const {
-  const auto& column = fingers_[finger].column;
-  return static_cast<float>(column ? columns_[*column].now : kNone);
-}
-
 double Fingers::angle_of(const Finger& finger) const {
   if (finger.joint) return joints_deg_[*finger.joint];
-  if (finger.column && columns_[*finger.column].unit == "deg") return columns_[*finger.column].now;
-  return kNone;
+  return columns_[finger.column].unit == "deg" ? columns_[finger.column].now : kNone;
 }
 
 FingerView Fingers::view_of(const Finger& finger, bool recent) const {
   FingerView out{finger.name, "", kNone, kNone, kNone, kNone, kNone, kNone, "none", "", ""};
-  const Column& column = columns_[*finger.column];
+  const Column& column = columns_[finger.column];
   out.unit = column.unit;
   out.raw = column.now;
   if (column.count >= 3) {

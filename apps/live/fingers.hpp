@@ -8,6 +8,7 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <vector>
 
@@ -52,9 +53,13 @@ class Fingers {
   void add(const listen::Sample& sample);
 
   std::size_t size() const { return fingers_.size(); }
-  // Of the newest sample.
-  float raw(std::size_t finger) const;
-  float angle_deg(std::size_t finger) const { return static_cast<float>(angle_of(fingers_[finger])); }
+  // Of each in the newest sample. NaN: not known.
+  auto raw() const {
+    return fingers_ | std::views::transform([this](const Finger& f) { return columns_[f.column].now; });
+  }
+  auto angle_deg() const {
+    return fingers_ | std::views::transform([this](const Finger& f) { return angle_of(f); });
+  }
   std::vector<FingerView> view(double now_s) const;
   // By whole bends two sensors (the one, where there is one) lie otherwise than when the model was made, by twice the standard error,
   // or drift more quickly than they could be followed.
@@ -78,7 +83,7 @@ class Fingers {
   };
   struct Finger {
     std::string name;
-    std::optional<std::size_t> column;
+    std::size_t column = 0;
     std::optional<std::size_t> joint;
     std::optional<std::size_t> input;
   };

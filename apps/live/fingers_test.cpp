@@ -127,7 +127,7 @@ TEST(Fingers, WithoutAReadingKeepTheirRangeAndSaySo) {
   EXPECT_EQ(bare.least, 350);
   EXPECT_EQ(bare.most, 500);
   EXPECT_TRUE(std::isnan(bare.raw));
-  EXPECT_TRUE(std::isnan(fingers.raw(0)));
+  EXPECT_TRUE(std::isnan(fingers.raw().front()));
   EXPECT_EQ(bare.remark, "no reading");
   EXPECT_TRUE(std::isnan(bare.open_deg) && std::isnan(bare.fist_deg)) << "no model has it";
   EXPECT_EQ(bare.quality, "poor");

@@ -93,9 +93,9 @@ void GlovePort::detach() {
 // A port that was plugged in again has another descriptor.
 void GlovePort::watch(int descriptor) {
   if (descriptor == watched_) return;
-  if (watched_ >= 0) server_.unwatch(watched_);
   watched_ = descriptor;
-  if (watched_ >= 0) server_.watch(watched_, calls_.is_readable);
+  watch_.reset();
+  if (watched_ >= 0) watch_ = server_.watch(watched_, calls_.is_readable);
 }
 
 bool GlovePort::hear(std::vector<listen::Sample>& out) {

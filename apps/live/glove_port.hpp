@@ -104,6 +104,7 @@ class GlovePort {
   std::shared_ptr<listen::Source> source_;
   double begin_s_ = 0;  // the server's clock when the source's was 0
   int watched_ = -1;
+  std::shared_ptr<void> watch_;
   double named_tried_s_ = -1e9;
   std::vector<std::string> tried_ports_;
   // Listens to ports, one after the other: finding a rate and a format takes seconds.

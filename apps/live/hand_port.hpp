@@ -40,10 +40,4 @@ class HandPort {
   double newest_s_;
 };
 
-// Of a sample of telemetry.
-inline double hand_deg(const listen::Sample& sample, std::size_t finger) { return sample.value[finger]; }
-inline double hand_duty_percent(const listen::Sample& sample, std::size_t finger) {
-  return sample.value[twin::kFingers + finger];
-}
-
 }  // namespace flexor::live

@@ -1,10 +1,10 @@
 #include "apps/live/hand_view.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "apps/live/beside.hpp"
 #include "host/study/builtin.hpp"
 
 namespace flexor::live {
@@ -42,51 +42,37 @@ std::vector<HandInput> hand_inputs(const model::Model& model) {
   return out;
 }
 
-HandView::HandView(const model::Model& model, std::function<void(const WholeHand&)> ready,
-                   std::function<void(const std::exception&)> failed)
-    : inputs_(hand_inputs(model)), ready_(std::move(ready)), failed_(std::move(failed)) {
-  if (!inputs_.empty()) thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+std::optional<WholeHand> HandView::poll() {
+  std::optional<WholeHand> out = taken(coming_);
+  const auto now = std::chrono::steady_clock::now();
+  if (coming_.valid() || inputs_.empty() || !newest_ || now < due_) return out;
+  due_ = now + kPeriod;
+  coming_ = std::async(std::launch::async, &HandView::complete, this, *std::exchange(newest_, {}));
+  return out;
 }
 
-void HandView::add(double host_s, const std::vector<double>& joints_deg) {
-  const std::lock_guard lock(mutex_);
-  newest_ = {host_s, joints_deg};
-  changed_.notify_one();
-}
-
-void HandView::run(const std::stop_token& stop) try {
+WholeHand HandView::complete(const Newest& newest) {
   static const posture::Posture known = posture::parse(study::builtin("posture.json"), "posture.json");
-  std::vector<posture::Input> inputs;
-  for (const HandInput& input : inputs_) inputs.push_back(input.input);
-  posture::Completer completer(known, inputs, false);
-  for (auto due = std::chrono::steady_clock::now();; due += kPeriod) {
-    Newest newest;
-    {
-      std::unique_lock lock(mutex_);
-      if (!changed_.wait(lock, stop, [this] { return newest_.has_value(); }) || stop.stop_requested()) return;
-      newest = *std::exchange(newest_, {});
-    }
-    Eigen::VectorXd readings(std::ssize(inputs_));
-    for (std::size_t i = 0; i < inputs_.size(); ++i) {
-      const double angle = newest.joints_deg[inputs_[i].joint];
-      readings[static_cast<Eigen::Index>(i)] = inputs_[i].sign * (angle - inputs_[i].open_deg);
-    }
-    posture::Estimate estimate = completer.complete(readings);
-    // What a sensor says is drawn, also where it is unlikely: who looks at it shall see what is measured.
-    for (std::size_t i = 0; i < inputs_.size(); ++i) {
-      const double reading = readings[static_cast<Eigen::Index>(i)];
-      if (std::isfinite(reading)) estimate.angle_deg[inputs_[i].input.joints.front()] = reading;
-    }
-    for (int j = 0; j < posture::kJoints; ++j) {
-      if (flexes_negatively(posture::kJointNames[static_cast<std::size_t>(j)])) estimate.angle_deg[j] *= -1;
-    }
-    ready_({newest.host_s, estimate.angle_deg, estimate.se_deg});
-    due = std::max(due, std::chrono::steady_clock::now() - kPeriod);
-    std::unique_lock lock(mutex_);
-    changed_.wait_until(lock, stop, due + kPeriod, [] { return false; });
+  if (!completer_) {
+    std::vector<posture::Input> inputs;
+    for (const HandInput& input : inputs_) inputs.push_back(input.input);
+    completer_.emplace(known, inputs, false);
   }
-} catch (const std::exception& error) {
-  failed_(error);
+  Eigen::VectorXd readings(std::ssize(inputs_));
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    const double angle = newest.joints_deg[inputs_[i].joint];
+    readings[static_cast<Eigen::Index>(i)] = inputs_[i].sign * (angle - inputs_[i].open_deg);
+  }
+  posture::Estimate estimate = completer_->complete(readings);
+  // What a sensor says is drawn, also where it is unlikely: who looks at it shall see what is measured.
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    const double reading = readings[static_cast<Eigen::Index>(i)];
+    if (std::isfinite(reading)) estimate.angle_deg[inputs_[i].input.joints.front()] = reading;
+  }
+  for (int j = 0; j < posture::kJoints; ++j) {
+    if (flexes_negatively(posture::kJointNames[static_cast<std::size_t>(j)])) estimate.angle_deg[j] *= -1;
+  }
+  return {newest.host_s, estimate.angle_deg, estimate.se_deg};
 }
 
 }  // namespace flexor::live

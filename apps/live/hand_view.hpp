@@ -1,12 +1,10 @@
-// All 23 joints of the hand from those that the model gives (host/posture), on a thread of their own: learning what some
+// All 23 joints of the hand from those that the model gives (host/posture), beside the server's thread: learning what some
 // joints say of the others takes a while, and the newest angles are enough for a picture.
 #pragma once
 
-#include <condition_variable>
-#include <functional>
-#include <mutex>
+#include <chrono>
+#include <future>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "host/model/model.hpp"
@@ -32,26 +30,25 @@ std::vector<HandInput> hand_inputs(const model::Model& model);
 
 class HandView {
  public:
-  // `ready` and, where no hand can be made of it, `failed` are called on its thread. A model of which no joint is known gives nothing.
-  HandView(const model::Model& model, std::function<void(const WholeHand&)> ready,
-           std::function<void(const std::exception&)> failed);
+  // A model of which no joint is known gives nothing.
+  explicit HandView(const model::Model& model) : inputs_(hand_inputs(model)) {}
 
-  void add(double host_s, const std::vector<double>& joints_deg);
+  void add(double host_s, const std::vector<double>& joints_deg) { newest_ = {host_s, joints_deg}; }
+  // The hand of angles that were the newest a while ago, once it is known; never waits. Throws where none can be made.
+  std::optional<WholeHand> poll();
 
  private:
   struct Newest {
     double host_s = 0;
     std::vector<double> joints_deg;
   };
-  void run(const std::stop_token& stop);
+  WholeHand complete(const Newest& newest);
 
   std::vector<HandInput> inputs_;
-  std::function<void(const WholeHand&)> ready_;
-  std::function<void(const std::exception&)> failed_;
-  std::mutex mutex_;
-  std::condition_variable_any changed_;
-  std::optional<Newest> newest_;
-  std::jthread thread_;  // last, so that it ends first
+  std::optional<Newest> newest_;  // of which no hand was made yet
+  std::chrono::steady_clock::time_point due_;
+  std::optional<posture::Completer> completer_;  // of what runs beside
+  std::future<WholeHand> coming_;                // last, so that it ends first
 };
 
 }  // namespace flexor::live

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <future>
+#include <thread>
 
 #include "host/model/channel.hpp"
 
@@ -26,14 +26,12 @@ model::Model model_of(const std::vector<std::string>& joints) {
 
 // Of these angles of the model's joints.
 WholeHand hand_of(const model::Model& model, const std::vector<double>& joints_deg) {
-  std::promise<WholeHand> promise;
-  HandView view(
-      model, [&](const WholeHand& hand) { promise.set_value(hand); },
-      [&](const std::exception& error) {
-        promise.set_exception(std::make_exception_ptr(std::runtime_error(error.what())));
-      });
+  HandView view(model);
   view.add(1, joints_deg);
-  return promise.get_future().get();
+  for (;;) {
+    if (const std::optional<WholeHand> hand = view.poll()) return *hand;
+    std::this_thread::yield();
+  }
 }
 
 double knuckle_deg(const WholeHand& hand, const char* joint) {

@@ -28,11 +28,12 @@ Live::Live(LiveOptions options) : options_(std::move(options)), sessions_(option
     guard("page", [&] { hear(bytes); });
   };
   server_.emplace(options_.server, std::move(handlers));
-  glove_.emplace(options_, *server_,
-                 GlovePort::Calls{
-                     [this] { return now_s(); }, [this] { guard("glove", [this] { listen(); }); },
-                     [this] { glove_dropped(); }, [this](const std::string& why) { say_failed("port", why); },
-                     [this](std::function<void()> work) { post("port", std::move(work)); }});
+  glove_.emplace(
+      options_, *server_,
+      GlovePort::Calls{[this] { return now_s(); }, [this] { guard("glove", [this] { listen(); }); },
+                       [this] { glove_dropped(); },
+                       [this](const std::string& why) { ended("port", false, why); },
+                       [this](std::function<void()> work) { post("port", std::move(work)); }});
   if (!options_.model.empty()) wear_model({}, options_.model);
   if (options_.worn) {
     attach_worn();
@@ -66,10 +67,6 @@ void Live::run(const std::atomic<bool>& stop) {
   });
   server_->run();
   if (recording_) stop_recording();
-}
-
-void Live::say_failed(const char* what, const std::string& why) {
-  last_ = Json{{"job", what}, {"ok", false}, {"text", io::one_line(why)}};
 }
 
 void Live::post(const char* what, std::function<void()> work) {
@@ -107,10 +104,9 @@ void Live::hear_hand() {
   const std::vector<listen::Sample> samples = glove_->hand->poll();
   if (samples.empty()) return;
   Rows rows(Kind::hand, twin::kFingers);
-  for (const listen::Sample& sample : samples) {
-    rows.add(
-        sample.host_s, [&](std::size_t i) { return hand_duty_percent(sample, i); },
-        [&](std::size_t i) { return hand_deg(sample, i); });
+  for (const listen::Sample& sample : samples) {  // its joints' angles, then its motors' duty
+    const std::span values(sample.value);
+    rows.add(sample.host_s, values.subspan(twin::kFingers, twin::kFingers), values.first(twin::kFingers));
   }
   server_->send_all(rows.bytes());
   guard_recording([&] {
@@ -129,13 +125,8 @@ void Live::learn_columns() {
   guard("model", [this] {
     if (!model_is_chosen_ && !glove_->replay()) {
       model_.reset();
-      model_path_.clear();
-      model_session_ = {};
-      if (const std::optional<Session> known = sessions_.newest_with_model(glove_id())) {
-        model_path_ = sessions_.folder(*known) / *known->model;
-        model_ = load_model(*known, model_path_);
-        model_session_ = *known;
-      }
+      if (const std::optional<Session> known = sessions_.newest_with_model(glove_id()))
+        model_ = load_model(*known, sessions_.folder(*known) / *known->model);
     }
     misfit_.clear();
     try {
@@ -155,19 +146,15 @@ void Live::wear() {
   fingers_->wear(*model_, tracked_);
   rows_.reset();
   outs_.wear(*model_);
-  hand_.reset();
-  hand_.emplace(
-      *model_,
-      [this](const WholeHand& hand) {
-        Rows rows(Kind::posture, posture::kJoints);
-        rows.add(
-            hand.host_s, [&](std::size_t i) { return hand.se_deg[static_cast<Eigen::Index>(i)]; },
-            [&](std::size_t i) { return hand.angle_deg[static_cast<Eigen::Index>(i)]; });
-        server_->post([this, rows = std::move(rows)] { server_->send_all(rows.bytes()); });
-      },
-      [this](const std::exception& error) {
-        post("hand", [this, why = std::string(error.what())] { say_failed("hand", why); });
-      });
+  hand_.emplace(*model_);
+}
+
+void Live::look_at_hand() {
+  const std::optional<WholeHand> hand = hand_ ? hand_->poll() : std::nullopt;
+  if (!hand) return;
+  Rows rows(Kind::posture, posture::kJoints);
+  rows.add(hand->host_s, hand->se_deg, hand->angle_deg);
+  server_->send_all(rows.bytes());
 }
 
 void Live::take(const listen::Sample& sample) {
@@ -181,9 +168,7 @@ void Live::take(const listen::Sample& sample) {
     if (hand_) hand_->add(sample.host_s, fingers_->joints_deg());
   }
   if (!rows_ || rows_->is_full()) send_rows();
-  rows_->add(
-      sample.host_s, [this](std::size_t i) { return fingers_->raw(i); },
-      [this](std::size_t i) { return fingers_->angle_deg(i); });
+  rows_->add(sample.host_s, fingers_->raw(), fingers_->angle_deg());
 }
 
 void Live::write(const listen::Sample& sample) {
@@ -224,6 +209,8 @@ void Live::tick() {
     link_.arrival_s.pop_front();
   if (options_.worn) look_at_worn();
   guard("hand", [this] { hear_hand(); });
+  guard(
+      "hand", [this] { look_at_hand(); }, [this] { hand_.reset(); });
   guard_recording([&] { recording_->flush_if_due(now); });
 }
 
@@ -234,8 +221,7 @@ void Live::look_at_worn() {
   worn_sent_s_ = now;
   const WornNow worn = options_.worn->now();
   Rows rows(Kind::hand, twin::kFingers);
-  rows.add(
-      now, [](std::size_t) { return NAN; }, [&](std::size_t i) { return worn.joint_deg[i]; });
+  rows.add(now, std::vector<double>(twin::kFingers, NAN), worn.joint_deg);
   server_->send_all(rows.bytes());
 }
 

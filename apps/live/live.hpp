@@ -1,7 +1,8 @@
 // `flexor live`: a glove, its fingers, recordings, a guided calibration and the page that shows them, around one server.
 //
 // Samples, logs and sockets are of the server's thread. What takes long runs elsewhere and comes back through Server::post:
-// finding a port (glove_port.hpp), pictures (camera_feed.hpp), and every job (jobs.hpp).
+// finding a port (glove_port.hpp), pictures (camera_feed.hpp), and every job (jobs.hpp); or is looked at each tick: the whole hand
+// (hand_view.hpp).
 #pragma once
 
 #include <atomic>
@@ -76,6 +77,11 @@ class Live {
     double latency_s = 0;          // smoothed
   };
 
+  struct ChosenModel : model::Model {
+    std::filesystem::path path;
+    Session session;  // none of its own: without a name
+  };
+
   // live.cpp: device and samples
   void hear_hand();
   void glove_dropped();
@@ -83,7 +89,6 @@ class Live {
   double now_s() const;  // of what is worn; where it is no glove of the twin's, the wall's
   double camera_time_s(double page_s);
   void listen(int parts = 8);  // of what a twin has ready; the rest at its next signal
-  void say_failed(const char* what, const std::string& why);
   // Whatever fails is said, and ends nothing else.
   void guard(const char* what, const std::function<void()>& work,
              const std::function<void()>& otherwise = {}) {
@@ -91,7 +96,7 @@ class Live {
       work();
     } catch (const std::exception& error) {
       if (otherwise) otherwise();
-      say_failed(what, error.what());
+      ended(what, false, error.what());
     }
   }
   // A disk that is full ends what wrote to it, and nothing else; what came before is kept.
@@ -102,6 +107,7 @@ class Live {
   void take(const listen::Sample& sample);
   void learn_columns();
   void wear();
+  void look_at_hand();
   void write(const listen::Sample& sample);
   void send_rows();
   void tick();
@@ -161,11 +167,12 @@ class Live {
   void anew_keep(io::JsonReader& parts);
   void finish_anew();
 
+  Session new_session(const char* what);
   void wear_model(const Session& session, const std::filesystem::path& path);
   void play(const std::string& motion, double pace = 1);
   void stop_recording();
   std::filesystem::path file_of(const std::string& relative, std::uint64_t most_bytes) const;
-  model::Model load_model(const Session& session, const std::filesystem::path& path) const;
+  ChosenModel load_model(const Session& session, const std::filesystem::path& path) const;
 
   // live_jobs.cpp
   void start(const std::string& name, const Json& request, Jobs::Done done);
@@ -192,11 +199,9 @@ class Live {
 
   std::vector<std::string> columns_;
   std::optional<Fingers> fingers_;
-  std::optional<model::Model> model_;
-  std::filesystem::path model_path_;
+  std::optional<ChosenModel> model_;
   bool model_is_chosen_ = false;  // by a person: it stays when another glove comes
   std::string misfit_;            // why it is not worn on this one
-  Session model_session_;
   bool tracked_ = false;
   Link link_;
   std::optional<Rows> rows_;
@@ -220,7 +225,7 @@ class Live {
   std::string replayed_;  // by what is replayed
   std::vector<std::string> markerless_names_;
   Outs outs_{std::move(options_.outs),
-             [this](const std::exception& error) { say_failed("out", error.what()); }};
+             [this](const std::exception& error) { ended("out", false, error.what()); }};
   mutable Json listed_;  // sessions; listing reads the disk
   mutable double listed_s_ = -1e9;
 

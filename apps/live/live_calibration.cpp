@@ -19,9 +19,9 @@ constexpr double kCameraLives_s = 3;  // one that ended sooner is not opened aga
 void Live::calibrate_start(io::JsonReader& parts) {
   if (glove_->replay()) throw Refusal("replay_is_open");
   CalibrationSetup setup;
-  setup.person = parts.text("person");
-  setup.side = parts.text("side");
-  if (setup.side != "left" && setup.side != "right") parts.fail("\"side\" must be left or right");
+  const std::string person = parts.text("person");
+  const std::string side = parts.text("side");
+  if (side != "left" && side != "right") parts.fail("\"side\" must be left or right");
   setup.reference = reference_of(parts.text("reference"));
   if (setup.reference == Reference::drawn) refuse("no_twin");
   if (setup.reference == Reference::marks || setup.reference == Reference::drawn) {
@@ -29,7 +29,7 @@ void Live::calibrate_start(io::JsonReader& parts) {
     if (setup.joints.empty()) setup.joints = options_.worn ? "paper_hand" : "green_markers";
     require_carried(setup.joints);
   }
-  const Session session = sessions_.create(setup.person, setup.side, glove_id(), "calibration");
+  const Session session = sessions_.create(person, side, glove_id(), "calibration");
   calibration_.emplace(setup, session, sessions_.folder(session));
   calibration_held_ = sessions_.hold(session);
   markerless_names_.clear();
@@ -59,7 +59,7 @@ void Live::resume_calibration() {
       return entered_step();
     } catch (const std::exception& error) {
       calibration_.reset();
-      say_failed("calibration", error.what());
+      ended("calibration", false, error.what());
     }
   }
 }
@@ -73,10 +73,10 @@ void Live::open_camera() {
   };
   camera_ = std::make_unique<CameraFeed>(
       setup.joints, options_.worn != nullptr, on_server([this](const PictureSeen& seen) { see(seen); }),
-      on_server([this](const std::string& why) { say_failed("camera", why); }),
+      on_server([this](const std::string& why) { ended("camera", false, why); }),
       on_server([this, number = ++camera_number_](const std::string& why) {
         if (number != camera_number_) return;
-        say_failed("camera", why);
+        ended("camera", false, why);
         camera_.reset();
         if (!calibration_ || !calibration_->wants_pictures()) return;
         calibration_->saw_no_camera();
@@ -176,7 +176,7 @@ void Live::calibrate_accept(io::JsonReader&) {
 
 // Ten seconds of opening and closing.
 void Live::anew_start(io::JsonReader&) {
-  const Session session = sessions_.create(model_session_.person, model_session_.side, glove_id(), "anew");
+  const Session session = new_session("anew");
   anew_.emplace(Anew{SessionRecording(session, sessions_.folder(session))});
   play("bends", kTwinPace);
 }
@@ -191,7 +191,7 @@ void Live::finish_anew() {
   play("ordinary");
   const std::filesystem::path folder = sessions_.folder(session);
   start("recalibrate",
-        {{"model", model_path_.string()},
+        {{"model", model_->path.string()},
          {"recording", anew_->recording.log_file().string()},
          {"out", (folder / "model.json").string()}},
         [this, old = *model_](const JobResult& result) {

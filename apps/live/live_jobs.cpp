@@ -47,7 +47,7 @@ void Live::start(const std::string& name, const Json& request, Jobs::Done done) 
 }
 
 void Live::ended(const std::string& name, bool ok, const std::string& text) {
-  last_ = Json{{"job", name}, {"ok", ok}, {"text", text}};
+  last_ = Json{{"job", name}, {"ok", ok}, {"text", io::one_line(text)}};
   listed_s_ = -1e9;
 }
 
@@ -67,7 +67,7 @@ void Live::send(io::JsonReader&) {
   const listen::Source* source = glove_->source();
   if (glove_->port().empty()) throw Refusal("no_board", {{"board", "glove"}});
   if (source && !source->takes_models()) throw Refusal("takes_no_models");
-  Json request = {{"model_or_folder", model_path_.string()},
+  Json request = {{"model_or_folder", model_->path.string()},
                   {"port", options_.worn ? options_.worn->facts.port : glove_->port()}};
   const std::string key = options_.worn ? options_.worn->facts.key_file : options_.key;
   if (!key.empty()) request["key"] = key;
@@ -92,7 +92,7 @@ void Live::flash(io::JsonReader& parts) {
   // One folder for good, so that the pair keeps its key; the server does not show it.
   const std::string folder = (sessions_.root() / ".firmware").string();
   const Json flash = {{"folder_or_hex", folder}, {"board", board}, {"port", port}};
-  Json deploy = {{"model", model_path_.string()}, {"out", folder}};
+  Json deploy = {{"model", model_->path.string()}, {"out", folder}};
   // A board that says nothing yet gets the model's own.
   if (options_.worn || options_.rate_hz > 0 || link_rate_hz() > 0)
     deploy["rate"] = model_rate_hz(link_rate_hz());
@@ -104,7 +104,7 @@ void Live::flash(io::JsonReader& parts) {
     try {
       start_without_glove("flash", flash, [](const JobResult&) {});
     } catch (const std::exception& error) {
-      say_failed("flash", error.what());
+      ended("flash", false, error.what());
     }
   });
 }
@@ -124,10 +124,9 @@ void Live::score_run(io::JsonReader& parts) {
 void Live::experiment_run(io::JsonReader& parts) {
   const int trials = parts.whole_within("trials", 1, 10000);
   const bool is_compared = model_ && model_->joints.size() == twin::kFingers;
-  const Session session =
-      sessions_.create(model_session_.person, model_session_.side, glove_id(), "experiment");
+  const Session session = new_session("experiment");
   Json compensators = {"raw", "published-w", "published-hw"};
-  if (is_compared) compensators.push_back(model_path_.string());
+  if (is_compared) compensators.push_back(model_->path.string());
   start("experiment",
         {{"trials", trials},
          {"compensators", std::move(compensators)},

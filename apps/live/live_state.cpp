@@ -144,47 +144,42 @@ Live::Json Live::what_next() const {
 
 Live::Json Live::state() const {
   const Json none = nullptr;
+  const listen::ReplaySource* replay = glove_->replay();
   Json out = {{"event", "state"},
               {"device", device_state()},
               {"next", what_next()},
               {"fingers", fingers_ ? Json(fingers_->view(now_s())) : Json::array()},
-              {"model", model_ ? model_state(model_session_, model_path_) : none},
-              {"recording", none},
+              {"model", model_ ? model_state(model_->session, model_->path) : none},
+              {"recording", !recording_ ? none
+                                        : Json{{"file", recording_->session.name + "/log.csv"},
+                                               {"rows", recording_->rows()},
+                                               {"seconds", recording_->seconds()}}},
               {"job", none},
               {"last", last_},
               {"link", link_state()},
               {"calibration", calibration_ ? calibration_->state() : none},
               {"tracking", tracked_ && model_ && can_be_tracked(*model_)},
               {"tracking_remark", model_ && !can_be_tracked(*model_) ? kNotTracked : ""},
-              {"anew", none},
+              {"anew", !anew_ ? none
+                              : Json{{"seconds", anew_->worn_s},
+                                     {"of_seconds", kAnew_s},
+                                     {"fingers", anew_->result ? anew_->result->fingers : Json::array()}}},
               {"twin", options_.worn ? Json(worn_change_) : none},
               {"hand", hand_state()},
               {"posture", hand_ ? Json{{"names", posture::kJointNames}} : none},
               {"scores", scores_},
               {"experiment", experiment_},
               {"joint_files", joint_files()},
-              {"replay", none}};
+              {"replay", !replay ? none
+                                 : Json{{"file", replayed_},
+                                        {"t_s", replay->position_s()},
+                                        {"of_s", replay->duration_s()},
+                                        {"playing", replay->is_playing()}}}};
   for (std::size_t j = 0; model_ && j < model_->joints.size(); ++j)
     out["model"]["joints"].push_back(model_->joints[j].name);
-  if (recording_) {
-    out["recording"] = {{"file", recording_->session.name + "/log.csv"},
-                        {"rows", recording_->rows()},
-                        {"seconds", recording_->seconds()}};
-  }
   if (jobs_.is_running()) {
     out["job"] = io::to_json(jobs_.progress());
     out["job"]["name"] = jobs_.name();
-  }
-  if (anew_) {
-    out["anew"] = {{"seconds", anew_->worn_s},
-                   {"of_seconds", kAnew_s},
-                   {"fingers", anew_->result ? anew_->result->fingers : Json::array()}};
-  }
-  if (const listen::ReplaySource* replay = glove_->replay()) {
-    out["replay"] = {{"file", replayed_},
-                     {"t_s", replay->position_s()},
-                     {"of_s", replay->duration_s()},
-                     {"playing", replay->is_playing()}};
   }
   out.update(sessions_state());
   return out;

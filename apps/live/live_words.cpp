@@ -145,15 +145,21 @@ std::filesystem::path Live::file_of(const std::string& relative, std::uint64_t m
   return sessions_.root() / relative;
 }
 
-model::Model Live::load_model(const Session& session, const std::filesystem::path& path) const {
-  if (session.name.empty()) return model::load(path);
+Live::ChosenModel Live::load_model(const Session& session, const std::filesystem::path& path) const {
+  if (session.name.empty()) return {model::load(path), path, {}};
   const std::string name = session.name + "/" + path.filename().string();
-  return model::from_json(io::FileBeneath(sessions_.root(), name, kMostModelBytes).all(), path.string());
+  const std::string text = io::FileBeneath(sessions_.root(), name, kMostModelBytes).all();
+  return {model::from_json(text, path.string()), path, session};
+}
+
+// Of who wears the model, where one is worn.
+Session Live::new_session(const char* what) {
+  const Session of = model_ ? model_->session : Session();
+  return sessions_.create(of.person, of.side, glove_id(), what);
 }
 
 void Live::wear_model(const Session& session, const std::filesystem::path& path) {
-  model::Model model = load_model(session, path);
-  const std::optional<model::Model> before = std::exchange(model_, std::move(model));
+  const std::optional<ChosenModel> before = std::exchange(model_, load_model(session, path));
   try {
     wear();
   } catch (...) {
@@ -162,8 +168,6 @@ void Live::wear_model(const Session& session, const std::filesystem::path& path)
     throw;
   }
   misfit_.clear();
-  model_path_ = path;
-  model_session_ = session;
 }
 
 // Of a glove without names: a finger, or as it is. Kept for this glove.
@@ -193,7 +197,6 @@ void Live::model_choose(io::JsonReader& parts) {
   const Json& path = parts.member("path");
   if (path.is_null()) {
     model_.reset();
-    model_path_.clear();
     hand_.reset();
     misfit_.clear();
     if (fingers_) fingers_->take_off();
@@ -213,8 +216,7 @@ void Live::model_choose(io::JsonReader& parts) {
 }
 
 void Live::record_start(io::JsonReader&) {
-  const Session session =
-      sessions_.create(model_session_.person, model_session_.side, glove_id(), "recording");
+  const Session session = new_session("recording");
   recording_.emplace(session, sessions_.folder(session));
 }
 

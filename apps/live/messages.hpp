@@ -20,16 +20,14 @@ inline constexpr std::size_t kLongestPicture = 512 << 10;  // bytes
 // Rows of a time and two values of each of `columns`.
 class Rows {
  public:
-  Rows(Kind kind, std::size_t columns) : columns_(columns) {
-    bytes_ = {static_cast<std::uint8_t>(kind), static_cast<std::uint8_t>(columns), 0, 0};
-  }
+  Rows(Kind kind, std::size_t columns)
+      : bytes_{static_cast<std::uint8_t>(kind), static_cast<std::uint8_t>(columns), 0, 0} {}
 
-  // `first` and `second`: the value of column i.
-  template <class First, class Second>
-  void add(double host_s, First&& first, Second&& second) {
+  // A value of each column in `first`, and in `second`.
+  void add(double host_s, const auto& first, const auto& second) {
     put(host_s);
-    for (std::size_t i = 0; i < columns_; ++i) put(static_cast<float>(first(i)));
-    for (std::size_t i = 0; i < columns_; ++i) put(static_cast<float>(second(i)));
+    for (const double value : first) put(static_cast<float>(value));
+    for (const double value : second) put(static_cast<float>(value));
     ++rows_;
     std::memcpy(bytes_.data() + 2, &rows_, sizeof rows_);
   }
@@ -46,7 +44,6 @@ class Rows {
     std::memcpy(bytes_.data() + at, &value, sizeof value);
   }
 
-  std::size_t columns_;
   std::uint16_t rows_ = 0;
   std::vector<std::uint8_t> bytes_;
 };

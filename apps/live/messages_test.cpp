@@ -7,9 +7,7 @@ namespace {
 
 TEST(Messages, RowsAreAsTheDocumentSays) {
   Rows rows(Kind::samples, 2);
-  rows.add(
-      1.5, [](std::size_t i) { return 100.0 + static_cast<double>(i); },
-      [](std::size_t i) { return 10.0 * static_cast<double>(i); });
+  rows.add(1.5, std::vector{100.0, 101.0}, std::vector{0.0, 10.0});
   const auto bytes = rows.bytes();
   ASSERT_EQ(bytes.size(), 4U + 8 + 4 * 4);
   EXPECT_EQ(bytes[0], 1);

@@ -1,7 +1,10 @@
 #include "apps/live/request.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
+#include <functional>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -27,33 +30,18 @@ std::optional<std::string> decoded(std::string_view text) {
   return out;
 }
 
-// Letters and signs that a name may hold; none that begins with a dot, as what is hidden and what is not yet whole does.
-bool is_plain_part(std::string_view part) {
-  if (part.empty() || part.front() == '.') return false;
-  for (const char letter : part) {
-    const auto byte = static_cast<unsigned char>(letter);
-    if (byte < 0x20 || byte == 0x7f || letter == '\\') return false;
-  }
-  return true;
-}
-
-bool is_plain_path(std::string_view path) {
-  if (path.size() > kLongestName) return false;
-  while (true) {
-    const auto slash = path.find('/');
-    if (!is_plain_part(path.substr(0, slash))) return false;
-    if (slash == path.npos) return true;
-    path.remove_prefix(slash + 1);
-  }
+// Of names: none that begins with a dot, as what is hidden and what is not yet whole does.
+bool is_plain_path(const std::string& path) {
+  const std::string parts = "/" + path + "/";
+  const bool has_names = parts.find("//") == parts.npos && parts.find("/.") == parts.npos;
+  return has_names && path.size() <= kLongestName && std::ranges::none_of(path, [](unsigned char byte) {
+           return byte < 0x20 || byte == 0x7f || byte == '\\';
+         });
 }
 
 bool same_in_constant_time(std::string_view one, std::string_view other) {
-  if (one.size() != other.size()) return false;
-  unsigned difference = 0;
-  for (std::size_t i = 0; i < one.size(); ++i)
-    difference |=
-        static_cast<unsigned>(static_cast<unsigned char>(one[i]) ^ static_cast<unsigned char>(other[i]));
-  return difference == 0;
+  return one.size() == other.size() &&
+         std::inner_product(one.begin(), one.end(), other.begin(), 0, std::bit_or(), std::bit_xor()) == 0;
 }
 
 }  // namespace

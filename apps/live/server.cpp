@@ -6,6 +6,7 @@
 #include <array>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core.hpp>
@@ -104,7 +105,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void start() { spawn(&Connection::serve); }
   bool is_known() const { return is_known_; }  // has shown the token
-  bool is_open() const { return is_open_; }    // a WebSocket
 
   void send(const Message& message) {
     if (!is_open_ || dropped_ || ending_) return;
@@ -375,11 +375,6 @@ void Server::open(unsigned short port) {
   here_ = acceptor_.local_endpoint();
 }
 
-// The caller's descriptors stay open.
-Server::~Server() {
-  while (!watches_.empty()) unwatch(watches_.begin()->first);
-}
-
 std::string Server::url() const { return fmt::format("http://127.0.0.1:{}/{}/", here_.port(), token_); }
 
 // The name in Host, without its port: this machine's to itself. A name that somebody else points at this machine is none.
@@ -432,10 +427,8 @@ void Server::send_all(std::string bytes, bool text) {
   for (const auto& [id, connection] : connections_) connection->send(message);
 }
 
-void Server::watch(int descriptor, std::function<void()> readable) {
-  unwatch(descriptor);
+std::shared_ptr<void> Server::watch(int descriptor, std::function<void()> readable) {
   const auto stream = std::make_shared<asio::posix::stream_descriptor>(context_, descriptor);
-  watches_[descriptor] = stream;
   const auto wait = [](auto on, std::function<void()> act) -> asio::awaitable<void> {
     while (on->is_open()) {
       const auto [error] = co_await on->async_wait(asio::posix::stream_descriptor::wait_read, kResult);
@@ -444,13 +437,7 @@ void Server::watch(int descriptor, std::function<void()> readable) {
     }
   };
   asio::co_spawn(context_, wait(stream, std::move(readable)), rethrow);
-}
-
-void Server::unwatch(int descriptor) {
-  const auto found = watches_.find(descriptor);
-  if (found == watches_.end()) return;
-  found->second->release();  // the descriptor stays the caller's
-  watches_.erase(found);
+  return {stream.get(), [stream](void*) { stream->release(); }};
 }
 
 // Ticks that the thread had no time for are left out.

@@ -11,7 +11,6 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <filesystem>
@@ -49,7 +48,6 @@ class Server {
  public:
   // Listens. Throws io::InputError, one line with the mend: the port is taken.
   Server(const ServerOptions& options, Handlers handlers);
-  ~Server();
 
   std::string url() const;  // with the token
 
@@ -61,10 +59,9 @@ class Server {
     send_all(std::string(bytes.begin(), bytes.end()), false);
   }
 
-  // On the server's thread: once `descriptor` is readable or has ended, again and again until unwatch, which comes before its
-  // close; every so often; as soon as it can, from any thread. The descriptor stays the caller's.
-  void watch(int descriptor, std::function<void()> readable);
-  void unwatch(int descriptor);
+  // On the server's thread: once `descriptor` is readable or has ended, again and again until what is returned goes, which comes
+  // before its close and the server's end; every so often; as soon as it can, from any thread. The descriptor stays the caller's.
+  std::shared_ptr<void> watch(int descriptor, std::function<void()> readable);
   void every(double period_s, std::function<void()> tick);
   void post(std::function<void()> work);
 
@@ -92,7 +89,6 @@ class Server {
   boost::asio::io_context context_{1};
   boost::asio::ip::tcp::acceptor acceptor_{context_};
   boost::asio::steady_timer pause_{context_};  // after what could not be accepted, and before the end
-  std::map<int, std::shared_ptr<boost::asio::posix::stream_descriptor>> watches_;
   Client last_id_ = 0;
   bool stopping_ = false;
 };

@@ -508,8 +508,9 @@ TEST(Server, WatchesTicksAndWorksOnItsThread) {
   std::atomic<int> read_bytes{0};
   std::atomic<int> ticks{0};
   std::set<std::thread::id> threads;
+  std::shared_ptr<void> watch;
   running.server.post([&] {
-    running.server.watch(pipe_ends[0], [&] {
+    watch = running.server.watch(pipe_ends[0], [&] {
       threads.insert(std::this_thread::get_id());
       char byte = 0;
       if (read(pipe_ends[0], &byte, 1) == 1) ++read_bytes;  // one of several: it is readable still
@@ -524,7 +525,7 @@ TEST(Server, WatchesTicksAndWorksOnItsThread) {
     ASSERT_EQ(write(pipe_ends[1], "abcde", static_cast<std::size_t>(bytes)), bytes);
     EXPECT_TRUE(soon([&] { return read_bytes == before + bytes; }));
   }
-  running.server.post([&] { running.server.unwatch(pipe_ends[0]); });
+  running.server.post([&] { watch.reset(); });
   const auto start = std::chrono::steady_clock::now();
   const int before = ticks;
   EXPECT_TRUE(soon([&] { return ticks - before >= 1; }));
@@ -543,9 +544,10 @@ TEST(Server, AWatchMayEndItselfAndItsDescriptor) {
   int pipe_ends[2];
   ASSERT_EQ(pipe(pipe_ends), 0);
   std::atomic<bool> over{false};
+  std::shared_ptr<void> watch;
   running.server.post([&] {
-    running.server.watch(pipe_ends[0], [&] {
-      running.server.unwatch(pipe_ends[0]);
+    watch = running.server.watch(pipe_ends[0], [&] {
+      watch.reset();
       close(pipe_ends[0]);
       over = true;
     });

@@ -3,7 +3,7 @@ import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import { pass, store } from './app';
 import { kHasMarkerless, Markerless } from './markerless';
 import { Marks } from './marks';
-import { Options, Wrong } from './parts';
+import { Button, Options, Wrong } from './parts';
 import type { Calibration } from './state';
 import { percent } from './text';
 import { Webcam } from './webcam';
@@ -70,15 +70,9 @@ export function Camera({ calibration, isFilmed }: { calibration: Calibration; is
         </p>
       </div>
       <div class="row">
-        <button
-          type="button"
-          class="button"
-          data-testid="camera-on"
-          hidden={!own || webcam.on}
-          onClick={() => void webcam.start()}
-        >
+        <Button test="camera-on" hidden={!own || webcam.on} act={() => void webcam.start()}>
           Turn on the camera
-        </button>
+        </Button>
         <select
           aria-label="Camera"
           data-testid="camera-choose"

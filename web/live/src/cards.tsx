@@ -31,9 +31,7 @@ function Card({ finger, channel }: { finger: Finger; channel: number }) {
       <div class="card-head">
         <h3>{title(name)}</h3>
         <span class="card-quality" data-testid={`quality-${name}`}>
-          <span class="card-shape">
-            <QualityShape quality={quality} />
-          </span>
+          <QualityShape quality={quality} />
           <span>{qualityWords(quality)}</span>
         </span>
       </div>

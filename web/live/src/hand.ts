@@ -4,7 +4,7 @@ import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { kFingerColours, kShapes } from './colours';
 import { kFingers, type FingerName, type HandPose } from './mapping';
 import { css } from './plots';
-import { chainOf, jointAt, Skeleton } from './skeleton';
+import { chainOf, jointAt, seenFrom, Skeleton } from './skeleton';
 import type { Quality, Side } from './state';
 
 export type View = 'palm' | 'side' | 'back';
@@ -14,7 +14,6 @@ const kYaw_rad: Record<View, number> = { palm: 0.62, side: 1.45, back: 2.75 };
 interface Loaded {
   mesh: three.SkinnedMesh;
   skeleton: Skeleton;
-  bones: Map<string, three.Bone>;
   markers: Map<string, three.Sprite>;
   bionic: Bionic;
 }
@@ -54,15 +53,16 @@ const kRod = new three.CylinderGeometry(1, 1, 1, 20);
 const kBall = new three.SphereGeometry(1, 24, 16);
 const kAlongRod = new three.Vector3(0, 1, 0);
 
-// The other hand's rods and balls, placed by the same skeleton.
+// The other hand's rods and balls, each held by a bone.
 class Bionic {
-  readonly group = new three.Group();
+  readonly wrist: three.Object3D;
+  readonly skeleton: Skeleton;
   private readonly frame = new three.MeshStandardMaterial({ roughness: 0.42, metalness: 0.25 });
   private readonly hinge = new three.MeshStandardMaterial({ roughness: 0.5, metalness: 0.3 });
-  private readonly rods: { mesh: three.Mesh; from: string; to: string }[] = [];
-  private readonly balls: { mesh: three.Mesh; bone: string }[] = [];
 
-  constructor(private readonly skeleton: Skeleton) {
+  constructor(bones: ReadonlyMap<string, three.Object3D>) {
+    this.skeleton = new Skeleton(new Map([...bones].map(([name, bone]) => [name, bone.clone(false)])));
+    this.wrist = this.bone('wrist');
     const rubber = new three.MeshStandardMaterial({ color: 0x5d6a76, roughness: 0.85 });
     for (const finger of kFingers) {
       const bones = chainOf(finger);
@@ -74,7 +74,7 @@ class Bionic {
     }
     for (const part of ['phalanx-proximal', 'metacarpal']) {
       const row = kFingers.slice(1).map((finger) => `${finger}-finger-${part}`);
-      row.slice(1).forEach((bone, i) => this.addRod(row[i]!, bone, 0.0042));
+      row.slice(1).forEach((bone, i) => this.addRod(row[i]!, bone, 0.0042, 'wrist'));
     }
     this.addBall('wrist', 0.011, this.hinge);
   }
@@ -84,30 +84,23 @@ class Bionic {
     this.hinge.color.set(dark ? 0x5b6874 : 0x39434d);
   }
 
-  apply(pose: HandPose): void {
-    this.skeleton.apply(pose);
-    const at = (bone: string): three.Vector3 => new three.Vector3().setFromMatrixPosition(this.skeleton.world.get(bone)!);
-    for (const { mesh, from, to } of this.rods) {
-      const [a, b] = [at(from), at(to)];
-      mesh.scale.y = a.distanceTo(b);
-      mesh.position.lerpVectors(a, b, 0.5);
-      mesh.quaternion.setFromUnitVectors(kAlongRod, b.sub(a).normalize());
-    }
-    for (const { mesh, bone } of this.balls) mesh.position.copy(at(bone));
+  private bone(name: string): three.Object3D {
+    return this.skeleton.bones.get(name)!;
   }
 
-  private addRod(from: string, to: string, radius: number): void {
+  private addRod(from: string, to: string, radius: number, holder = from): void {
     const mesh = new three.Mesh(kRod, this.frame);
-    mesh.scale.set(radius, 1, radius);
-    this.group.add(mesh);
-    this.rods.push({ mesh, from, to });
+    const [a, b] = [seenFrom(this.bone(holder), this.bone(from)), seenFrom(this.bone(holder), this.bone(to))];
+    mesh.scale.set(radius, a.distanceTo(b), radius);
+    mesh.position.lerpVectors(a, b, 0.5);
+    mesh.quaternion.setFromUnitVectors(kAlongRod, b.sub(a).normalize());
+    this.bone(holder).add(mesh);
   }
 
   private addBall(bone: string, radius: number, material: three.MeshStandardMaterial): void {
     const mesh = new three.Mesh(kBall, material);
     mesh.scale.setScalar(radius);
-    this.group.add(mesh);
-    this.balls.push({ mesh, bone });
+    this.bone(bone).add(mesh);
   }
 }
 
@@ -166,9 +159,11 @@ export class HandScene {
     const { hand } = this;
     if (!hand) return false;
     hand.skeleton.apply(pose);
-    this.place(hand, pose);
+    const [pitch, yaw] = pose.wrist_deg;
+    const side = this.side === 'left' ? 1 : -1;
+    this.hands[0].rotation.set((yaw * Math.PI) / 360, 0, (-side * pitch * Math.PI) / 360);
     this.paint(hand, pose, quality);
-    if (bionic) hand.bionic.apply(bionic);
+    if (bionic) hand.bionic.skeleton.apply(bionic);
     this.draw(bionic !== null);
     return true;
   }
@@ -202,13 +197,13 @@ export class HandScene {
     });
     const skinned = mesh as three.SkinnedMesh | null;
     if (!skinned) throw new Error(`${file} has no skinned hand`);
-    const skeleton = new Skeleton(new Map([...bones].map(([name, bone]) => [name, bone.matrixWorld.clone()])));
+    const bionic = new Bionic(bones);
+    const skeleton = new Skeleton(bones);
     skinned.frustumCulled = false;
     skinned.material = new three.MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0 });
-    const bionic = new Bionic(skeleton);
     bionic.setDark(this.dark);
-    const inner = new three.Group().add(gltf.scene);
-    [inner, bionic.group].forEach((group, i) => {
+    [gltf.scene, bionic.wrist].forEach((hand, i) => {
+      const group = new three.Group().add(hand);
       group.rotation.x = Math.PI; // fingers up, the middle of the hand at the turning axis
       group.position.set(-0.03, -0.035, 0);
       this.hands[i]!.add(group);
@@ -219,23 +214,11 @@ export class HandScene {
         const sprite = new three.Sprite(new three.SpriteMaterial({ depthTest: false, transparent: true }));
         sprite.renderOrder = 2;
         markers.set(bone, sprite);
-        inner.add(sprite);
+        bones.get(bone)!.add(sprite);
       }
     }
-    this.hand = { mesh: skinned, skeleton, bones, markers, bionic };
+    this.hand = { mesh: skinned, skeleton, markers, bionic };
     this.wanted();
-  }
-
-  // Bones and marks to where the skeleton has them.
-  private place(hand: Loaded, pose: HandPose): void {
-    for (const [name, matrix] of hand.skeleton.world) {
-      const bone = hand.bones.get(name);
-      if (bone) matrix.decompose(bone.position, bone.quaternion, bone.scale);
-      hand.markers.get(name)?.position.setFromMatrixPosition(matrix);
-    }
-    const [pitch, yaw] = pose.wrist_deg;
-    const side = this.side === 'left' ? 1 : -1;
-    this.hands[0].rotation.set((yaw * Math.PI) / 360, 0, (-side * pitch * Math.PI) / 360);
   }
 
   // Colours by what is sensed, and marks by quality; only when that has changed.

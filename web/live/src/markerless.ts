@@ -29,7 +29,7 @@ export class Markerless {
     this.worker = new Worker(new URL('./markerless_worker.ts', import.meta.url), { type: 'module' });
     this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => this.hear(data);
     this.worker.onerror = () => this.fail();
-    this.tell({ folder: new URL('markerless/', document.baseURI).href });
+    this.worker.postMessage({ folder: new URL('markerless/', document.baseURI).href } satisfies ToWorker);
   }
 
   close(): void {
@@ -57,11 +57,7 @@ export class Markerless {
     }
     if (this.overlay.width !== picture.width) this.overlay.width = picture.width; // which clears it
     if (this.overlay.height !== picture.height) this.overlay.height = picture.height;
-    this.tell({ picture, captured_ms }, [picture]);
-  }
-
-  private tell(message: ToWorker, transfer: Transferable[] = []): void {
-    this.worker?.postMessage(message, transfer);
+    this.worker?.postMessage({ picture, captured_ms } satisfies ToWorker, [picture]);
   }
 
   private fail(): void {

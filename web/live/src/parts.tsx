@@ -54,21 +54,26 @@ export function useRange(value: number, take: (to: number) => Promise<void>, isL
 
 interface ButtonOptions {
   test: string;
-  act: () => Promise<string | null>;
-  kind?: string; // primary, quiet
+  act: () => Promise<string | null> | void;
+  kind?: string; // primary, quiet, small
+  label?: string; // where a sign stands on it
+  pressed?: boolean;
   disabled?: boolean;
+  hidden?: boolean;
   children: ComponentChildren;
 }
 
 // It waits while it waits, and what went wrong stands in its line.
-export function Button({ test, act, kind = '', disabled = false, children }: ButtonOptions) {
+export function Button({ test, act, kind = '', label, pressed, disabled = false, hidden, children }: ButtonOptions) {
   const [busy, setBusy] = useState(false);
   const say = useContext(Line);
   const click = async (): Promise<void> => {
     if (busy) return;
+    const answer = act();
+    if (!answer) return;
     setBusy(true);
     say(null);
-    say(await act());
+    say(await answer);
     setBusy(false);
   };
   return (
@@ -76,8 +81,12 @@ export function Button({ test, act, kind = '', disabled = false, children }: But
       type="button"
       class={`button ${kind}`}
       data-testid={test}
+      aria-label={label}
+      title={label}
+      aria-pressed={pressed}
       aria-busy={busy || undefined}
       disabled={disabled && !busy}
+      hidden={hidden}
       onClick={() => void click()}
     >
       {children}

@@ -84,29 +84,16 @@ function Toolbar({ window, change }: WindowOptions) {
     return wrong;
   };
   const tool = (sign: string, name: string, test: string, act: () => void) => (
-    <button
-      type="button"
-      class="button small"
-      aria-label={name}
-      title={name}
-      data-testid={test}
-      onClick={() => change(act)}
-    >
+    <Button test={test} kind="small" label={name} act={() => change(act)}>
       {sign}
-    </button>
+    </Button>
   );
   return (
     <Controls id="marker">
       <div class="row toolbar">
-        <button
-          type="button"
-          class="button"
-          data-testid="scope-pause"
-          aria-pressed={paused}
-          onClick={() => change(() => (paused ? window.run() : window.pause()))}
-        >
+        <Button test="scope-pause" pressed={paused} act={() => change(() => (paused ? window.run() : window.pause()))}>
           {paused ? 'Go on' : 'Pause'}
-        </button>
+        </Button>
         <Segmented
           name="Width of the scopes"
           test="window"

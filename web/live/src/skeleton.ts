@@ -1,6 +1,6 @@
 // How the drawn hand's bones stand for a pose. Bones are WebXR's joints: -Z of a joint points to the next one, Y to the
 // back of the hand, so flexion turns about -X. The mesh's bones are one flat list; chains are made here. The hand is a right one.
-import { Matrix4, Vector3 } from 'three';
+import { MathUtils, Vector3, type Object3D, type Quaternion } from 'three';
 import { kFingers, type FingerName, type HandPose } from './mapping';
 
 export function chainOf(finger: FingerName): string[] {
@@ -15,72 +15,48 @@ export function jointAt(finger: FingerName, link: number): number {
   return finger === 'thumb' ? link : link - 1;
 }
 
-interface Link {
-  bone: string;
-  fromParent: Matrix4; // at rest
-  restBend_rad: number; // how far the joint is bent in the mesh as it was modelled
+interface Joint {
+  bone: Object3D;
+  rest: Quaternion;
+  restBend_rad: number; // how far it is bent in the mesh as it was modelled
+  finger: FingerName;
   joint: number;
 }
 
-function position(matrix: Matrix4): Vector3 {
-  return new Vector3().setFromMatrixPosition(matrix);
+// Where another bone is, seen from this one.
+export function seenFrom(bone: Object3D, other: Object3D): Vector3 {
+  return bone.worldToLocal(other.getWorldPosition(new Vector3()));
 }
 
-// Bend at `at` between the bones before and behind it, about the joint's own axis; positive towards the palm.
-function restBend(before: Matrix4, at: Matrix4, behind: Matrix4): number {
-  const inJoint = at.clone().invert();
-  const incoming = position(at).sub(position(before)).transformDirection(inJoint);
-  const outgoing = position(behind).sub(position(at)).transformDirection(inJoint);
+// Bend between the bones before and behind it, about the joint's own axis; positive towards the palm.
+function restBend_rad(before: Object3D, at: Object3D, behind: Object3D): number {
   const angle = (v: Vector3): number => Math.atan2(-v.y, -v.z);
-  return angle(outgoing) - angle(incoming);
+  return angle(seenFrom(at, behind)) - angle(seenFrom(at, before).negate());
 }
 
 export class Skeleton {
-  private readonly chains = new Map<FingerName, Link[]>();
-  readonly world = new Map<string, Matrix4>();
-  private readonly turn = new Matrix4();
-  private readonly tilt = new Matrix4();
+  private readonly joints: Joint[] = [];
 
-  // `rest`: where each bone is in the mesh as it was modelled.
-  constructor(rest: ReadonlyMap<string, Matrix4>) {
-    const wrist = rest.get('wrist')!;
-    this.world.set('wrist', wrist.clone());
+  // `bones`: as the mesh was modelled, none within another.
+  constructor(readonly bones: ReadonlyMap<string, Object3D>) {
     for (const finger of kFingers) {
-      const bones = chainOf(finger);
-      this.chains.set(
-        finger,
-        bones.map((bone, link) => {
-          const own = rest.get(bone)!;
-          const parent = link === 0 ? wrist : rest.get(bones[link - 1]!)!;
-          const next = rest.get(bones[link + 1] ?? bone)!;
-          const joint = jointAt(finger, link);
-          const bends = joint >= 0 && joint < 3 && link > 0 && link + 1 < bones.length;
-          this.world.set(bone, own.clone());
-          return {
-            bone,
-            fromParent: parent.clone().invert().multiply(own),
-            restBend_rad: bends ? restBend(parent, own, next) : 0,
-            joint,
-          };
-        }),
-      );
+      const chain = ['wrist', ...chainOf(finger)].map((name) => bones.get(name)!);
+      const bends_rad = chain.map((bone, i) => (i > 1 && chain[i + 1] ? restBend_rad(chain[i - 1]!, bone, chain[i + 1]!) : 0));
+      chain.slice(1).forEach((bone, link) => {
+        chain[link]!.attach(bone);
+        const joint = jointAt(finger, link);
+        if (joint < 0 || joint > 2) return;
+        this.joints.push({ bone, rest: bone.quaternion.clone(), restBend_rad: bends_rad[link + 1]!, finger, joint });
+      });
     }
   }
 
   apply(pose: HandPose): void {
-    for (const finger of kFingers) {
+    for (const { bone, rest, restBend_rad, finger, joint } of this.joints) {
       const { flex_deg, abduct_deg } = pose.fingers[finger];
-      let parent = this.world.get('wrist')!;
-      for (const link of this.chains.get(finger)!) {
-        const own = this.world.get(link.bone)!;
-        own.multiplyMatrices(parent, link.fromParent);
-        if (link.joint >= 0 && link.joint < 3) {
-          const bend = (flex_deg[link.joint]! * Math.PI) / 180 - link.restBend_rad;
-          if (link.joint === 0) own.multiply(this.tilt.makeRotationY((-abduct_deg * Math.PI) / 180));
-          own.multiply(this.turn.makeRotationX(-bend));
-        }
-        parent = own;
-      }
+      bone.quaternion.copy(rest);
+      if (joint === 0) bone.rotateY(MathUtils.degToRad(-abduct_deg));
+      bone.rotateX(restBend_rad - MathUtils.degToRad(flex_deg[joint]!));
     }
   }
 }

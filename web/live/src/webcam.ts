@@ -85,14 +85,11 @@ export class Webcam {
     this.canvas.height = Math.round(this.video.videoHeight * scale);
     this.canvas.getContext('2d', { alpha: false })!.drawImage(this.video, 0, 0, this.canvas.width, this.canvas.height);
     this.encoding = true;
-    void this.encode(captured_ms).finally(() => {
+    const encoded = (jpeg: Blob | null): void => {
       this.encoding = false;
-    });
-  }
-
-  private async encode(captured_ms: number): Promise<void> {
-    const jpeg = await new Promise<Blob | null>((done) => this.canvas.toBlob(done, 'image/jpeg', kQuality));
-    if (jpeg) this.send(encodePicture(captured_ms / 1000, await jpeg.arrayBuffer()));
+      void jpeg?.arrayBuffer().then((bytes) => this.send(encodePicture(captured_ms / 1000, bytes)));
+    };
+    this.canvas.toBlob(encoded, 'image/jpeg', kQuality);
   }
 }
 

@@ -13,7 +13,6 @@ struct Options {
   double rate_hz = 20;
   std::optional<double> clock_offset_s;
   std::string out;
-  bool json = false;
 };
 
 void check_output(const Options& o) {
@@ -58,8 +57,7 @@ Output run(const Options& o) {
   if (!o.out.empty() && !o.clock_offset_s && aligned.alignment)
     identify::refuse_unsure(pair.sensor.source, aligned.clock_offset_s, aligned.alignment->confidence);
   if (!o.out.empty()) io::write_file(o.out, recording::to_csv(recording::to_recording(aligned, pair)));
-  if (!o.json) log_warnings(aligned.warnings);
-  return {to_json(aligned), in_words(o, aligned)};
+  return {to_json(aligned), in_words(o, aligned), aligned.warnings};
 }
 
 void add(CLI::App& app) {

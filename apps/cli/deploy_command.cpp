@@ -37,7 +37,6 @@ struct Options {
   deploy::Encoding encoding = deploy::Encoding::alpha;
   bool right_hand = true;
   bool track = false;
-  bool json = false;
 };
 
 // Readings of the model's inputs, row by row, from a recording's columns.

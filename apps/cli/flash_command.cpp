@@ -17,7 +17,6 @@ struct Options {
   std::string board;
   std::string port = "auto";
   int baud = 0;  // 0: both
-  bool json = false;
 };
 
 // With its model in a generation of its own, so that none that was sent to the board before runs on.

@@ -14,7 +14,6 @@ struct Options {
   std::uint64_t seed = 1;
   TwinFiles twin;
   std::string folder;
-  bool json = false;
 };
 
 Output run(const Options& o) {

@@ -19,7 +19,6 @@ struct Options {
   int baud = 0;
   std::string key;
   std::string out = "pair.key";
-  bool json = false;
 };
 
 void require_sensible(const Options& o) {

@@ -11,7 +11,6 @@ struct Options {
   bool listen = false;
   bool ask = false;
   std::string port;
-  bool json = false;
 };
 
 struct Heard {

@@ -219,6 +219,8 @@ CLI::Option* add_port(CLI::App& command, std::string& port, const std::string& o
 }
 
 void print(Output output, bool as_json) {
+  for (const std::string& note : as_json ? std::vector<std::string>() : output.notes) log_note(note);
+  if (!as_json) log_warnings(output.warnings);
   output.json.emplace("version", FLEXOR_VERSION);
   print(as_json ? io::dump(output.json) : output.text);
 }

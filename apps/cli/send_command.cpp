@@ -29,7 +29,6 @@ struct Options {
   std::string calibration;
   std::string hardware = "flexor";
   bool bootloader = false;
-  bool json = false;
 };
 
 // A hand gets its own ends, other outputs the model's.

@@ -13,7 +13,6 @@ struct RecordOptions {
   study::GloveRequest request;
   TwinFiles twin;
   std::string folder;
-  bool json = false;
 };
 
 void show_parameters(bool json) {

@@ -65,13 +65,13 @@ struct LiveJobs::Watch {
           "picture: taken at {:.6f} s; times must lie between 0 and {:g} s and grow by a millisecond or more",
           t_s, kMost_s);
     }
-    if (tracker && (picture.width != width || picture.height != height)) {
+    if (tracker && (picture.cols != width || picture.rows != height)) {
       throw io::InputError("picture: {} x {} pixels, those before it {} x {}: begin anew to change the size",
-                           picture.width, picture.height, width, height);
+                           picture.cols, picture.rows, width, height);
     }
-    if (!tracker) tracker.emplace(joints, lens, picture.width, picture.height);
-    width = picture.width;
-    height = picture.height;
+    if (!tracker) tracker.emplace(joints, lens, picture.cols, picture.rows);
+    width = picture.cols;
+    height = picture.rows;
     last_s = t_s;
     return tracker->push(picture, t_s);
   }

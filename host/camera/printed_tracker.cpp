@@ -161,7 +161,7 @@ void choose(std::vector<std::optional<Found>>& found) {
 
 std::vector<std::optional<Found>> detect(const Skeleton& skeleton, const Lens& lens, const Picture& picture) {
   cv::Mat grey;
-  cv::cvtColor(mat(picture), grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   std::vector<std::vector<cv::Point2f>> corners;
   std::vector<int> ids;
   cv::aruco::detectMarkers(grey, dictionary(), corners, ids);

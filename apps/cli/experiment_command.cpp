@@ -79,14 +79,6 @@ void draw(const study::Plan& plan, const study::Result& result,
   }
 }
 
-void show_shard(const Options& o) {
-  const study::Shard& s = o.plan.shard;
-  print({{{"shard", {{"index", s.index}, {"of", s.of}}}, {"folder", io::to_utf8(o.folder)}},
-         fmt::format("shard {} of {} is done in {}; when all are: flexor merge FOLDER... --out FOLDER\n",
-                     s.index, s.of, o.folder)},
-        o.json);
-}
-
 void play(Options& o) {
   const study::Plan& plan = o.plan;
   study::check(plan);
@@ -100,7 +92,12 @@ void play(Options& o) {
     result = o.shards.empty() ? study::run(plan, progress) : study::merge(plan, o.shards, progress);
     if (plan.scenarios) scenarios = run_scenarios(plan, o.shards, progress);
   }
-  if (plan.shard.of > 1) return show_shard(o);
+  if (const study::Shard& s = plan.shard; s.of > 1)
+    return print(
+        {{{"shard", {{"index", s.index}, {"of", s.of}}}, {"folder", io::to_utf8(o.folder)}},
+         fmt::format("shard {} of {} is done in {}; when all are: flexor merge FOLDER... --out FOLDER\n",
+                     s.index, s.of, o.folder)},
+        o.json);
   log_warnings(study::warnings(result, plan));
   if (!o.folder.empty()) draw(plan, result, scenarios);
   show(o, result, scenarios);

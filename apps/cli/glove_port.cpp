@@ -33,30 +33,6 @@ std::unique_ptr<listen::Listener> open_port(const GlovePort& o) {
   return listener;
 }
 
-std::unique_ptr<listen::Source> open_camera(const GlovePort& o) {
-  if (o.joints.empty()) {
-    throw io::InputError("--from {}: a camera needs --joints: a joint file, or {}", o.from,
-                         fmt::join(live::joint_files(), ", "));
-  }
-  return std::make_unique<live::CameraSource>(o.from, o.joints, o.lens, io::program_beside(kCameraWorker));
-}
-
-// As `flexor twin wear` has them.
-std::unique_ptr<listen::Source> open_boards(const GlovePort& o) {
-  study::BenchOptions bench;
-  bench.model = study::compensator("published-hw", study::kPublishedRate_hz).model;
-  study::BenchChange begin;
-  begin.motion = "ordinary";
-  return std::make_unique<live::BenchSource>(io::program_beside(kBoardsWorker), std::move(bench), begin,
-                                             o.listener.readings);
-}
-
-std::unique_ptr<listen::Source> open_recording(const GlovePort& o) {
-  auto replay = std::make_unique<listen::ReplaySource>(o.from, o.speed, o.time);
-  log_warnings(replay->warnings());
-  return replay;
-}
-
 std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
   const bool camera = std::filesystem::is_character_file(o.from) || recording::is_video(o.from);
   const bool simulated = o.from == "twin" || o.from == "poses" || o.from == "boards";
@@ -67,15 +43,26 @@ std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
   if (o.listener.readings && o.from != "boards") {
     throw io::InputError("--from {}: --readings is for a glove with Flexor's firmware, or boards", o.from);
   }
-  if (camera) return open_camera(o);
-  if (o.from == "boards") return open_boards(o);
+  if (camera && o.joints.empty())
+    throw io::InputError("--from {}: a camera needs --joints: a joint file, or {}", o.from,
+                         fmt::join(live::joint_files(), ", "));
+  if (camera)
+    return std::make_unique<live::CameraSource>(o.from, o.joints, o.lens, io::program_beside(kCameraWorker));
+  if (o.from == "boards") {  // as `flexor twin wear` has them
+    const model::Model model = study::compensator("published-hw", study::kPublishedRate_hz).model;
+    return std::make_unique<live::BenchSource>(io::program_beside(kBoardsWorker),
+                                               study::BenchOptions{.model = model},
+                                               study::BenchChange{.motion = "ordinary"}, o.listener.readings);
+  }
   if (o.from == "twin") return std::make_unique<live::TwinSource>();
   if (o.from == "poses") {
     live::TwinOptions held;
     held.motion = study::bench_motion("held");
     return std::make_unique<live::TwinSource>(std::move(held));
   }
-  return open_recording(o);
+  auto replay = std::make_unique<listen::ReplaySource>(o.from, o.speed, o.time);
+  log_warnings(replay->warnings());
+  return replay;
 }
 
 }  // namespace

@@ -70,16 +70,11 @@ void add_outs(Options& o) {
   }
 }
 
-// Where --sessions says nothing.
-std::filesystem::path own_folder() {
-  const char* home = std::getenv("HOME");
-  if (home == nullptr || *home == '\0')
-    throw io::InputError("--sessions: say where, there is no home folder");
-  return std::filesystem::path(home) / "flexor";
-}
-
 void run(Options& o) {
-  if (o.live.sessions.empty()) o.live.sessions = own_folder();
+  const char* home = std::getenv("HOME");
+  if (o.live.sessions.empty() && (home == nullptr || *home == '\0'))
+    throw io::InputError("--sessions: say where, there is no home folder");
+  if (o.live.sessions.empty()) o.live.sessions = std::filesystem::path(home) / "flexor";
   o.live.program = io::program_beside("flexor");
   if (o.boards) {
     o.live.worn = live::worn_boards();

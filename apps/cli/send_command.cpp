@@ -59,7 +59,6 @@ deploy::Sent send_live(const Options& o, const deploy::Glove& glove, const std::
       path));
   const auto step = [&](int done, int all) {
     progress.step("bytes sent:", static_cast<std::size_t>(done), static_cast<std::size_t>(all));
-    return true;
   };
   deploy::AtRate at_rate;
   if (!o.rate_hz) at_rate = [&](double rate_hz) { return glove_of(o, rate_hz); };

@@ -22,35 +22,23 @@ void show_parameters(bool json) {
     print(fmt::format("{:<31}{:<34}{:<10}{}\n", n.name, model::value_text(n), n.unit, n.source));
 }
 
-void refuse_others_logs(const RecordOptions& o) {
-  const std::filesystem::path folder = o.folder;
-  for (int n = 1; n <= o.request.donnings; ++n) {
-    for (const char* name : {"glove", "camera", "hand"}) {
-      const std::filesystem::path file = folder / fmt::format("{}-{}.csv", name, n);
-      if (!std::filesystem::exists(file)) continue;
-      throw io::InputError("{}: is there already and may be a log of yours: choose another folder",
-                           file.string());
-    }
-  }
-}
-
-// The fit that a user would do next, ready to be run.
-std::string next_command(const RecordOptions& o, double lead_s) {
-  std::string out = "flexor identify";
-  for (int n = 1; n <= o.request.donnings; ++n) {
-    out += fmt::format(" --pair {} {}", io::shell_word(fmt::format("{}/glove-{}.csv", o.folder, n)),
-                       io::shell_word(fmt::format("{}/camera-{}.csv", o.folder, n)));
-  }
-  out += fmt::format(" --rate {}", o.request.rate_hz);
-  if (lead_s > 0) out += fmt::format(" --lead {:.3f}", lead_s);
-  return out + " --fit-all --model " + io::shell_word(o.folder + "/identified.json");
-}
-
 Output record(RecordOptions& o) {
   o.request.parameters = twin_parameters(o.twin);
   study::check(o.request);
   io::require_folder(o.folder);
-  refuse_others_logs(o);
+  Json pairs = Json::array();
+  std::string next = "flexor identify";  // the fit that a user would do next, ready to be run
+  for (int n = 1; n <= o.request.donnings; ++n) {
+    Json& pair = pairs.emplace_back();
+    for (const char* what : {"glove", "camera", "hand"}) {
+      const std::string file = fmt::format("{}/{}-{}.csv", o.folder, what, n);
+      if (std::filesystem::exists(file))
+        throw io::InputError("{}: is there already and may be a log of yours: choose another folder", file);
+      pair[what] = file;
+    }
+    next += fmt::format(" --pair {} {}", io::shell_word(pair.at("glove").get<std::string>()),
+                        io::shell_word(pair.at("camera").get<std::string>()));
+  }
   std::vector<study::GloveRecording> recordings;
   {
     ProgressLine line;
@@ -59,13 +47,9 @@ Output record(RecordOptions& o) {
     study::write_recordings(recordings, o.folder);
   }
   const std::optional<study::HandLag> lag = study::hand_lag(recordings);
-  const std::string next = next_command(o, lag ? lag->lead_s() : 0);
-  Json pairs = Json::array();
-  for (int n = 1; n <= o.request.donnings; ++n) {
-    pairs.push_back({{"glove", fmt::format("{}/glove-{}.csv", o.folder, n)},
-                     {"camera", fmt::format("{}/camera-{}.csv", o.folder, n)},
-                     {"hand", fmt::format("{}/hand-{}.csv", o.folder, n)}});
-  }
+  next += fmt::format(" --rate {}", o.request.rate_hz);
+  if (lag && lag->lead_s() > 0) next += fmt::format(" --lead {:.3f}", lag->lead_s());
+  next += " --fit-all --model " + io::shell_word(o.folder + "/identified.json");
   const double duration_s = study::recommended_motion().duration_s();
   return {{{"pairs", std::move(pairs)},
            {"rate_hz", o.request.rate_hz},

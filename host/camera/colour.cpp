@@ -24,12 +24,6 @@ cv::Mat lab(const Picture& picture) {
   return out;
 }
 
-void require_inside(const Picture& picture, double x, double y) {
-  if (x >= 0 && y >= 0 && x < picture.cols && y < picture.rows) return;
-  throw io::InputError("({:g}, {:g}) lies outside the picture of {} x {} pixels", x, y, picture.cols,
-                       picture.rows);
-}
-
 struct Statistics {
   cv::Vec3d mean;
   cv::Matx33d covariance;
@@ -222,7 +216,9 @@ double quantile(std::vector<float> values, double share) {
 }
 
 ColourModel colour_at(const Picture& picture, Point at) {
-  require_inside(picture, at.x, at.y);
+  if (!(at.x >= 0 && at.y >= 0 && at.x < picture.cols && at.y < picture.rows))
+    throw io::InputError("({:g}, {:g}) lies outside the picture of {} x {} pixels", at.x, at.y, picture.cols,
+                         picture.rows);
   const cv::Mat picture_lab = lab(picture);
   cv::Mat smooth;
   cv::medianBlur(picture_lab, smooth, 3);

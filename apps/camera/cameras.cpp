@@ -65,32 +65,17 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// angles.csv, row by row, beside its name until it is whole.
-class AngleFile {
- public:
-  AngleFile(const std::filesystem::path& path, const std::vector<std::string>& angles) : output_(path) {
-    output_.write("t_s");
-    for (const std::string& name : angles) {
-      output_.write(fmt::format(",{0}_deg,{0}_se_deg,{0}_quality", name));
-    }
-    output_.write("\n");
+// Of angles.csv.
+std::string lines_of(const std::vector<camera::FilteredRow>& rows) {
+  std::string out;
+  for (const camera::FilteredRow& row : rows) {
+    out += fmt::format("{:.6f}", row.t_s);
+    for (const camera::FilteredAngle& a : row.angles)
+      out += fmt::format(",{:.4f},{:.4f},{}", a.deg, a.se_deg, static_cast<int>(a.quality));
+    out += '\n';
   }
-
-  void add(const std::vector<camera::FilteredRow>& rows) {
-    for (const camera::FilteredRow& row : rows) {
-      std::string line = fmt::format("{:.6f}", row.t_s);
-      for (const camera::FilteredAngle& a : row.angles) {
-        line += fmt::format(",{:.4f},{:.4f},{}", a.deg, a.se_deg, static_cast<int>(a.quality));
-      }
-      output_.write(line + '\n');
-    }
-  }
-
-  void finish() { output_.commit(); }
-
- private:
-  io::Output output_;
-};
+  return out;
+}
 
 Json to_json(const Tracked& r, const TrackRequest& request) {
   Json angles = Json::object();
@@ -176,8 +161,8 @@ class Track {
     camera::Picture picture;
     camera::Picture labelled;
     std::optional<camera::Tracker> tracker;
-    std::optional<AngleFile> file;
-    std::optional<camera::Preview> preview;
+    std::optional<io::Output> file;
+    std::optional<camera::VideoWriter> preview;
     double bone_px = 0;
     double t_s = 0;
     for (;;) {
@@ -189,18 +174,21 @@ class Track {
         out.height = picture.rows;
         if (lens_) lens_->require_size(out.width, out.height, request_.video.string());
         tracker.emplace(joints_, lens_, out.width, out.height);
-        file.emplace(request_.out, tracker->angles());
+        file.emplace(request_.out);
+        file->write("t_s");
+        for (const std::string& name : tracker->angles())
+          file->write(fmt::format(",{0}_deg,{0}_se_deg,{0}_quality", name));
+        file->write("\n");
         if (!request_.preview.empty()) {
           const double rate = video.nominal_rate_hz();
-          preview.emplace(request_.preview, out.width, out.height, rate > 0 ? rate : kDefaultRate_hz,
-                          joints_);
+          preview.emplace(request_.preview, out.width, out.height, rate > 0 ? rate : kDefaultRate_hz);
         }
       }
       const auto begin = Clock::now();
       const std::vector<camera::FilteredRow> rows = tracker->push(picture, t_s);
       out.tracking_s += seconds_since(begin);
-      file->add(rows);
-      if (preview) preview->add(picture, tracker->seen());
+      file->write(lines_of(rows));
+      if (preview) preview->add(camera::draw_seen(picture, joints_, tracker->seen()));
       const bool all = std::ranges::all_of(tracker->seen(), &camera::Observation::labelled);
       if (all && labelled.empty()) {
         labelled = camera::draw_seen(picture, joints_, tracker->seen());
@@ -209,12 +197,12 @@ class Track {
       if (!progress(video.frames(), video.declared_frames())) break;
       if (request_.seconds > 0 && t_s >= request_.seconds) break;
     }
-    file->add(tracker->flush());
+    file->write(lines_of(tracker->flush()));
     out.summary = tracker->summary();
     require_fit(out.summary);
     out.warnings = video.warnings();
     add_warnings(out, bone_px > 0 ? bone_px : out.width / 12.0);
-    file->finish();
+    file->commit();
     if (preview) preview->finish();
     if (!request_.report.empty()) save_results(out, request_, labelled);
     return out;

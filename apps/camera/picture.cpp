@@ -33,10 +33,7 @@ void Chain::link(double length_mm, double turn_deg) {
   scene_.links.push_back({from_, at_, kRadius_mm.at(links_++), kSkin});
 }
 
-void Chain::mark() {
-  scene_.mark_at.push_back(at_);
-  scene_.marks.push_back({at_, at_, kMark_mm, paint_});
-}
+void Chain::mark() { scene_.marks.push_back({at_, at_, kMark_mm, paint_}); }
 
 void Chain::marked_links(const std::vector<double>& length_mm, const std::vector<double>& turn_deg) {
   for (std::size_t k = 0; k < length_mm.size(); ++k) {

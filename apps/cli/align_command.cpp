@@ -15,16 +15,6 @@ struct Options {
   std::string out;
 };
 
-void check_output(const Options& o) {
-  if (o.out.empty()) return;
-  const std::string ending = std::filesystem::path(o.out).extension().string();
-  std::error_code error;
-  const bool device =
-      std::filesystem::exists(o.out, error) && !std::filesystem::is_regular_file(o.out, error);
-  if (ending != ".csv" && !device) throw io::InputError("{}: aligned recordings are written as .csv", o.out);
-  io::require_writable(o.out);
-}
-
 std::string in_words(const Options& o, const recording::Aligned& aligned) {
   const recording::Alignment a = aligned.alignment.value_or(recording::Alignment());
   const std::string error = a.clock_offset_se_s ? fmt::format(" +- {:.3f}", *a.clock_offset_se_s) : "";
@@ -51,7 +41,12 @@ std::string in_words(const Options& o, const recording::Aligned& aligned) {
 }
 
 Output run(const Options& o) {
-  check_output(o);
+  std::error_code error;
+  const bool device =
+      std::filesystem::exists(o.out, error) && !std::filesystem::is_regular_file(o.out, error);
+  if (!o.out.empty() && std::filesystem::path(o.out).extension() != ".csv" && !device)
+    throw io::InputError("{}: aligned recordings are written as .csv", o.out);
+  if (!o.out.empty()) io::require_writable(o.out);
   const recording::Pair pair = identify::load_pair(o.files, o.clock_offset_s.has_value());
   const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s);
   if (!o.out.empty() && !o.clock_offset_s && aligned.alignment)

@@ -94,7 +94,7 @@ void play(Options& o) {
   }
   if (const study::Shard& s = plan.shard; s.of > 1)
     return print(
-        {{{"shard", {{"index", s.index}, {"of", s.of}}}, {"folder", io::to_utf8(o.folder)}},
+        {{{"shard", s}, {"folder", io::to_utf8(o.folder)}},
          fmt::format("shard {} of {} is done in {}; when all are: flexor merge FOLDER... --out FOLDER\n",
                      s.index, s.of, o.folder)},
         o.json);

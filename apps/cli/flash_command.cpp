@@ -38,7 +38,7 @@ Output run(const Options& o) {
   int rate_Bd = 0;
   {
     ProgressLine line;
-    deploy::Bootloader bootloader(port, deploy::rates(o.baud), line.percents());
+    deploy::Bootloader bootloader(port, o.baud, line.percents());
     deploy::require_same_board(deploy::contents_of(bootloader.read()), deploy::contents_of(image),
                                hex.string());
     io::set_interruption_note(fmt::format(

@@ -35,12 +35,6 @@ exports::OpenGlovesOptions curls_of(const model::Model& model) {
   return out;
 }
 
-std::vector<std::string> joints_of(const model::Model& model) {
-  std::vector<std::string> out;
-  for (const model::Joint& joint : model.joints) out.push_back(joint.name);
-  return out;
-}
-
 // Models with other joints go into files of their own: angles.mcap, angles-2.mcap.
 std::filesystem::path not_there_yet(const std::filesystem::path& path) {
   std::filesystem::path out = path;
@@ -65,7 +59,9 @@ void add_outs(Options& o) {
       throw io::InputError(o.mcap + ": is there already: a recording is never written over, name another");
     io::require_writable(o.mcap);
     o.live.outs.emplace_back([path = o.mcap](const model::Model& model) {
-      return std::make_unique<exports::JointStateFile>(not_there_yet(path), joints_of(model));
+      std::vector<std::string> joints;
+      for (const model::Joint& joint : model.joints) joints.push_back(joint.name);
+      return std::make_unique<exports::JointStateFile>(not_there_yet(path), joints);
     });
   }
 }

@@ -67,21 +67,6 @@ Output record(RecordOptions& o) {
                       io::one_line(next))};
 }
 
-void add_twin_record(CLI::App& twin) {
-  const auto [o, command] = add_command(
-      twin, "record",
-      "Record the twin's glove as a user records a real one: a person wears it and plays the recommended "
-      "motion; the glove's log, what a camera sees of the fingers and what another sees of the hand, each "
-      "donning a file of its own. Then flexor identify, as with any recording",
-      record);
-  add_folder(*command, "--out", o->folder, "write the recordings into this folder")->required();
-  add_shown(*command, "--donnings", o->request.donnings,
-            "recordings of two minutes, the glove put on anew for each; one is what a user does");
-  add_shown(*command, "--rate", o->request.rate_hz, "sample rate of the glove, Hz");
-  add_seed(*command, o->request.seed, "other than the experiment's");
-  add_twin_options(*command, o->twin);
-}
-
 void add(CLI::App& app) {
   auto json = std::make_shared<bool>(false);
   CLI::App* command =
@@ -90,7 +75,18 @@ void add(CLI::App& app) {
                          "recordings of its glove, with wear, its glove for other commands");
   command->add_flag("--json", *json, "as a configuration file, to edit and give to --twin");
   command->require_subcommand(0, 1);
-  add_twin_record(*command);
+  const auto [o, record_command] = add_command(
+      *command, "record",
+      "Record the twin's glove as a user records a real one: a person wears it and plays the recommended "
+      "motion; the glove's log, what a camera sees of the fingers and what another sees of the hand, each "
+      "donning a file of its own. Then flexor identify, as with any recording",
+      record);
+  add_folder(*record_command, "--out", o->folder, "write the recordings into this folder")->required();
+  add_shown(*record_command, "--donnings", o->request.donnings,
+            "recordings of two minutes, the glove put on anew for each; one is what a user does");
+  add_shown(*record_command, "--rate", o->request.rate_hz, "sample rate of the glove, Hz");
+  add_seed(*record_command, o->request.seed, "other than the experiment's");
+  add_twin_options(*record_command, o->twin);
   wear_command::add(*command);
   command->callback([json, command] {
     if (command->get_subcommands().empty()) show_parameters(*json);

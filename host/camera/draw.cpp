@@ -54,8 +54,6 @@ void draw_skeleton(cv::Mat& on, const Skeleton& s, const Observation& seen, doub
   }
 }
 
-int even(int v) { return v + v % 2; }
-
 }  // namespace
 
 Picture draw_proposal(const Picture& picture, const MarkProposal& proposal) {
@@ -81,18 +79,6 @@ Picture draw_seen(const Picture& picture, const Joints& joints, const std::vecto
     draw_skeleton(out, joints.skeletons[i], seen[i], scale(picture));
   }
   return out;
-}
-
-Preview::Preview(const std::filesystem::path& path, int width, int height, double rate_hz,
-                 const Joints& joints)
-    : joints_(joints),
-      page_(even(height), even(width), CV_8UC3, cv::Scalar()),
-      writer_(path, page_.cols, page_.rows, rate_hz) {}
-
-void Preview::add(const Picture& picture, const std::vector<Observation>& seen) {
-  const Picture drawn = draw_seen(picture, joints_, seen);
-  drawn.copyTo(page_(cv::Rect({}, drawn.size())));
-  writer_.add(page_);
 }
 
 }  // namespace flexor::camera

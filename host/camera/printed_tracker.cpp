@@ -228,19 +228,6 @@ std::vector<Measurement> measure(const Skeleton& skeleton, const std::vector<std
 
 }  // namespace
 
-std::vector<std::uint8_t> print_cells(int id) {
-  cv::Mat square;
-  cv::aruco::drawMarker(dictionary(), id, kPrintCells - 2, square, 1);
-  std::vector<std::uint8_t> out(kPrintCells * kPrintCells, 1);
-  for (int y = 0; y < square.rows; ++y) {
-    for (int x = 0; x < square.cols; ++x) {
-      const int cell = (y + 1) * kPrintCells + x + 1;
-      out[static_cast<std::size_t>(cell)] = square.at<std::uint8_t>(y, x) > 127 ? 1 : 0;
-    }
-  }
-  return out;
-}
-
 Observation PrintedTracker::step(const Picture& picture, double) {
   std::vector<std::optional<Found>> found = detect(skeleton_, lens_, picture);
   choose(found);

@@ -225,7 +225,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
   bool open = false;
   try {
     open = writer_.open(output_->name().string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('a', 'v', 'c', '1'),
-                        rate_hz, {width, height});
+                        rate_hz, {width + width % 2, height + height % 2});
   } catch (const cv::Exception&) {
   }
   if (!open) {
@@ -238,7 +238,9 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
 }
 
 void VideoWriter::add(const Picture& picture) {
-  writer_.write(picture);
+  Picture page;  // of even sides, as H.264 wants them
+  cv::copyMakeBorder(picture, page, 0, picture.rows % 2, 0, picture.cols % 2, cv::BORDER_CONSTANT);
+  writer_.write(page);
   ++frames_;
 }
 

@@ -236,7 +236,7 @@ class Run {
                  {"covariates", request.manifest.covariates},
                  {"takes", std::move(takes)},
                  {"persons", persons_.size()}};
-    if (request.shard.of > 1) settings_["shard"] = {{"index", request.shard.index}, {"of", request.shard.of}};
+    if (request.shard.of > 1) settings_["shard"] = request.shard;
   }
 
   const Json& settings() const { return settings_; }

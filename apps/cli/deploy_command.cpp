@@ -65,15 +65,6 @@ struct PairKey {
   bool is_stored;      // in OUT already
 };
 
-deploy::Key stored_key(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto type = std::filesystem::symlink_status(path, error).type();
-  if (type == std::filesystem::file_type::not_found) return {};
-  if (type != std::filesystem::file_type::regular)
-    throw io::InputError("{}: is not a plain file: move it away", path.string());
-  return deploy::load_key(path);
-}
-
 link::Key given_key(const std::string& text) {
   std::error_code error;
   const bool hex = deploy::is_key(text) && !std::filesystem::exists(text, error);
@@ -89,7 +80,13 @@ link::Key given_key(const std::string& text) {
 // not a key might have been one: it is refused, never replaced.
 PairKey choose_key(const Options& o) {
   if (o.plain || o.output != deploy::Output::radio) return {{}, nullptr, false};
-  const deploy::Key stored = stored_key(std::filesystem::path(o.out) / deploy::kKeyFile);
+  const std::filesystem::path path = std::filesystem::path(o.out) / deploy::kKeyFile;
+  std::error_code error;
+  const auto type = std::filesystem::symlink_status(path, error).type();
+  const bool is_there = type != std::filesystem::file_type::not_found;
+  if (is_there && type != std::filesystem::file_type::regular)
+    throw io::InputError("{}: is not a plain file: move it away", path.string());
+  const deploy::Key stored = is_there ? deploy::load_key(path) : deploy::Key();
   if (!o.key.empty()) {
     const link::Key key = given_key(o.key);
     return {key, "given", stored && deploy::to_hex(*stored) == deploy::to_hex(key)};

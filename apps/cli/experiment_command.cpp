@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <cmath>
 #include <optional>
 
 #include "apps/cli/commands.hpp"
@@ -103,17 +102,6 @@ void play(Options& o) {
   show(o, result, scenarios);
 }
 
-// Units of readings and ends of angles, as the twin's glove and hand have them.
-void meet_twin(study::Compensator& compensator, const twin::Parameters& parameters) {
-  std::vector<std::string> notes;
-  compensator.model = deploy::on_hand(std::move(compensator.model), parameters, notes);
-  const std::string& unit = compensator.model.inputs.front().unit;
-  if (unit != "deg" && !unit.empty())
-    notes.push_back(fmt::format("reads {}: the twin's glove gives it that, by its divider of {:g} kohm", unit,
-                                parameters.divider_kohm));
-  for (const std::string& note : notes) log(fmt::format("{}: {}", compensator.name, note));
-}
-
 // What plays the trials in place of the twin; outlives them.
 struct Engines {
   study::Engine* find(bool has_boards, bool is_filmed) {
@@ -167,7 +155,15 @@ void run(Options& o) {
   plan.motions = study::motions(o.gestures, &notes);
   log_warnings(notes);
   plan.compensators = study::compensators(o.compensators, o.rate_hz);
-  for (study::Compensator& one : plan.compensators) meet_twin(one, plan.parameters);
+  for (study::Compensator& one : plan.compensators) {
+    notes.clear();
+    one.model = deploy::on_hand(std::move(one.model), plan.parameters, notes);
+    const std::string& unit = one.model.inputs.front().unit;
+    if (unit != "deg" && !unit.empty())
+      notes.push_back(fmt::format("reads {}: the twin's glove gives it that, by its divider of {:g} kohm",
+                                  unit, plan.parameters.divider_kohm));
+    for (const std::string& note : notes) log(fmt::format("{}: {}", one.name, note));
+  }
   plan.folder = o.folder;
   play_until_stopped(o);
 }

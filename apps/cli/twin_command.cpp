@@ -15,13 +15,6 @@ struct RecordOptions {
   std::string folder;
 };
 
-void show_parameters(bool json) {
-  const twin::Parameters p;
-  if (json) return print(twin::to_json(p));
-  for (const model::Number& n : twin::numbers(p))
-    print(fmt::format("{:<31}{:<34}{:<10}{}\n", n.name, model::value_text(n), n.unit, n.source));
-}
-
 Output record(RecordOptions& o) {
   o.request.parameters = twin_parameters(o.twin);
   study::check(o.request);
@@ -89,7 +82,11 @@ void add(CLI::App& app) {
   add_twin_options(*record_command, o->twin);
   wear_command::add(*command);
   command->callback([json, command] {
-    if (command->get_subcommands().empty()) show_parameters(*json);
+    const twin::Parameters p;
+    if (!command->get_subcommands().empty()) return;
+    if (*json) return print(twin::to_json(p));
+    for (const model::Number& n : twin::numbers(p))
+      print(fmt::format("{:<31}{:<34}{:<10}{}\n", n.name, model::value_text(n), n.unit, n.source));
   });
 }
 

@@ -27,7 +27,7 @@ const std::vector<camera::Picture>& film() {
     for (int k = 0; k < kFrames; ++k) {
       const double bend = 30.0 * (k < kFrames / 2 ? k : kFrames - k) / (kFrames / 2);
       const filming::PinchPose pose = {5 + bend, 8 + bend, 5 + bend, 52, 5 + bend / 2, 5 + bend / 2};
-      out.push_back(renderer.draw(filming::draw_pinch(pose, {}), static_cast<std::uint64_t>(k)));
+      out.push_back(renderer.draw(filming::draw_pinch(pose, {}), static_cast<std::uint64_t>(k)).clone());
     }
     return out;
   }();
@@ -69,9 +69,7 @@ void opencv_whole_frame(benchmark::State& state) {
   std::size_t k = 0;
   int components = 0;
   for (auto _ : state) {
-    const camera::Picture& p = film()[k++ % kFrames];
-    const cv::Mat bgr(kHeight, kWidth, CV_8UC3, const_cast<std::uint8_t*>(p.bgr.data()));
-    cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);
+    cv::cvtColor(film()[k++ % kFrames], hsv, cv::COLOR_BGR2HSV);
     cv::inRange(hsv, cv::Scalar(45, 100, 60), cv::Scalar(75, 255, 255), mask);
     components = cv::connectedComponentsWithStats(mask, labels, stats, centres);
   }

@@ -4,21 +4,58 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <new>
+#include <string>
+#include <vector>
 
 #include "apps/camera/film.hpp"
 #include "host/camera/draw.hpp"
+#include "host/camera/lens.hpp"
+#include "host/camera/mark_proposal.hpp"
+#include "host/camera/tracker.hpp"
 #include "host/camera/video.hpp"
-#include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/io/output.hpp"
+#include "host/io/pipe_json.hpp"
 #include "host/recording/csv.hpp"
+#include "host/twin/exact_json.hpp"
 #include "host/twin/random.hpp"
+
+// Bytes, whatever they are in a name.
+template <>
+struct nlohmann::adl_serializer<std::filesystem::path> {
+  static void from_json(const ordered_json& json, std::filesystem::path& path) {
+    path = flexor::io::bytes_from_json(json);
+  }
+};
 
 namespace flexor::filming {
 namespace {
+
+using std::filesystem::path;
+
+struct TrackRequest {
+  path video;  // or a camera device
+  path joints;
+  path lens;           // empty: none
+  path out;            // angles.csv
+  path preview;        // empty: none
+  path report;         // a folder; empty: none
+  double seconds = 0;  // stop after these; 0: at the end
+};
+
+struct Tracked {
+  camera::Summary summary;
+  std::vector<std::string> warnings;
+  double decoding_s = 0;
+  double tracking_s = 0;  // decoding and drawing left out
+  int width = 0;
+  int height = 0;
+};
 
 using Clock = std::chrono::steady_clock;
 
@@ -28,32 +65,51 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// angles.csv, row by row, beside its name until it is whole.
-class AngleFile {
- public:
-  AngleFile(const std::filesystem::path& path, const std::vector<std::string>& angles) : output_(path) {
-    output_.write("t_s");
-    for (const std::string& name : angles) {
-      output_.write(fmt::format(",{0}_deg,{0}_se_deg,{0}_quality", name));
-    }
-    output_.write("\n");
+// Of angles.csv.
+std::string lines_of(const std::vector<camera::FilteredRow>& rows) {
+  std::string out;
+  for (const camera::FilteredRow& row : rows) {
+    out += fmt::format("{:.6f}", row.t_s);
+    for (const camera::FilteredAngle& a : row.angles)
+      out += fmt::format(",{:.4f},{:.4f},{}", a.deg, a.se_deg, static_cast<int>(a.quality));
+    out += '\n';
   }
+  return out;
+}
 
-  void add(const std::vector<camera::FilteredRow>& rows) {
-    for (const camera::FilteredRow& row : rows) {
-      std::string line = fmt::format("{:.6f}", row.t_s);
-      for (const camera::FilteredAngle& a : row.angles) {
-        line += fmt::format(",{:.4f},{:.4f},{}", a.deg, a.se_deg, static_cast<int>(a.quality));
-      }
-      output_.write(line + '\n');
-    }
+Json to_json(const Tracked& r, const TrackRequest& request) {
+  Json angles = Json::object();
+  for (const camera::AngleSummary& a : r.summary.angles) {
+    angles[a.name] = {
+        {"frames_good", a.frames[0]}, {"frames_doubtful", a.frames[1]},      {"frames_hidden", a.frames[2]},
+        {"frames_lost", a.frames[3]}, {"standard_error_deg", a.mean_se_deg}, {"min_deg", a.min_deg},
+        {"max_deg", a.max_deg}};
   }
-
-  void finish() { output_.commit(); }
-
- private:
-  io::Output output_;
-};
+  Json unsure = Json::array();
+  for (const camera::Unsure& u : r.summary.unsure) {
+    unsure.push_back({{"from_s", u.from_s},
+                      {"to_s", u.to_s},
+                      {"frames", u.frames},
+                      {"quality", static_cast<int>(u.worst)}});
+  }
+  return {{"video", request.video.string()},
+          {"joints", request.joints.string()},
+          {"out", request.out.string()},
+          {"frames", r.summary.frames},
+          {"frames_labelled", r.summary.labelled},
+          {"frames_dropped", r.summary.dropped},
+          {"from_s", r.summary.from_s},
+          {"to_s", r.summary.to_s},
+          {"width", r.width},
+          {"height", r.height},
+          {"angles", std::move(angles)},
+          {"unsure_stretches", r.summary.unsure_stretches},
+          {"unsure", std::move(unsure)},
+          {"decoding_s", r.decoding_s},
+          {"tracking_s", r.tracking_s},
+          {"warnings", r.warnings},
+          {"version", FLEXOR_VERSION}};
+}
 
 // For the report: angles.csv, results.json, and one picture with its marks.
 void save_results(const Tracked& r, const TrackRequest& request, const camera::Picture& labelled) {
@@ -64,7 +120,7 @@ void save_results(const Tracked& r, const TrackRequest& request, const camera::P
     io::write_file(folder / "angles.csv", io::read_file(request.out));
   labelled.empty() ? void(std::filesystem::remove(folder / "frame.jpg", error))
                    : camera::write_picture(folder / "frame.jpg", labelled);
-  nlohmann::ordered_json json = {{"kind", "tracking"}};
+  Json json = {{"kind", "tracking"}};
   json.update(to_json(r, request));
   json["lens"] = io::to_utf8(request.lens.string());
   json["most_hidden_frames"] = camera::kMaxHidden;
@@ -99,14 +155,14 @@ class Track {
     if (!request.report.empty()) io::require_file(request.out);  // which the report reads back
   }
 
-  Tracked run(const TrackProgress& progress) {
+  Tracked run(const io::JobProgress& progress) {
     camera::VideoReader video(request_.video);
     Tracked out;
     camera::Picture picture;
     camera::Picture labelled;
     std::optional<camera::Tracker> tracker;
-    std::optional<AngleFile> file;
-    std::optional<camera::Preview> preview;
+    std::optional<io::Output> file;
+    std::optional<camera::VideoWriter> preview;
     double bone_px = 0;
     double t_s = 0;
     for (;;) {
@@ -114,36 +170,39 @@ class Track {
       if (!video.next(picture, t_s)) break;
       out.decoding_s += seconds_since(decode);
       if (!tracker) {
-        out.width = picture.width;
-        out.height = picture.height;
+        out.width = picture.cols;
+        out.height = picture.rows;
         if (lens_) lens_->require_size(out.width, out.height, request_.video.string());
         tracker.emplace(joints_, lens_, out.width, out.height);
-        file.emplace(request_.out, tracker->angles());
+        file.emplace(request_.out);
+        file->write("t_s");
+        for (const std::string& name : tracker->angles())
+          file->write(fmt::format(",{0}_deg,{0}_se_deg,{0}_quality", name));
+        file->write("\n");
         if (!request_.preview.empty()) {
           const double rate = video.nominal_rate_hz();
-          preview.emplace(request_.preview, out.width, out.height, rate > 0 ? rate : kDefaultRate_hz,
-                          joints_);
+          preview.emplace(request_.preview, out.width, out.height, rate > 0 ? rate : kDefaultRate_hz);
         }
       }
       const auto begin = Clock::now();
       const std::vector<camera::FilteredRow> rows = tracker->push(picture, t_s);
       out.tracking_s += seconds_since(begin);
-      file->add(rows);
-      if (preview) preview->add(picture, tracker->seen());
+      file->write(lines_of(rows));
+      if (preview) preview->add(camera::draw_seen(picture, joints_, tracker->seen()));
       const bool all = std::ranges::all_of(tracker->seen(), &camera::Observation::labelled);
       if (all && labelled.empty()) {
         labelled = camera::draw_seen(picture, joints_, tracker->seen());
         bone_px = typical_bone_px(joints_, tracker->seen(), out.width);
       }
-      if (progress && !progress(video.frames(), video.declared_frames())) break;
+      if (!progress(video.frames(), video.declared_frames())) break;
       if (request_.seconds > 0 && t_s >= request_.seconds) break;
     }
-    file->add(tracker->flush());
+    file->write(lines_of(tracker->flush()));
     out.summary = tracker->summary();
     require_fit(out.summary);
     out.warnings = video.warnings();
     add_warnings(out, bone_px > 0 ? bone_px : out.width / 12.0);
-    file->finish();
+    file->commit();
     if (preview) preview->finish();
     if (!request_.report.empty()) save_results(out, request_, labelled);
     return out;
@@ -208,9 +267,9 @@ struct Played {
   double frame_rate_hz = 0;
 };
 
-Played play(const FilmRequest& request) {
+Played play(const std::vector<twin::TrialInput>& inputs, std::uint64_t seed) {
   // Somewhere in a minute, as clocks are that were started by hand.
-  twin::Random random(twin::seed_of(request.seed, 'c'));
+  twin::Random random(twin::seed_of(seed, 'c'));
   const double glove_clock_s = std::round(100 + 6e7 * random.uniform()) / 1e6 + 20;
   Played out;
   for (const std::string& finger : model::finger_names()) {
@@ -218,7 +277,7 @@ Played play(const FilmRequest& request) {
     out.truth.columns.push_back({finger + "_mcp_deg", {}});
   }
   double start_s = 0;
-  for (twin::TrialInput input : request.inputs) {
+  for (twin::TrialInput input : inputs) {
     input.parameters.camera_noise_deg = 0;
     // The glove's camera looks without delay here: its clock is the picture's.
     input.parameters.glove_camera_latency_s = 0;
@@ -243,65 +302,141 @@ Played play(const FilmRequest& request) {
   return out;
 }
 
+// Of what is drawn.
+camera::Joints joints_of(const Json& arguments) {
+  return drawn_hand(camera::joints_from_json(arguments.at("joints").dump(), "joints"));
+}
+
+// "9x6".
+camera::Board board_of(const std::string& text) {
+  camera::Board board;
+  const auto x = text.find('x');
+  const char* const end = text.data() + text.size();
+  const bool good = x != std::string::npos &&
+                    std::from_chars(text.data(), text.data() + x, board.columns).ptr == text.data() + x &&
+                    std::from_chars(text.data() + x + 1, end, board.rows).ptr == end;
+  if (!good) throw io::InputError("--board {}: must be COLUMNSxROWS of inner corners, as in 9x6", text);
+  return board;
+}
+
 }  // namespace
 
-Tracked track(const TrackRequest& request, const TrackProgress& progress) {
+Json track(const Json& arguments, const io::JobProgress& progress) {
+  const auto of = [&](const char* key) { return arguments.at(key).get<path>(); };
+  const TrackRequest request = {of("video"),
+                                of("joints"),
+                                of("lens"),
+                                of("out"),
+                                of("preview"),
+                                of("report"),
+                                arguments.at("seconds").get<double>()};
   for (const auto& input : {request.video, request.joints, request.lens}) io::note_input(input);
   try {
-    return Track(request).run(progress);
+    return to_json(Track(request).run(progress), request);
   } catch (const std::bad_alloc&) {
     throw io::JobError("{}: its pictures need more memory than there is{}: make them smaller",
                        request.video.string(), request.preview.empty() ? "" : ", with --preview");
   }
 }
 
-camera::MarkProposal propose_marks(const MarkProposalRequest& request) {
-  for (const auto& input : {request.video, request.joints}) io::note_input(input);
-  camera::Joints joints = camera::load_joints(request.joints);
-  camera::Skeleton& skeleton = joints.skeletons[skeleton_index(joints, request.skeleton)];
-  io::require_outputs({request.picture, request.save});
-  camera::VideoReader video(request.video);
+Json propose_marks(const Json& arguments, const io::JobProgress&) {
+  const auto file = arguments.at("video").get<path>();
+  const auto joints_file = arguments.at("joints").get<path>();
+  const auto out = arguments.at("picture").get<path>();
+  const auto save = arguments.at("save").get<path>();
+  const auto at_s = arguments.at("at_s").get<double>();
+  for (const auto& input : {file, joints_file}) io::note_input(input);
+  camera::Joints joints = camera::load_joints(joints_file);
+  camera::Skeleton& skeleton =
+      joints.skeletons[skeleton_index(joints, io::bytes_from_json(arguments.at("skeleton")))];
+  io::require_outputs({out, save});
+  std::optional<camera::Point> mark;
+  if (arguments.contains("colour_at_px")) {
+    const auto [x, y] = arguments.at("colour_at_px").get<std::array<double, 2>>();
+    mark = camera::Point{x, y};
+  }
+  std::map<int, std::string> assigned;
+  for (const Json& pair : arguments.at("assigned"))
+    assigned.emplace(pair.at("number").get<int>(), io::bytes_from_json(pair.at("mark")));
+  camera::VideoReader video(file);
   camera::Picture picture;
   double t_s = 0;
   bool found = false;
-  while (!found && video.next(picture, t_s)) found = t_s >= request.at_s;
-  if (!found) {
-    throw io::InputError("{}: ends at {:.2f} s, before {:g} s", request.video.string(), t_s, request.at_s);
-  }
-  camera::MarkProposal proposal = camera::propose_marks(skeleton, picture, request.mark, request.assigned);
-  camera::write_picture(request.picture, camera::draw_proposal(picture, proposal));
-  if (!request.save.empty()) {
+  while (!found && video.next(picture, t_s)) found = t_s >= at_s;
+  if (!found) throw io::InputError("{}: ends at {:.2f} s, before {:g} s", file.string(), t_s, at_s);
+  const camera::MarkProposal proposal = camera::propose_marks(skeleton, picture, mark, assigned);
+  camera::write_picture(out, camera::draw_proposal(picture, proposal));
+  if (!save.empty()) {
     skeleton = camera::with_start(skeleton, proposal);
-    io::write_file(request.save, camera::to_json(joints));
+    io::write_file(save, camera::to_json(joints));
   }
-  return proposal;
+  Json candidates = Json::array();
+  for (std::size_t i = 0; i < proposal.candidates.size(); ++i) {
+    const camera::Mark& m = proposal.candidates[i];
+    candidates.push_back({{"number", i + 1},
+                          {"mark", proposal.name[i]},
+                          {"x_px", m.centre.x},
+                          {"y_px", m.centre.y},
+                          {"area_px", m.area_px}});
+  }
+  return {{"candidates", std::move(candidates)},
+          {"trouble", proposal.trouble},
+          {"picture", out.string()},
+          {"joints", save.string()},
+          {"version", FLEXOR_VERSION}};
 }
 
-camera::LensFit fit_lens(const LensFitRequest& request) {
-  for (const auto& picture : request.pictures) io::note_input(picture);
-  io::require_writable(request.out);
-  camera::LensFit result = camera::fit_lens(request.pictures, request.board);
-  io::write_file(request.out, camera::to_json(result.lens));
-  return result;
+Json fit_lens(const Json& arguments, const io::JobProgress& progress) {
+  const auto pictures = arguments.at("pictures").get<std::vector<path>>();
+  const camera::Board board = board_of(io::bytes_from_json(arguments.at("board")));
+  const auto out = arguments.at("out").get<path>();
+  progress(0, pictures.size());
+  for (const path& picture : pictures) io::note_input(picture);
+  io::require_writable(out);
+  const camera::LensFit result = camera::fit_lens(pictures, board);
+  io::write_file(out, camera::to_json(result.lens));
+  Json json = Json::parse(camera::to_json(result.lens));
+  json["used"] = result.used;
+  json["refused"] = result.refused;
+  json["file"] = out.string();
+  json["version"] = FLEXOR_VERSION;
+  return json;
 }
 
-std::size_t film(const FilmRequest& request, const TrackProgress& progress) {
-  io::require_folder(request.folder);
-  const auto [glove, truth, frame_rate_hz] = play(request);
-  io::make_folder(request.folder);
-  HandFilm hand(request.seed);
-  camera::VideoWriter video(request.folder / "video.mp4", HandFilm::kWidth, HandFilm::kHeight, frame_rate_hz);
+Json film(const Json& arguments, const io::JobProgress& progress) {
+  const auto inputs = arguments.at("inputs").get<std::vector<twin::TrialInput>>();
+  const camera::Joints joints = joints_of(arguments);
+  const auto folder = arguments.at("folder").get<path>();
+  const auto seed = arguments.at("seed").get<std::uint64_t>();
+  io::require_folder(folder);
+  const auto [glove, truth, frame_rate_hz] = play(inputs, seed);
+  io::make_folder(folder);
+  HandFilm hand(seed);
+  camera::VideoWriter video(folder / "video.mp4", HandFilm::kWidth, HandFilm::kHeight, frame_rate_hz);
   for (std::size_t k = 0; k < truth.t_s.size(); ++k) {
     twin::PerFinger pose{};
     for (std::size_t i = 0; i < twin::kFingers; ++i) pose[i] = truth.columns[i].value[k];
     video.add(hand.shoot(pose, k));
-    if (progress && !progress(k + 1, truth.t_s.size())) throw io::Cancelled("stopped");
+    if (!progress(k + 1, truth.t_s.size())) throw io::Cancelled("stopped");
   }
   video.finish();
-  io::write_file(request.folder / "glove.csv", recording::to_csv(glove));
-  io::write_file(request.folder / "truth.csv", recording::to_csv(truth));
-  io::write_file(request.folder / "joints.json", camera::to_json(request.joints));
-  return truth.t_s.size();
+  io::write_file(folder / "glove.csv", recording::to_csv(glove));
+  io::write_file(folder / "truth.csv", recording::to_csv(truth));
+  io::write_file(folder / "joints.json", camera::to_json(joints));
+  return {
+      {"folder", folder.string()}, {"frames", truth.t_s.size()}, {"seed", seed}, {"version", FLEXOR_VERSION}};
+}
+
+Json see(const Json& arguments, const io::JobProgress&) {
+  const camera::Joints joints = joints_of(arguments);
+  HandFilm film(arguments.at("seed").get<std::uint64_t>());
+  Json out;
+  for (const auto& [hand, paint] : {std::pair("glove_deg", kGreen), {"hand_deg", kBlue}}) {
+    auto angles = arguments.at(hand).get<FingerAngles>();
+    track_drawn(joints, film, angles, arguments.at("rate_hz").get<double>(), paint);
+    out[hand] = angles;
+  }
+  return out;
 }
 
 }  // namespace flexor::filming

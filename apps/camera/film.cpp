@@ -18,13 +18,6 @@ View film_view() {
   return view;
 }
 
-Look film_look() {
-  Look look;
-  look.gradient = 0.3;
-  look.noise = 2;
-  return look;
-}
-
 Scene spread(const twin::PerFinger& mcp_deg, Bgr paint) {
   constexpr double kColumn_mm = 104;
   constexpr double kLeft_mm = 38;  // of the column's middle: bent fingers reach to the right
@@ -43,6 +36,20 @@ Scene spread(const twin::PerFinger& mcp_deg, Bgr paint) {
       chain.marked_links({30, 40, 23, 20}, {0, joints.mcp_deg, joints.pip_deg, joints.dip_deg});
   }
   return out;
+}
+
+}  // namespace
+
+HandFilm::HandFilm(std::uint64_t seed) : renderer_(film_view(), {.gradient = 0.3, .noise = 2}, seed) {}
+
+const camera::Picture& HandFilm::shoot(const twin::PerFinger& mcp_deg, std::uint64_t frame, Bgr paint) {
+  return renderer_.draw(spread(mcp_deg, paint), frame);
+}
+
+camera::Joints drawn_hand(camera::Joints joints) {
+  constexpr double kMeasured = 0.1;  // the twin draws exactly these lengths
+  for (camera::Skeleton& s : joints.skeletons) s.length_tolerance = kMeasured;
+  return joints;
 }
 
 void track_drawn(const camera::Joints& joints, HandFilm& film, FingerAngles& angles, double rate_hz,
@@ -74,27 +81,6 @@ void track_drawn(const camera::Joints& joints, HandFilm& film, FingerAngles& ang
     take(tracker.push(film.shoot(pose, k, paint), static_cast<double>(k) / rate_hz));
   }
   take(tracker.flush());
-}
-
-}  // namespace
-
-HandFilm::HandFilm(std::uint64_t seed) : renderer_(film_view(), film_look(), seed) {}
-
-const camera::Picture& HandFilm::shoot(const twin::PerFinger& mcp_deg, std::uint64_t frame, Bgr paint) {
-  return renderer_.draw(spread(mcp_deg, paint), frame);
-}
-
-camera::Joints drawn_hand(camera::Joints joints) {
-  constexpr double kMeasured = 0.1;  // the twin draws exactly these lengths
-  for (camera::Skeleton& s : joints.skeletons) s.length_tolerance = kMeasured;
-  return joints;
-}
-
-Sight see(const camera::Joints& joints, Sight exact, double rate_hz, std::uint64_t seed) {
-  HandFilm film(seed);
-  track_drawn(joints, film, exact.glove_deg, rate_hz, kGreen);
-  track_drawn(joints, film, exact.hand_deg, rate_hz, kBlue);
-  return exact;
 }
 
 }  // namespace flexor::filming

@@ -36,12 +36,9 @@ camera::Joints drawn_hand(camera::Joints joints);
 
 using FingerAngles = std::array<std::vector<float>, twin::kFingers>;  // of each frame, degrees
 
-// Exact angles in, tracked ones out: both hands drawn and tracked, frame by frame. Throws io::JobError when a
-// tracker loses a finger, which it never should in these pictures.
-struct Sight {
-  FingerAngles glove_deg;
-  FingerAngles hand_deg;
-};
-Sight see(const camera::Joints& joints, Sight exact, double rate_hz, std::uint64_t seed);
+// Exact angles become tracked ones: the hand drawn and tracked, frame by frame. Throws io::JobError when the tracker loses a
+// finger, which it never should in these pictures.
+void track_drawn(const camera::Joints& joints, HandFilm& film, FingerAngles& angles, double rate_hz,
+                 Bgr paint);
 
 }  // namespace flexor::filming

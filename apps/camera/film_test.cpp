@@ -9,10 +9,10 @@
 #include <functional>
 #include <map>
 #include <numbers>
+#include <opencv2/aruco.hpp>
 
 #include "apps/camera/boards_test.hpp"
 #include "apps/camera/pinch_test.hpp"
-#include "host/camera/printed_tracker.hpp"
 #include "host/camera/tracker.hpp"
 #include "host/camera/video.hpp"
 #include "host/io/io.hpp"
@@ -59,9 +59,13 @@ std::array<Pattern, 4> prints() {
   std::array<Pattern, 4> out;
   for (int i = 0; i < 4; ++i) {
     Pattern& p = out[static_cast<std::size_t>(i)];
-    p.columns = p.rows = camera::kPrintCells;
-    p.cells = camera::print_cells(i);
-    p.cell_mm = 1.5;  // a black square of 12 mm
+    p.columns = p.rows = 10;
+    p.cell_mm = 1.5;  // a black square of 12 mm, and a white rim
+    cv::Mat square;
+    cv::aruco::drawMarker(cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11), i, 8, square,
+                          1);
+    cv::copyMakeBorder(square / 255, square, 1, 1, 1, 1, cv::BORDER_CONSTANT, 1);
+    p.cells.assign(square.begin<std::uint8_t>(), square.end<std::uint8_t>());
   }
   return out;
 }
@@ -130,10 +134,10 @@ std::function<void(int, Scene&, Renderer&)> occluder(std::uint64_t seed) {
     if (k >= to) {
       from = k + 12 + static_cast<int>(random.uniform() * 24);
       to = from + 3 + static_cast<int>(random.uniform() * 7);
-      mark = random.bits() % d.mark_at.size();
+      mark = random.bits() % d.marks.size();
     }
     if (k < from) return;
-    const camera::Point m = d.mark_at[mark];
+    const camera::Point m = d.marks[mark].a;
     d.marks.push_back({m, {m.x, m.y + 60}, 5.5, {60, 60, 60}});
   };
 }
@@ -225,7 +229,7 @@ TEST(Rendered, AMarkHiddenForLongIsLostAndComesBackByItself) {
   Shot s = clean(1);
   s.change = [](int k, Scene& d, Renderer&) {
     if (k < 40 || k >= 70) return;
-    d.marks.push_back({d.mark_at[2], d.mark_at[2], 6, {60, 60, 60}});
+    d.marks.push_back({d.marks[2].a, d.marks[2].b, 6, {60, 60, 60}});
   };
   const Observation seen = film(s);
   const auto at = [&](int k, const char* name) {

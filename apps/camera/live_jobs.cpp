@@ -50,8 +50,7 @@ struct LiveJobs::Watch {
   camera::Joints joints;
   std::optional<camera::Lens> lens;
   std::optional<camera::Tracker> tracker = {};  // from the first picture on
-  int width = 0;
-  int height = 0;
+  cv::Size size = {};
   double last_s = -1;
   std::string device = {};
   std::unique_ptr<camera::VideoReader> video = {};
@@ -65,13 +64,12 @@ struct LiveJobs::Watch {
           "picture: taken at {:.6f} s; times must lie between 0 and {:g} s and grow by a millisecond or more",
           t_s, kMost_s);
     }
-    if (tracker && (picture.width != width || picture.height != height)) {
+    if (tracker && picture.size() != size) {
       throw io::InputError("picture: {} x {} pixels, those before it {} x {}: begin anew to change the size",
-                           picture.width, picture.height, width, height);
+                           picture.cols, picture.rows, size.width, size.height);
     }
-    if (!tracker) tracker.emplace(joints, lens, picture.width, picture.height);
-    width = picture.width;
-    height = picture.height;
+    if (!tracker) tracker.emplace(joints, lens, picture.cols, picture.rows);
+    size = picture.size();
     last_s = t_s;
     return tracker->push(picture, t_s);
   }
@@ -82,12 +80,11 @@ struct LiveJobs::Watch {
     for (const camera::Skeleton& skeleton : joints.skeletons) marks += skeleton.marks.size();
     for (const camera::Observation& one : tracker ? tracker->seen() : std::vector<camera::Observation>()) {
       for (const camera::ObservedMark& mark : one.marks) {
-        if (mark.measured) found.push_back({mark.at.x / width, mark.at.y / height});
+        if (mark.measured) found.push_back({mark.at.x / size.width, mark.at.y / size.height});
       }
     }
-    return {{"rows", rows_of(rows)}, {"marks_found", found.size()},
-            {"marks_at", found},     {"marks", marks},
-            {"width", width},        {"height", height}};
+    return {{"rows", rows_of(rows)}, {"marks_found", found.size()}, {"marks_at", found},
+            {"marks", marks},        {"width", size.width},         {"height", size.height}};
   }
 };
 

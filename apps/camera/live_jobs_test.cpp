@@ -36,9 +36,8 @@ Json picture(LiveJobs& jobs, int k) {
 
 // As a canvas draws 960 pixels into 640: the mean over one and a half of them each way.
 camera::Picture at_two_thirds(const camera::Picture& large) {
-  camera::Picture out(2 * large.width / 3, 2 * large.height / 3);
-  cv::Mat small = camera::mat(out);
-  cv::resize(camera::mat(large), small, small.size(), 0, 0, cv::INTER_AREA);
+  camera::Picture out;
+  cv::resize(large, out, {2 * large.cols / 3, 2 * large.rows / 3}, 0, 0, cv::INTER_AREA);
   return out;
 }
 
@@ -61,8 +60,9 @@ TEST(LiveJobs, WhatIsRefusedEndsNothing) {
   io::expect_refused([&] { jobs.picture(bad); }, "no JPEG");
   bad["jpeg"] = std::string(3 * camera::kMostJpegBytes, 'A');
   io::expect_refused([&] { jobs.picture(bad); }, "base64");
-  const Json small = {{"t_s", 3 / kRate_hz},
-                      {"jpeg", io::base64(camera::to_jpeg(camera::Picture(640, 360)))}};
+  const Json small = {
+      {"t_s", 3 / kRate_hz},
+      {"jpeg", io::base64(camera::to_jpeg(camera::Picture(360, 640, CV_8UC3, cv::Scalar())))}};
   io::expect_refused([&] { jobs.picture(small); }, "640 x 360 pixels, those before it 960 x 540");
   io::expect_refused([&] { jobs.picture(picture(jobs, 2)); }, "grow by a millisecond");
   Json early = picture(jobs, 3);
@@ -76,8 +76,7 @@ TEST(LiveJobs, WhatIsRefusedEndsNothing) {
 TEST(LiveJobs, APictureWithoutAHandHasNoAngles) {
   LiveJobs jobs;
   jobs.open({{"joints", joints()}});
-  camera::Picture grey(640, 360);
-  std::ranges::fill(grey.bgr, std::uint8_t{128});
+  const camera::Picture grey(360, 640, CV_8UC3, cv::Scalar::all(128));
   for (int k = 0; k < 20; ++k) {
     const Json seen = jobs.picture({{"t_s", k / kRate_hz}, {"jpeg", io::base64(camera::to_jpeg(grey))}});
     EXPECT_EQ(seen.at("marks_found"), 0);

@@ -33,10 +33,7 @@ void Chain::link(double length_mm, double turn_deg) {
   scene_.links.push_back({from_, at_, kRadius_mm.at(links_++), kSkin});
 }
 
-void Chain::mark() {
-  scene_.mark_at.push_back(at_);
-  scene_.marks.push_back({at_, at_, kMark_mm, paint_});
-}
+void Chain::mark() { scene_.marks.push_back({at_, at_, kMark_mm, paint_}); }
 
 void Chain::marked_links(const std::vector<double>& length_mm, const std::vector<double>& turn_deg) {
   for (std::size_t k = 0; k < length_mm.size(); ++k) {
@@ -52,11 +49,7 @@ void Chain::print(Pattern pattern) {
 }
 
 Renderer::Renderer(const View& view, const Look& look, std::uint64_t seed)
-    : view_(view),
-      look_(look),
-      seed_(seed),
-      canvas_(view.lens.height, view.lens.width, CV_32FC3),
-      picture_(view.lens.width, view.lens.height) {
+    : view_(view), look_(look), seed_(seed), canvas_(view.lens.height, view.lens.width, CV_32FC3) {
   cv::Matx33d tilt;
   cv::Rodrigues(cv::Vec3d(0, view.turn_deg * kRadians, 0), turn_);
   cv::Rodrigues(cv::Vec3d(view.tilt_deg * kRadians, 0, 0), tilt);
@@ -170,8 +163,7 @@ const camera::Picture& Renderer::draw(const Scene& scene, std::uint64_t frame) {
     const cv::Point at(random.uniform(0, canvas_.cols), random.uniform(0, canvas_.rows));
     canvas_ += noise_(cv::Rect(at, canvas_.size()));
   }
-  cv::Mat out = camera::mat(picture_);
-  canvas_.convertTo(out, CV_8U);
+  canvas_.convertTo(picture_, CV_8U);
   return picture_;
 }
 

@@ -39,7 +39,6 @@ struct Scene {
   std::vector<Rod> links;
   std::vector<Pattern> prints;
   std::vector<Rod> marks;
-  std::vector<camera::Point> mark_at;  // where a Chain has put them
 };
 
 // A finger: rods, each turned against the one before, with marks where they end.

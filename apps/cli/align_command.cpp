@@ -13,18 +13,7 @@ struct Options {
   double rate_hz = 20;
   std::optional<double> clock_offset_s;
   std::string out;
-  bool json = false;
 };
-
-void check_output(const Options& o) {
-  if (o.out.empty()) return;
-  const std::string ending = std::filesystem::path(o.out).extension().string();
-  std::error_code error;
-  const bool device =
-      std::filesystem::exists(o.out, error) && !std::filesystem::is_regular_file(o.out, error);
-  if (ending != ".csv" && !device) throw io::InputError("{}: aligned recordings are written as .csv", o.out);
-  io::require_writable(o.out);
-}
 
 std::string in_words(const Options& o, const recording::Aligned& aligned) {
   const recording::Alignment a = aligned.alignment.value_or(recording::Alignment());
@@ -52,14 +41,18 @@ std::string in_words(const Options& o, const recording::Aligned& aligned) {
 }
 
 Output run(const Options& o) {
-  check_output(o);
+  std::error_code error;
+  const bool device =
+      std::filesystem::exists(o.out, error) && !std::filesystem::is_regular_file(o.out, error);
+  if (!o.out.empty() && std::filesystem::path(o.out).extension() != ".csv" && !device)
+    throw io::InputError("{}: aligned recordings are written as .csv", o.out);
+  if (!o.out.empty()) io::require_writable(o.out);
   const recording::Pair pair = identify::load_pair(o.files, o.clock_offset_s.has_value());
   const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s);
   if (!o.out.empty() && !o.clock_offset_s && aligned.alignment)
     identify::refuse_unsure(pair.sensor.source, aligned.clock_offset_s, aligned.alignment->confidence);
   if (!o.out.empty()) io::write_file(o.out, recording::to_csv(recording::to_recording(aligned, pair)));
-  if (!o.json) log_warnings(aligned.warnings);
-  return {to_json(aligned), in_words(o, aligned)};
+  return {to_json(aligned), in_words(o, aligned), aligned.warnings};
 }
 
 void add(CLI::App& app) {

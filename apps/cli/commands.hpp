@@ -19,31 +19,33 @@ namespace flexor::cli {
 
 using Json = nlohmann::ordered_json;
 
-// What a command found: for programs, to which the version is added, and for people.
+// What a command found: for programs, to which the version is added, and for people, who get notes and warnings before it.
 struct Output {
   Json json;
   std::string text;
+  std::vector<std::string> warnings = {};
+  std::vector<std::string> notes = {};
 };
 void print(Output output, bool as_json);
 
 // "report   rep/report.html" at the end of a command's words; nothing where it was not asked for.
 std::string line_of(const char* what, const std::filesystem::path& folder, const char* file = "");
 
-// A command; its options live until `run` gets them. `json`: what --json prints, where they have it.
+// A command; its options live until `run` gets them. `json`: what --json prints, where it has an Output, or they have `json`.
 template <class Options, class Result>
 std::pair<std::remove_const_t<Options>*, CLI::App*> add_command(
     CLI::App& app, const char* name, const char* about, Result (*run)(Options&),
     const char* json = "one JSON object on standard output") {
   const auto options = std::make_shared<std::remove_const_t<Options>>();
   CLI::App* command = app.add_subcommand(name, about);
-  command->callback([options, run] {
-    if constexpr (std::is_void_v<Result>) {
-      run(*options);
-    } else {
-      print(run(*options), options->json);
-    }
-  });
-  if constexpr (requires { options->json; }) command->add_flag("--json", options->json, json);
+  auto as_json = std::make_shared<bool>(false);
+  if constexpr (requires { options->json; }) as_json = {options, &options->json};
+  if constexpr (std::is_void_v<Result>) {
+    command->callback([options, run] { run(*options); });
+  } else {
+    command->callback([options, run, as_json] { print(run(*options), *as_json); });
+  }
+  if (!std::is_void_v<Result> || requires { options->json; }) command->add_flag("--json", *as_json, json);
   return {options.get(), command};
 }
 

@@ -37,7 +37,6 @@ struct Options {
   deploy::Encoding encoding = deploy::Encoding::alpha;
   bool right_hand = true;
   bool track = false;
-  bool json = false;
 };
 
 // Readings of the model's inputs, row by row, from a recording's columns.
@@ -66,15 +65,6 @@ struct PairKey {
   bool is_stored;      // in OUT already
 };
 
-deploy::Key stored_key(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto type = std::filesystem::symlink_status(path, error).type();
-  if (type == std::filesystem::file_type::not_found) return {};
-  if (type != std::filesystem::file_type::regular)
-    throw io::InputError("{}: is not a plain file: move it away", path.string());
-  return deploy::load_key(path);
-}
-
 link::Key given_key(const std::string& text) {
   std::error_code error;
   const bool hex = deploy::is_key(text) && !std::filesystem::exists(text, error);
@@ -90,7 +80,13 @@ link::Key given_key(const std::string& text) {
 // not a key might have been one: it is refused, never replaced.
 PairKey choose_key(const Options& o) {
   if (o.plain || o.output != deploy::Output::radio) return {{}, nullptr, false};
-  const deploy::Key stored = stored_key(std::filesystem::path(o.out) / deploy::kKeyFile);
+  const std::filesystem::path path = std::filesystem::path(o.out) / deploy::kKeyFile;
+  std::error_code error;
+  const auto type = std::filesystem::symlink_status(path, error).type();
+  const bool is_there = type != std::filesystem::file_type::not_found;
+  if (is_there && type != std::filesystem::file_type::regular)
+    throw io::InputError("{}: is not a plain file: move it away", path.string());
+  const deploy::Key stored = is_there ? deploy::load_key(path) : deploy::Key();
   if (!o.key.empty()) {
     const link::Key key = given_key(o.key);
     return {key, "given", stored && deploy::to_hex(*stored) == deploy::to_hex(key)};
@@ -293,28 +289,6 @@ Output run(const Options& o) {
   return {json, in_words(d, pair, json)};
 }
 
-void add_glove_options(CLI::App& command, Options& o) {
-  command.add_flag("--allow-missing", o.allow_missing,
-                   "text for VR drivers although the model lacks fingers: they are sent as straight");
-  using deploy::Encoding;
-  add_choice(
-      command, "--encoding", o.encoding, {{"alpha", Encoding::alpha}, {"beta", Encoding::beta}},
-      "of text for VR drivers: alpha, a number for each finger, or beta, the model's other joints as well");
-  add_choice(command, "--hand", o.right_hand, {{"left", false}, {"right", true}},
-             "which hand the glove tells a VR driver that asks: left or right");
-}
-
-void add_key_options(CLI::App& command, Options& o) {
-  auto* key = command.add_option("--key", o.key,
-                                 "file with the pair's key, 32 hexadecimal digits; - is standard input "
-                                 "(default: OUT/pair.key, where there is none a new one)");
-  auto* new_key =
-      command.add_flag("--new-key", o.new_key, "a new key, also where OUT/pair.key is there")->excludes(key);
-  command.add_flag("--plain", o.plain, "frames without authentication: anybody in range can move the hand")
-      ->excludes(key)
-      ->excludes(new_key);
-}
-
 void add(CLI::App& app) {
   const auto [o, command] = add_command(app, "deploy",
                                         "Flash content for glove and hand from a model file: image, "
@@ -329,9 +303,23 @@ void add(CLI::App& app) {
              "of the glove: radio; over USB opengloves, lines for VR drivers, text, lines of angles, or log, "
              "lines of counts");
   add_hardware(*command, o->hardware);
-  add_glove_options(*command, *o);
+  command->add_flag("--allow-missing", o->allow_missing,
+                    "text for VR drivers although the model lacks fingers: they are sent as straight");
+  using deploy::Encoding;
+  add_choice(
+      *command, "--encoding", o->encoding, {{"alpha", Encoding::alpha}, {"beta", Encoding::beta}},
+      "of text for VR drivers: alpha, a number for each finger, or beta, the model's other joints as well");
+  add_choice(*command, "--hand", o->right_hand, {{"left", false}, {"right", true}},
+             "which hand the glove tells a VR driver that asks: left or right");
   command->add_option("--baud", o->baud, "of the radio (default: radio.baud of the hardware)");
-  add_key_options(*command, *o);
+  auto* key = command->add_option("--key", o->key,
+                                  "file with the pair's key, 32 hexadecimal digits; - is standard input "
+                                  "(default: OUT/pair.key, where there is none a new one)");
+  auto* new_key = command->add_flag("--new-key", o->new_key, "a new key, also where OUT/pair.key is there")
+                      ->excludes(key);
+  command->add_flag("--plain", o->plain, "frames without authentication: anybody in range can move the hand")
+      ->excludes(key)
+      ->excludes(new_key);
   command->add_option(
       "--calibration", o->calibration,
       "JSON (docs/calibration.md): for each finger \"counts\" and \"value\", two or more points, and their "

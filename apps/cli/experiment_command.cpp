@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <cmath>
 #include <optional>
 
 #include "apps/cli/commands.hpp"
@@ -79,14 +78,6 @@ void draw(const study::Plan& plan, const study::Result& result,
   }
 }
 
-void show_shard(const Options& o) {
-  const study::Shard& s = o.plan.shard;
-  print({{{"shard", {{"index", s.index}, {"of", s.of}}}, {"folder", io::to_utf8(o.folder)}},
-         fmt::format("shard {} of {} is done in {}; when all are: flexor merge FOLDER... --out FOLDER\n",
-                     s.index, s.of, o.folder)},
-        o.json);
-}
-
 void play(Options& o) {
   const study::Plan& plan = o.plan;
   study::check(plan);
@@ -100,21 +91,15 @@ void play(Options& o) {
     result = o.shards.empty() ? study::run(plan, progress) : study::merge(plan, o.shards, progress);
     if (plan.scenarios) scenarios = run_scenarios(plan, o.shards, progress);
   }
-  if (plan.shard.of > 1) return show_shard(o);
+  if (const study::Shard& s = plan.shard; s.of > 1)
+    return print(
+        {{{"shard", s}, {"folder", io::to_utf8(o.folder)}},
+         fmt::format("shard {} of {} is done in {}; when all are: flexor merge FOLDER... --out FOLDER\n",
+                     s.index, s.of, o.folder)},
+        o.json);
   log_warnings(study::warnings(result, plan));
   if (!o.folder.empty()) draw(plan, result, scenarios);
   show(o, result, scenarios);
-}
-
-// Units of readings and ends of angles, as the twin's glove and hand have them.
-void meet_twin(study::Compensator& compensator, const twin::Parameters& parameters) {
-  std::vector<std::string> notes;
-  compensator.model = deploy::on_hand(std::move(compensator.model), parameters, notes);
-  const std::string& unit = compensator.model.inputs.front().unit;
-  if (unit != "deg" && !unit.empty())
-    notes.push_back(fmt::format("reads {}: the twin's glove gives it that, by its divider of {:g} kohm", unit,
-                                parameters.divider_kohm));
-  for (const std::string& note : notes) log(fmt::format("{}: {}", compensator.name, note));
 }
 
 // What plays the trials in place of the twin; outlives them.
@@ -170,7 +155,15 @@ void run(Options& o) {
   plan.motions = study::motions(o.gestures, &notes);
   log_warnings(notes);
   plan.compensators = study::compensators(o.compensators, o.rate_hz);
-  for (study::Compensator& one : plan.compensators) meet_twin(one, plan.parameters);
+  for (study::Compensator& one : plan.compensators) {
+    notes.clear();
+    one.model = deploy::on_hand(std::move(one.model), plan.parameters, notes);
+    const std::string& unit = one.model.inputs.front().unit;
+    if (unit != "deg" && !unit.empty())
+      notes.push_back(fmt::format("reads {}: the twin's glove gives it that, by its divider of {:g} kohm",
+                                  unit, plan.parameters.divider_kohm));
+    for (const std::string& note : notes) log(fmt::format("{}: {}", one.name, note));
+  }
   plan.folder = o.folder;
   play_until_stopped(o);
 }

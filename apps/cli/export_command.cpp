@@ -20,7 +20,7 @@ struct Options {
   exports::RecordedOptions recorded;
   std::string model;
   std::string start;
-  bool json = false;
+  CLI::App* command = nullptr;
 };
 
 std::optional<double> start_s(const std::string& text) {
@@ -40,16 +40,11 @@ std::string format_fault(const std::string& to) {
   return to + ": mcap, matlab or cpp is needed";
 }
 
-// An option that does nothing would be taken for one that does.
-void require_of_format(const CLI::App& command, const std::string& to) {
-  if (to == "mcap") return;
-  for (const char* option : {"--start", "--names", "--time-unit", "--time-column", "--log-rate", "--model"}) {
-    if (command.get_option(option)->count() > 0)
-      throw io::InputError("{} is for --to mcap alone: leave it out", option);
-  }
-}
-
 Output write_function(const Options& o) {
+  // An option that does nothing would be taken for one that does.
+  for (const char* option : {"--start", "--names", "--time-unit", "--time-column", "--log-rate", "--model"}) {
+    if (o.command->count(option) > 0) throw io::InputError("{} is for --to mcap alone: leave it out", option);
+  }
   const std::filesystem::path out = o.out;
   const bool matlab = o.to == "matlab";
   if (out.extension() != (matlab ? ".m" : ".hpp"))
@@ -94,9 +89,9 @@ Output run(Options& o) {
 }
 
 void add(CLI::App& app) {
-  auto o = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("export", "Recorded angles for ROS 2 and Foxglove; a model for MATLAB and C++");
+  const auto [o, command] =
+      add_command(app, "export", "Recorded angles for ROS 2 and Foxglove; a model for MATLAB and C++", run);
+  o->command = command;
   command->footer(
       "mcap  one file with ROS 2 messages, sensor_msgs/msg/JointState in radians: ROS 2, Foxglove, Rerun\n"
       "matlab  a model document as a function of MATLAB and GNU Octave, called like its file\n"
@@ -119,11 +114,6 @@ void add(CLI::App& app) {
   command->add_option("--start", o->start,
                       "mcap: time of the first row, such as 2026-05-01T12:03:11Z (default: as the recording "
                       "has it where its times are dates, else now)");
-  command->add_flag("--json", o->json, "one JSON object on standard output");
-  command->callback([o, command] {
-    require_of_format(*command, o->to);
-    print(run(*o), o->json);
-  });
 }
 
 }  // namespace flexor::cli::export_command

@@ -17,7 +17,6 @@ struct Options {
   std::string board;
   std::string port = "auto";
   int baud = 0;  // 0: both
-  bool json = false;
 };
 
 // With its model in a generation of its own, so that none that was sent to the board before runs on.
@@ -39,7 +38,7 @@ Output run(const Options& o) {
   int rate_Bd = 0;
   {
     ProgressLine line;
-    deploy::Bootloader bootloader(port, deploy::rates(o.baud), line.percents());
+    deploy::Bootloader bootloader(port, o.baud, line.percents());
     deploy::require_same_board(deploy::contents_of(bootloader.read()), deploy::contents_of(image),
                                hex.string());
     io::set_interruption_note(fmt::format(

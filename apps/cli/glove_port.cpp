@@ -21,10 +21,8 @@ namespace flexor::cli {
 namespace {
 
 std::unique_ptr<listen::Listener> open_port(const GlovePort& o) {
-  listen::ListenerOptions options;
-  options.port = deploy::choose_port(o.port);
-  options.baud = o.baud;
-  options.readings = o.readings;
+  listen::ListenerOptions options = o.listener;
+  options.port = deploy::choose_port(options.port);
   if (!o.key.empty()) options.key = deploy::load_key(o.key);
   std::unique_ptr<listen::Listener> listener;
   {
@@ -35,30 +33,6 @@ std::unique_ptr<listen::Listener> open_port(const GlovePort& o) {
   return listener;
 }
 
-std::unique_ptr<listen::Source> open_camera(const GlovePort& o) {
-  if (o.joints.empty()) {
-    throw io::InputError("--from {}: a camera needs --joints: a joint file, or {}", o.from,
-                         fmt::join(live::joint_files(), ", "));
-  }
-  return std::make_unique<live::CameraSource>(o.from, o.joints, o.lens, io::program_beside(kCameraWorker));
-}
-
-// As `flexor twin wear` has them.
-std::unique_ptr<listen::Source> open_boards(const GlovePort& o) {
-  study::BenchOptions bench;
-  bench.model = study::compensator("published-hw", study::kPublishedRate_hz).model;
-  study::BenchChange begin;
-  begin.motion = "ordinary";
-  return std::make_unique<live::BenchSource>(io::program_beside(kBoardsWorker), std::move(bench), begin,
-                                             o.readings);
-}
-
-std::unique_ptr<listen::Source> open_recording(const GlovePort& o) {
-  auto replay = std::make_unique<listen::ReplaySource>(o.from, o.speed, o.time);
-  log_warnings(replay->warnings());
-  return replay;
-}
-
 std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
   const bool camera = std::filesystem::is_character_file(o.from) || recording::is_video(o.from);
   const bool simulated = o.from == "twin" || o.from == "poses" || o.from == "boards";
@@ -66,27 +40,38 @@ std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
     throw io::InputError("--from {}: goes as fast as it goes; --speed is for recordings", o.from);
   if (!camera && !(o.joints.empty() && o.lens.empty()))
     throw io::InputError("--from {}: no camera or video, which --joints and --lens are for", o.from);
-  if (o.readings && o.from != "boards") {
+  if (o.listener.readings && o.from != "boards") {
     throw io::InputError("--from {}: --readings is for a glove with Flexor's firmware, or boards", o.from);
   }
-  if (camera) return open_camera(o);
-  if (o.from == "boards") return open_boards(o);
+  if (camera && o.joints.empty())
+    throw io::InputError("--from {}: a camera needs --joints: a joint file, or {}", o.from,
+                         fmt::join(live::joint_files(), ", "));
+  if (camera)
+    return std::make_unique<live::CameraSource>(o.from, o.joints, o.lens, io::program_beside(kCameraWorker));
+  if (o.from == "boards") {  // as `flexor twin wear` has them
+    const model::Model model = study::compensator("published-hw", study::kPublishedRate_hz).model;
+    return std::make_unique<live::BenchSource>(io::program_beside(kBoardsWorker),
+                                               study::BenchOptions{.model = model},
+                                               study::BenchChange{.motion = "ordinary"}, o.listener.readings);
+  }
   if (o.from == "twin") return std::make_unique<live::TwinSource>();
   if (o.from == "poses") {
     live::TwinOptions held;
     held.motion = study::bench_motion("held");
     return std::make_unique<live::TwinSource>(std::move(held));
   }
-  return open_recording(o);
+  auto replay = std::make_unique<listen::ReplaySource>(o.from, o.speed, o.time);
+  log_warnings(replay->warnings());
+  return replay;
 }
 
 }  // namespace
 
 void add_options(CLI::App& command, GlovePort& o) {
-  auto* port = add_port(command, o.port, " of the glove or of a radio");
-  auto* baud = command.add_option("--baud", o.baud, "of the port (default: found by listening)")
+  auto* port = add_port(command, o.listener.port, " of the glove or of a radio");
+  auto* baud = command.add_option("--baud", o.listener.baud, "of the port (default: found by listening)")
                    ->check(CLI::PositiveNumber);
-  command.add_flag("--readings", o.readings,
+  command.add_flag("--readings", o.listener.readings,
                    "of a glove with Flexor's firmware: readings of its strips instead of angles");
   auto* key = command.add_option(
       "--key", o.key,
@@ -123,7 +108,7 @@ std::unique_ptr<listen::Source> open_glove(const GlovePort& o) {
 Json source_json(const GlovePort& o, const listen::Source& source) {
   const auto* port = dynamic_cast<const listen::Listener*>(&source);
   const bool has_port = port != nullptr && o.from.empty();
-  return {{"port", has_port ? Json(o.port) : Json(nullptr)},
+  return {{"port", has_port ? Json(o.listener.port) : Json(nullptr)},
           {"format", has_port ? Json(listen::name_of(port->format())) : Json(nullptr)},
           {"baud", has_port ? Json(port->baud()) : Json(nullptr)},
           {"source", o.from.empty() ? Json(nullptr) : Json(io::to_utf8(source.says()))}};

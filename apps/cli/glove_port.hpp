@@ -12,9 +12,7 @@
 namespace flexor::cli {
 
 struct GlovePort {
-  std::string port = "auto";
-  unsigned baud = 0;
-  bool readings = false;
+  listen::ListenerOptions listener = {.port = "auto"};
   std::string key;
   std::string from;    // instead of a port; empty: a port
   std::string joints;  // of a camera

@@ -225,7 +225,6 @@ Output run_poses(const Options& o) {
   model::save(r.model, o.model);
   std::vector<std::string> warnings = poses.warnings;
   warnings.insert(warnings.end(), r.warnings.begin(), r.warnings.end());
-  if (!o.json) log_warnings(warnings);
   Json joints = Json::object();
   std::string text;
   for (std::size_t j = 0; j < r.model.joints.size(); ++j) {
@@ -243,7 +242,8 @@ Output run_poses(const Options& o) {
           text + fmt::format(
                      "a straight line for each: nothing was measured, about {:.0f} deg are to be expected\n"
                      "model    {}\n",
-                     identify::kPosesError_deg, o.model)};
+                     identify::kPosesError_deg, o.model),
+          warnings};
 }
 
 // The reference is a video, which is tracked first: its angles lie beside the report, or in `temporary` until the end.
@@ -284,10 +284,11 @@ void run(Options& o) {
     identify::save_results(result, o.report);
     report::render(o.report);
   }
-  if (!o.json) log_warnings(result.warnings);
   const Json json = to_json(result);
-  print({json, report::summary("hand", json) + line_of("model", o.model) +
-                   line_of("report", o.report, "/report.html")},
+  print({json,
+         report::summary("hand", json) + line_of("model", o.model) +
+             line_of("report", o.report, "/report.html"),
+         result.warnings},
         o.json);
   if (std::ranges::any_of(result.joints, [](const auto& joint) { return joint.untried > 0; }))
     throw io::Doubt(identify::kStopped);

@@ -16,12 +16,6 @@ struct Options {
   bool schema = false;
 };
 
-// Every command once more: a request fills the options of one.
-struct Commands {
-  Commands() { add_commands(app); }
-  CLI::App app;
-};
-
 CLI::App& command_of(CLI::App& app, const std::vector<std::string>& name) {
   CLI::App* command = &app;
   try {
@@ -131,38 +125,6 @@ class Request : public CLI::Config {
   std::vector<CLI::ConfigItem> items_;
 };
 
-}  // namespace job_command
-
-Json job_schema(const std::vector<std::string>& name) {
-  job_command::Commands commands;
-  return job_command::schema_of(job_command::command_of(commands.app, name));
-}
-
-Json run_job(const std::vector<std::string>& name, const Json& request, const io::Event& event) {
-  using namespace job_command;
-  Commands commands;
-  CLI::App* command = &commands.app;
-  (void)command_of(commands.app, name);
-  for (const std::string& word : name) command = command->get_subcommand(word)->configurable();
-  commands.app.allow_config_extras(CLI::config_extras_mode::error);
-  commands.app.config_formatter(std::make_shared<Request>(name, *command, request));
-  JobOutput output{event, {}};
-  struct Until {
-    ~Until() { job_output = nullptr; }
-  } const until;
-  job_output = &output;
-  try {
-    std::istringstream nothing;
-    commands.app.parse_from_stream(nothing);
-  } catch (const CLI::ParseError& error) {
-    throw io::InputError("request: {}", error.what());
-  }
-  Json result = Json::parse(output.result, nullptr, false);
-  return result.is_discarded() ? Json(io::to_utf8(output.result)) : result;
-}
-
-namespace job_command {
-
 std::vector<std::string> words_of(const std::string& name) {
   std::istringstream words(name);
   return {std::istream_iterator<std::string>(words), {}};
@@ -207,4 +169,35 @@ void add(CLI::App& app) {
 }
 
 }  // namespace job_command
+
+Json job_schema(const std::vector<std::string>& name) {
+  CLI::App app;
+  add_commands(app);
+  return job_command::schema_of(job_command::command_of(app, name));
+}
+
+Json run_job(const std::vector<std::string>& name, const Json& request, const io::Event& event) {
+  using namespace job_command;
+  CLI::App app;  // every command once more: the request fills the options of one
+  add_commands(app);
+  CLI::App* command = &app;
+  (void)command_of(app, name);
+  for (const std::string& word : name) command = command->get_subcommand(word)->configurable();
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  app.config_formatter(std::make_shared<Request>(name, *command, request));
+  JobOutput output{event, {}};
+  struct Until {
+    ~Until() { job_output = nullptr; }
+  } const until;
+  job_output = &output;
+  try {
+    std::istringstream nothing;
+    app.parse_from_stream(nothing);
+  } catch (const CLI::ParseError& error) {
+    throw io::InputError("request: {}", error.what());
+  }
+  Json result = Json::parse(output.result, nullptr, false);
+  return result.is_discarded() ? Json(io::to_utf8(output.result)) : result;
+}
+
 }  // namespace flexor::cli

@@ -14,7 +14,6 @@ struct Options {
   std::uint64_t seed = 1;
   TwinFiles twin;
   std::string folder;
-  bool json = false;
 };
 
 Output run(const Options& o) {
@@ -29,15 +28,13 @@ Output run(const Options& o) {
   std::optional<io::FolderLock> lock;
   if (!o.folder.empty()) lock.emplace(o.folder, "latency");
   log(fmt::format("{} edges on simulated boards ...", o.edges));
-  const study::LatencyBudget budget =
-      study::budget_of(boards.latency(p, compensator.model, o.edges, o.seed), o.edges);
+  Json json = study::budget_of(boards.latency(p, compensator.model, o.edges, o.seed), o.edges);
   const std::string title =
       fmt::format("{:g} samples and {:g} frames a second, {:g} baud", o.rate_hz, frames_hz, p.baud);
   if (!o.folder.empty()) {
-    study::save_results(budget, title, o.folder);
+    study::save_results(json, title, o.folder);
     report::render(o.folder);
   }
-  Json json = to_json(budget);
   json["title"] = title;
   json["rate_hz"] = o.rate_hz;
   json["frame_rate_hz"] = frames_hz;

@@ -35,12 +35,6 @@ exports::OpenGlovesOptions curls_of(const model::Model& model) {
   return out;
 }
 
-std::vector<std::string> joints_of(const model::Model& model) {
-  std::vector<std::string> out;
-  for (const model::Joint& joint : model.joints) out.push_back(joint.name);
-  return out;
-}
-
 // Models with other joints go into files of their own: angles.mcap, angles-2.mcap.
 std::filesystem::path not_there_yet(const std::filesystem::path& path) {
   std::filesystem::path out = path;
@@ -65,21 +59,18 @@ void add_outs(Options& o) {
       throw io::InputError(o.mcap + ": is there already: a recording is never written over, name another");
     io::require_writable(o.mcap);
     o.live.outs.emplace_back([path = o.mcap](const model::Model& model) {
-      return std::make_unique<exports::JointStateFile>(not_there_yet(path), joints_of(model));
+      std::vector<std::string> joints;
+      for (const model::Joint& joint : model.joints) joints.push_back(joint.name);
+      return std::make_unique<exports::JointStateFile>(not_there_yet(path), joints);
     });
   }
 }
 
-// Where --sessions says nothing.
-std::filesystem::path own_folder() {
-  const char* home = std::getenv("HOME");
-  if (home == nullptr || *home == '\0')
-    throw io::InputError("--sessions: say where, there is no home folder");
-  return std::filesystem::path(home) / "flexor";
-}
-
 void run(Options& o) {
-  if (o.live.sessions.empty()) o.live.sessions = own_folder();
+  const char* home = std::getenv("HOME");
+  if (o.live.sessions.empty() && (home == nullptr || *home == '\0'))
+    throw io::InputError("--sessions: say where, there is no home folder");
+  if (o.live.sessions.empty()) o.live.sessions = std::filesystem::path(home) / "flexor";
   o.live.program = io::program_beside("flexor");
   if (o.boards) {
     o.live.worn = live::worn_boards();

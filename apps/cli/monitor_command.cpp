@@ -45,11 +45,6 @@ std::string bar(const Range& range) {
   return out;
 }
 
-std::string ends_of(const Range& range) {
-  if (range.least > range.most) return "no reading";
-  return fmt::format("{:.1f} to {:.1f}", range.least, range.most);
-}
-
 class View {
  public:
   explicit View(const listen::Source& source) : source_(source) {}
@@ -74,7 +69,9 @@ class View {
       const Range& r = ranges_[i];
       const std::string& name = source_.columns()[i];
       if (name.ends_with("_quality")) continue;  // the remark says it
-      out += fmt::format("{}{:<18} {:8.1f} {} {}{}{}\n", clear, io::one_line(name), r.now, bar(r), ends_of(r),
+      const std::string ends =
+          r.least > r.most ? "no reading" : fmt::format("{:.1f} to {:.1f}", r.least, r.most);
+      out += fmt::format("{}{:<18} {:8.1f} {} {}{}{}\n", clear, io::one_line(name), r.now, bar(r), ends,
                          r.remark.empty() ? "" : "  ", io::one_line(r.remark));
       ++lines;
     }

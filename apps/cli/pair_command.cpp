@@ -1,12 +1,9 @@
 #include <fmt/format.h>
 
-#include <memory>
-
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/deploy/pair.hpp"
 #include "host/deploy/pair_key.hpp"
-#include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::cli::pair_command {
@@ -19,7 +16,6 @@ struct Options {
   int baud = 0;
   std::string key;
   std::string out = "pair.key";
-  bool json = false;
 };
 
 void require_sensible(const Options& o) {
@@ -43,30 +39,21 @@ void require_sensible(const Options& o) {
   io::require_writable(o.out);
 }
 
-void pair(const Options& o, const link::Key& key) {
-  ProgressLine line;
-  std::vector<std::unique_ptr<deploy::Bootloader>> bootloaders;
-  std::vector<deploy::PairBoard> boards;
-  std::string mend = "flexor pair --key " + io::shell_word(o.key.empty() ? o.out : o.key);
-  for (const auto& [name, port] : {std::pair{"glove", o.glove}, std::pair{"hand", o.hand}}) {
-    if (port.empty()) continue;
-    bootloaders.push_back(std::make_unique<deploy::Bootloader>(
-        deploy::choose_port(port), deploy::rates(o.baud), line.percents(fmt::format("{}: ", name))));
-    boards.push_back({name, bootloaders.back().get()});
-    mend += fmt::format(" --{} {}", name, io::shell_word(port));
-  }
-  const auto keep_key = [&] {
-    if (o.key.empty()) deploy::write_key(o.out, key);
-  };
-  deploy::pair_boards(boards, key, mend, keep_key,
-                      [](const std::string& note) { io::set_interruption_note(note); });
-}
-
 Output run(const Options& o) {
   require_sensible(o);
   const link::Key key = o.key.empty() ? deploy::new_key() : deploy::load_key(o.key);
-  pair(o, key);
   const std::string file = o.key.empty() ? o.out : o.key;
+  {
+    ProgressLine line;
+    std::vector<deploy::PairBoard> boards;
+    std::string mend = "flexor pair --key " + io::shell_word(file);
+    for (const auto& [name, port] : {std::pair{"glove", o.glove}, std::pair{"hand", o.hand}}) {
+      if (port.empty()) continue;
+      boards.push_back({name, {deploy::choose_port(port), o.baud, line.percents(fmt::format("{}: ", name))}});
+      mend += fmt::format(" --{} {}", name, io::shell_word(port));
+    }
+    deploy::pair_boards(boards, key, o.key.empty() ? o.out : "", mend);
+  }
   const std::string who = o.glove.empty() != o.hand.empty() ? "the board has" : "glove and hand have";
   return {{{"key_file", file},
            {"key", o.key.empty() ? "new" : "given"},

@@ -11,43 +11,7 @@ struct Options {
   bool listen = false;
   bool ask = false;
   std::string port;
-  bool json = false;
 };
-
-struct Heard {
-  std::string port;
-  std::string says;  // what it is, or why not
-  unsigned baud = 0;
-  std::optional<deploy::BoardContents> contents;
-};
-
-Heard hear(const std::string& port) {
-  ProgressLine line;
-  listen::ListenerOptions options;
-  options.port = port;
-  const listen::Listener listener(options, line.steps(port + ": "));
-  return {port, listen::name_of(listener.format()), listener.baud(), {}};
-}
-
-// Through the bootloader: a board says the same whatever it does.
-Heard ask(const std::string& port) {
-  ProgressLine line;
-  deploy::Bootloader bootloader(deploy::choose_port(port), deploy::rates(0), line.percents(port + ": "));
-  const std::optional<deploy::BoardContents> contents = deploy::contents_of(bootloader.read());
-  return {port, contents ? deploy::to_text(*contents) : "no image of this Flexor: flexor flash writes one", 0,
-          contents};
-}
-
-// No bootloader, no permission: the next port may be the board.
-Heard look(const Options& o, const std::string& port) {
-  try {
-    return o.listen ? hear(port) : o.ask ? ask(port) : Heard{port, "", 0, {}};
-  } catch (const std::runtime_error& error) {
-    if (!o.port.empty()) throw;
-    const std::string what = error.what();
-    return {port, what.starts_with(port + ": ") ? what.substr(port.size() + 2) : what, 0, {}};
-  }
-}
 
 Json to_json(const deploy::BoardContents& c) {
   const auto digest = [](const std::optional<std::uint16_t>& crc) {
@@ -61,22 +25,43 @@ Json to_json(const deploy::BoardContents& c) {
           {"model_bytes", c.model_bytes}};
 }
 
-Output run(const Options& o) {
-  std::vector<Heard> ports;
-  const std::vector<std::string> names =
-      o.port.empty() ? deploy::find_ports("/dev") : std::vector{deploy::choose_port(o.port)};
-  for (const std::string& port : names) ports.push_back(look(o, port));
-  Output out = {{{"ports", Json::array()}}, ""};
-  for (const Heard& h : ports) {
-    Json& entry = out.json["ports"].emplace_back();
-    entry["port"] = h.port;
-    if (o.listen || o.ask) entry["says"] = h.says;
-    if (o.listen) entry["baud"] = h.baud;
-    if (h.contents) entry.update(to_json(*h.contents));
-    out.text += h.port + (h.says.empty() ? "" : ": " + h.says) +
-                (h.baud > 0 ? fmt::format(" at {} baud", h.baud) : "") + "\n";
+// What it is, or why not.
+void look(const Options& o, const std::string& port, Json& entry) {
+  ProgressLine line;
+  if (o.listen) {
+    entry.update({{"says", ""}, {"baud", 0}});
+    listen::ListenerOptions options;
+    options.port = port;
+    const listen::Listener listener(options, line.steps(port + ": "));
+    entry.update({{"says", listen::name_of(listener.format())}, {"baud", listener.baud()}});
+  } else if (o.ask) {  // through the bootloader: a board says the same whatever it does
+    deploy::Bootloader bootloader(deploy::choose_port(port), 0, line.percents(port + ": "));
+    const std::optional<deploy::BoardContents> contents = deploy::contents_of(bootloader.read());
+    entry["says"] =
+        contents ? deploy::to_text(*contents) : "no image of this Flexor: flexor flash writes one";
+    if (contents) entry.update(to_json(*contents));
   }
-  if (ports.empty())
+}
+
+Output run(const Options& o) {
+  Output out = {{{"ports", Json::array()}}, ""};
+  for (const std::string& port :
+       o.port.empty() ? deploy::find_ports("/dev") : std::vector{deploy::choose_port(o.port)}) {
+    Json& entry = out.json["ports"].emplace_back(Json{{"port", port}});
+    try {
+      look(o, port, entry);
+    } catch (
+        const std::runtime_error& error) {  // no bootloader, no permission: the next port may be the board
+      if (!o.port.empty()) throw;
+      const std::string what = error.what();
+      entry["says"] = what.starts_with(port + ": ") ? what.substr(port.size() + 2) : what;
+    }
+    const auto says = entry.value("says", "");
+    const auto baud = entry.value("baud", 0U);
+    out.text +=
+        port + (says.empty() ? "" : ": " + says) + (baud > 0 ? fmt::format(" at {} baud", baud) : "") + "\n";
+  }
+  if (out.text.empty())
     out.text = "no serial port: plug the board in with a cable that carries data, not power alone\n";
   return out;
 }

@@ -18,7 +18,6 @@ struct CompleteOptions {
   std::string model;
   recording::TimeOptions time;
   std::string out;
-  bool json = false;
 };
 
 Json json_of(const posture::Completion& c, const std::vector<std::string>& warnings) {
@@ -94,10 +93,6 @@ Output run_complete(CompleteOptions& o) {
   io::require_writable(o.out);
   const posture::Completion c = complete(o);
   const std::vector<std::string> warnings = warnings_of(o, c);
-  if (!o.json) {
-    for (const std::string& note : c.notes) log_note(note);
-    log_warnings(warnings);
-  }
   std::vector<std::string> inputs;
   for (const auto& input : c.inputs) inputs.push_back(input.name);
   return {
@@ -107,7 +102,8 @@ Output run_complete(CompleteOptions& o) {
           "written   {}\n",
           c.rows, fmt::join(inputs, ", "),
           c.shown_s > 0 ? fmt::format("shown     {:.2f} s of {} joints\n", c.shown_s, c.shown_joints) : "",
-          c.mean_se_deg.mean(), o.out)};
+          c.mean_se_deg.mean(), o.out),
+      warnings, c.notes};
 }
 
 void add_complete(CLI::App& posture) {

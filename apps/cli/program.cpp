@@ -30,14 +30,6 @@ namespace {
   throw io::JobError("standard output: cannot be written: {}", std::strerror(errno));
 }
 
-// A stream that was closed must not become the number of a file that is opened later, into which messages
-// would go.
-void occupy_standard_streams() {
-  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    if (fcntl(stream, F_GETFD) < 0) (void)open("/dev/null", O_RDWR);
-  }
-}
-
 // Runs the command. Help, too, is an output that may fail, and some file systems tell a failure only on
 // closing.
 void parse(CLI::App& app, int argc, char** argv) {
@@ -219,6 +211,8 @@ CLI::Option* add_port(CLI::App& command, std::string& port, const std::string& o
 }
 
 void print(Output output, bool as_json) {
+  for (const std::string& note : as_json ? std::vector<std::string>() : output.notes) log_note(note);
+  if (!as_json) log_warnings(output.warnings);
   output.json.emplace("version", FLEXOR_VERSION);
   print(as_json ? io::dump(output.json) : output.text);
 }
@@ -269,7 +263,9 @@ int run(int argc, char** argv) {
   constexpr int kDoubt = 3;
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  occupy_standard_streams();
+  // A stream that was closed must not become the number of a file that is opened later, into which messages would go.
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(stream, F_GETFD) < 0) (void)open("/dev/null", O_RDWR);
   const bool is_worker = argc == 2 && std::string_view(argv[1]) == "job";
   io::stop_on_signals(!is_worker);
   CLI::App app("Flexor: turn a flex-sensor glove into a measuring instrument", "flexor");

@@ -56,10 +56,7 @@ Output run(Options& o) {
       identify::check_ranges(r.model, log.file, log.columns, log.ranges, log_warning);
   // Where nothing is applied the very bytes: what was signed, compared or committed stays as it was.
   io::write_file(o.out, r.applied ? model::to_json(r.model) : old);
-  if (!o.json) {
-    for (const std::string& note : r.notes) log_note(note);
-  }
-  return {to_json(r), in_words(r, o.out)};
+  return {to_json(r), in_words(r, o.out), {}, r.notes};
 }
 
 void add(CLI::App& app) {

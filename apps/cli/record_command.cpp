@@ -21,17 +21,6 @@ struct Options {
 constexpr double kPatience_s = 10;  // without a sample since the port was opened
 constexpr double kSilence_s = 3;    // of a glove that spoke before
 
-// `begin_s` of this machine's clock is the source's zero.
-void take(std::vector<listen::Sample>& samples, const listen::Source& source, double begin_s,
-          const std::string& out, std::unique_ptr<listen::Log>& log) {
-  if (!log && !samples.empty()) log = std::make_unique<listen::Log>(out, source.columns());
-  for (listen::Sample& sample : samples) {
-    sample.host_s += begin_s;
-    log->add(sample);
-  }
-  samples.clear();
-}
-
 std::string how_it_goes(const listen::Source& source, const listen::Log& log, double left_s) {
   const listen::Tally& tally = source.tally();
   std::string text = fmt::format("{:.0f} s, {} rows", log.duration_s(), log.rows());
@@ -65,6 +54,7 @@ Recorded record(const Options& o, listen::Source& source, const std::atomic<bool
   // What is simulated or played again has a clock of its own.
   const bool is_real = o.glove.from.empty() || std::filesystem::is_character_file(o.glove.from);
   const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
+  // Of this machine's clock, where the source's is zero.
   const double begin_s = is_real ? now.count() - source.now_s() : 0;
   while (!stop && event != listen::Event::ended && !span.is_over(source.now_s()) &&
          !(log && o.for_s > 0 && log->duration_s() >= o.for_s)) {
@@ -75,7 +65,12 @@ Recorded record(const Options& o, listen::Source& source, const std::atomic<bool
     }
     if (event == listen::Event::back) cli::log("the port is back");
     if (!samples.empty()) span.add_sample(source.now_s());
-    take(samples, source, begin_s, o.out, log);
+    if (!log && !samples.empty()) log = std::make_unique<listen::Log>(o.out, source.columns());
+    for (listen::Sample& sample : samples) {
+      sample.host_s += begin_s;
+      log->add(sample);
+    }
+    samples.clear();
     out.silent_s = event == listen::Event::ended ? 0 : span.silent_s(source.now_s());
     if (!std::exchange(is_silent, out.silent_s >= kSilence_s) && is_silent)
       cli::log_warning(

@@ -12,7 +12,6 @@ namespace flexor::cli::report_command {
 struct Options {
   std::string folder;
   bool files = false;
-  bool json = false;
 };
 
 Output run(const Options& o) {

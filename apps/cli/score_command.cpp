@@ -21,7 +21,6 @@ struct Options {
   std::string estimate_column;
   double estimate_offset_s = 0;
   recording::TimeOptions time;
-  bool json = false;
 };
 
 bool is_angle(const recording::Column& c) {
@@ -59,11 +58,9 @@ std::vector<std::pair<std::string, std::string>> columns_of(const Options& o,
 
 recording::Recording read(const std::string& path, const std::string& column,
                           const recording::TimeOptions& time) {
-  const auto all = [&] {
-    recording::CsvReader reader(path, {{}, time, recording::Holes::some});
-    return recording::read(reader);
-  };
-  recording::Recording out = column.empty() ? all() : recording::read_angle(path, column, time);
+  recording::Recording out =
+      column.empty() ? recording::read(*recording::open_log(path, {{}, time, recording::Holes::some}))
+                     : recording::read_angle(path, column, time);
   for (const std::string& warning : out.warnings) log_note(warning);
   out.warnings.clear();
   return out;

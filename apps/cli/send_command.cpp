@@ -29,7 +29,6 @@ struct Options {
   std::string calibration;
   std::string hardware = "flexor";
   bool bootloader = false;
-  bool json = false;
 };
 
 // A hand gets its own ends, other outputs the model's.
@@ -60,7 +59,6 @@ deploy::Sent send_live(const Options& o, const deploy::Glove& glove, const std::
       path));
   const auto step = [&](int done, int all) {
     progress.step("bytes sent:", static_cast<std::size_t>(done), static_cast<std::size_t>(all));
-    return true;
   };
   deploy::AtRate at_rate;
   if (!o.rate_hz) at_rate = [&](double rate_hz) { return glove_of(o, rate_hz); };
@@ -73,7 +71,7 @@ deploy::Sent send_live(const Options& o, const deploy::Glove& glove, const std::
 deploy::Sent send_pages(const Options& o, const std::string& path) {
   const auto begin = std::chrono::steady_clock::now();
   ProgressLine progress;
-  deploy::Bootloader bootloader(path, deploy::rates(0), progress.percents());
+  deploy::Bootloader bootloader(path, 0, progress.percents());
   const deploy::FlashContent there = bootloader.read();
   const std::optional<glove::Settings> settings = deploy::glove_settings_in(there);
   const deploy::Glove glove =
@@ -95,9 +93,8 @@ Output send_folder(const Options& o) {
   {
     ProgressLine progress;
     std::string block;
-    deploy::Bootloader bootloader(path, deploy::rates(0), [&](const std::string& what, int percent) {
-      progress.percent(block + what, percent);
-    });
+    deploy::Bootloader bootloader(
+        path, 0, [&](const std::string& what, int percent) { progress.percent(block + what, percent); });
     for (const deploy::BlockPages& next : deploy::pages_with_blocks(bootloader.read(), wanted, o.model)) {
       block = next.what + ": ";
       bootloader.write(next.pages);

@@ -28,7 +28,6 @@ struct Options {
   std::vector<double> colour;
   std::vector<std::string> assign;
   std::string save;
-  bool json = false;
 };
 
 Json assignments_of(const std::vector<std::string>& assignments) {
@@ -66,7 +65,6 @@ Json setup_arguments(const Options& o) {
 Output run_setup(const Options& o, io::Worker& camera) {
   const Json setup = camera.run("propose_marks", setup_arguments(o));
   const auto trouble = setup.at("trouble").get<std::string>();
-  if (!o.json && !trouble.empty()) log_warning(trouble);
   report::Page table("");
   table.table(report::table_of("", setup.at("candidates"),
                                {{"", "/number"},
@@ -79,7 +77,7 @@ Output run_setup(const Options& o, io::Worker& camera) {
   text += !o.save.empty() ? fmt::format("joints   {}\n", o.save)
                           : "to keep this for the video: --save JOINTS.json, with --assign NUMBER=MARK for "
                             "each mark where it is wrong\n";
-  return {setup, text};
+  return {setup, text, trouble.empty() ? std::vector<std::string>() : std::vector{trouble}};
 }
 
 Output run(const Options& o) {
@@ -105,7 +103,6 @@ struct CalibrateOptions {
   std::vector<std::string> pictures;
   std::string board = "9x6";
   std::string out;
-  bool json = false;
 };
 
 Output run_calibrate(const CalibrateOptions& o) {
@@ -136,7 +133,6 @@ struct FilmOptions {
   std::uint64_t seed = 1;
   std::string gestures = "1-6";
   TwinFiles twin;
-  bool json = false;
 };
 
 Output run_film(const FilmOptions& o) {

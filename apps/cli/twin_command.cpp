@@ -13,45 +13,25 @@ struct RecordOptions {
   study::GloveRequest request;
   TwinFiles twin;
   std::string folder;
-  bool json = false;
 };
-
-void show_parameters(bool json) {
-  const twin::Parameters p;
-  if (json) return print(twin::to_json(p));
-  for (const model::Number& n : twin::numbers(p))
-    print(fmt::format("{:<31}{:<34}{:<10}{}\n", n.name, model::value_text(n), n.unit, n.source));
-}
-
-void refuse_others_logs(const RecordOptions& o) {
-  const std::filesystem::path folder = o.folder;
-  for (int n = 1; n <= o.request.donnings; ++n) {
-    for (const char* name : {"glove", "camera", "hand"}) {
-      const std::filesystem::path file = folder / fmt::format("{}-{}.csv", name, n);
-      if (!std::filesystem::exists(file)) continue;
-      throw io::InputError("{}: is there already and may be a log of yours: choose another folder",
-                           file.string());
-    }
-  }
-}
-
-// The fit that a user would do next, ready to be run.
-std::string next_command(const RecordOptions& o, double lead_s) {
-  std::string out = "flexor identify";
-  for (int n = 1; n <= o.request.donnings; ++n) {
-    out += fmt::format(" --pair {} {}", io::shell_word(fmt::format("{}/glove-{}.csv", o.folder, n)),
-                       io::shell_word(fmt::format("{}/camera-{}.csv", o.folder, n)));
-  }
-  out += fmt::format(" --rate {}", o.request.rate_hz);
-  if (lead_s > 0) out += fmt::format(" --lead {:.3f}", lead_s);
-  return out + " --neighbours --fit-all --model " + io::shell_word(o.folder + "/identified.json");
-}
 
 Output record(RecordOptions& o) {
   o.request.parameters = twin_parameters(o.twin);
   study::check(o.request);
   io::require_folder(o.folder);
-  refuse_others_logs(o);
+  Json pairs = Json::array();
+  std::string next = "flexor identify";  // the fit that a user would do next, ready to be run
+  for (int n = 1; n <= o.request.donnings; ++n) {
+    Json& pair = pairs.emplace_back();
+    for (const char* what : {"glove", "camera", "hand"}) {
+      const std::string file = fmt::format("{}/{}-{}.csv", o.folder, what, n);
+      if (std::filesystem::exists(file))
+        throw io::InputError("{}: is there already and may be a log of yours: choose another folder", file);
+      pair[what] = file;
+    }
+    next += fmt::format(" --pair {} {}", io::shell_word(pair.at("glove").get<std::string>()),
+                        io::shell_word(pair.at("camera").get<std::string>()));
+  }
   std::vector<study::GloveRecording> recordings;
   {
     ProgressLine line;
@@ -60,13 +40,9 @@ Output record(RecordOptions& o) {
     study::write_recordings(recordings, o.folder);
   }
   const std::optional<study::HandLag> lag = study::hand_lag(recordings);
-  const std::string next = next_command(o, lag ? lag->lead_s() : 0);
-  Json pairs = Json::array();
-  for (int n = 1; n <= o.request.donnings; ++n) {
-    pairs.push_back({{"glove", fmt::format("{}/glove-{}.csv", o.folder, n)},
-                     {"camera", fmt::format("{}/camera-{}.csv", o.folder, n)},
-                     {"hand", fmt::format("{}/hand-{}.csv", o.folder, n)}});
-  }
+  next += fmt::format(" --rate {}", o.request.rate_hz);
+  if (lag && lag->lead_s() > 0) next += fmt::format(" --lead {:.3f}", lag->lead_s());
+  next += " --neighbours --fit-all --model " + io::shell_word(o.folder + "/identified.json");
   const double duration_s = study::recommended_motion().duration_s();
   return {{{"pairs", std::move(pairs)},
            {"rate_hz", o.request.rate_hz},
@@ -84,21 +60,6 @@ Output record(RecordOptions& o) {
                       io::one_line(next))};
 }
 
-void add_twin_record(CLI::App& twin) {
-  const auto [o, command] = add_command(
-      twin, "record",
-      "Record the twin's glove as a user records a real one: a person wears it and plays the recommended "
-      "motion; the glove's log, what a camera sees of the fingers and what another sees of the hand, each "
-      "donning a file of its own. Then flexor identify, as with any recording",
-      record);
-  add_folder(*command, "--out", o->folder, "write the recordings into this folder")->required();
-  add_shown(*command, "--donnings", o->request.donnings,
-            "recordings of two minutes, the glove put on anew for each; one is what a user does");
-  add_shown(*command, "--rate", o->request.rate_hz, "sample rate of the glove, Hz");
-  add_seed(*command, o->request.seed, "other than the experiment's");
-  add_twin_options(*command, o->twin);
-}
-
 void add(CLI::App& app) {
   auto json = std::make_shared<bool>(false);
   CLI::App* command =
@@ -107,10 +68,25 @@ void add(CLI::App& app) {
                          "recordings of its glove, with wear, its glove for other commands");
   command->add_flag("--json", *json, "as a configuration file, to edit and give to --twin");
   command->require_subcommand(0, 1);
-  add_twin_record(*command);
+  const auto [o, record_command] = add_command(
+      *command, "record",
+      "Record the twin's glove as a user records a real one: a person wears it and plays the recommended "
+      "motion; the glove's log, what a camera sees of the fingers and what another sees of the hand, each "
+      "donning a file of its own. Then flexor identify, as with any recording",
+      record);
+  add_folder(*record_command, "--out", o->folder, "write the recordings into this folder")->required();
+  add_shown(*record_command, "--donnings", o->request.donnings,
+            "recordings of two minutes, the glove put on anew for each; one is what a user does");
+  add_shown(*record_command, "--rate", o->request.rate_hz, "sample rate of the glove, Hz");
+  add_seed(*record_command, o->request.seed, "other than the experiment's");
+  add_twin_options(*record_command, o->twin);
   wear_command::add(*command);
   command->callback([json, command] {
-    if (command->get_subcommands().empty()) show_parameters(*json);
+    const twin::Parameters p;
+    if (!command->get_subcommands().empty()) return;
+    if (*json) return print(twin::to_json(p));
+    for (const model::Number& n : twin::numbers(p))
+      print(fmt::format("{:<31}{:<34}{:<10}{}\n", n.name, model::value_text(n), n.unit, n.source));
   });
 }
 

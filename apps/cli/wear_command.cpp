@@ -21,7 +21,14 @@ struct Options {
   bool json = false;
 };
 
-void say(const Options& o, const study::Bench& bench) {
+void run(Options& o) {
+  constexpr int kStep_ms = 20;
+  if (!std::isfinite(o.slip_deg)) throw io::InputError("--slip must be a number of degrees");
+  (void)study::bench_motion(o.motion);
+  o.bench.parameters = twin_parameters(o.twin);
+  o.bench.model = study::compensator(o.model, o.rate_hz).model;
+  study::Bench bench(io::program_beside(kBoardsWorker), o.bench);
+  io::StopOnSignal stop;
   if (!o.key.empty()) deploy::write_key(o.key, *bench.key());
   print({{{"port", bench.port()},
           {"key", o.key.empty() ? Json(nullptr) : Json(o.key)},
@@ -31,23 +38,8 @@ void say(const Options& o, const study::Bench& bench) {
          fmt::format("a glove is at {0}: flexor monitor --port {0}\n", bench.port())},
         o.json);
   if (!o.json && !bench.has_bootloader()) log(study::why_no_bootloader());
-}
-
-void run(Options& o) {
-  constexpr int kStep_ms = 20;
-  if (!std::isfinite(o.slip_deg)) throw io::InputError("--slip must be a number of degrees");
-  (void)study::bench_motion(o.motion);
-  o.bench.parameters = twin_parameters(o.twin);
-  o.bench.model = study::compensator(o.model, o.rate_hz).model;
-  study::Bench bench(io::program_beside(kBoardsWorker), o.bench);
-  io::StopOnSignal stop;
-  say(o, bench);
-  study::BenchChange change;
-  change.ms = kStep_ms;
-  const study::BenchChange on = change;
-  change.motion = o.motion;
-  change.slip_deg = o.slip_deg;
-  const study::BenchView begin = bench.advance(change);
+  const study::BenchChange on = {.ms = kStep_ms};
+  const study::BenchView begin = bench.advance({.ms = kStep_ms, .slip_deg = o.slip_deg, .motion = o.motion});
   while (!*stop.flag()) {
     const study::BenchView now = bench.advance(on);
     if (o.for_s > 0 && static_cast<double>(now.now_ms - begin.now_ms) >= 1000 * o.for_s) return;

@@ -11,7 +11,6 @@ struct Options {
   std::string out;
   std::string hardware = "flexor";
   deploy::Output output = deploy::Output::radio;
-  bool json = false;
 };
 
 Output run(const Options& o) {

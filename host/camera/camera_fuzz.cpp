@@ -38,9 +38,7 @@ void read_joints(const std::string& text) {
   const camera::Joints joints = camera::joints_from_json(text, io::fuzz::kSource);
   const std::string again = camera::to_json(joints);
   require(camera::to_json(camera::joints_from_json(again, "again")) == again);
-  camera::Picture picture;
-  picture.width = 640;
-  picture.height = 480;
+  const camera::Picture picture(480, 640, CV_8UC3);
   for (const camera::Skeleton& s : joints.skeletons) {
     measure(s);
     for (const camera::Link& link : s.links)
@@ -48,7 +46,7 @@ void read_joints(const std::string& text) {
     for (const auto& start : s.start) require(!start || std::abs(start->x) + std::abs(start->y) < 1e7);
     const camera::Window window = camera::region_of(s, picture);
     require(window.x >= 0 && window.y >= 0 && window.width >= 0 && window.height >= 0);
-    require(window.x + window.width <= picture.width && window.y + window.height <= picture.height);
+    require(window.x + window.width <= picture.cols && window.y + window.height <= picture.rows);
     if (!s.colour) continue;
     for (const double weight : s.colour->weight) require(std::abs(weight * 255 * 64) < 1e6);
     const double sum = s.colour->level + s.colour->background + s.colour->area_px;

@@ -20,14 +20,8 @@ constexpr double kHueWidth_deg = 25;
 
 cv::Mat lab(const Picture& picture) {
   cv::Mat out;
-  cv::cvtColor(mat(picture), out, cv::COLOR_BGR2Lab);
+  cv::cvtColor(picture, out, cv::COLOR_BGR2Lab);
   return out;
-}
-
-void require_inside(const Picture& picture, double x, double y) {
-  if (x >= 0 && y >= 0 && x < picture.width && y < picture.height) return;
-  throw io::InputError("({:g}, {:g}) lies outside the picture of {} x {} pixels", x, y, picture.width,
-                       picture.height);
 }
 
 struct Statistics {
@@ -222,23 +216,25 @@ double quantile(std::vector<float> values, double share) {
 }
 
 ColourModel colour_at(const Picture& picture, Point at) {
-  require_inside(picture, at.x, at.y);
+  if (!(at.x >= 0 && at.y >= 0 && at.x < picture.cols && at.y < picture.rows))
+    throw io::InputError("({:g}, {:g}) lies outside the picture of {} x {} pixels", at.x, at.y, picture.cols,
+                         picture.rows);
   const cv::Mat picture_lab = lab(picture);
   cv::Mat smooth;
   cv::medianBlur(picture_lab, smooth, 3);
-  cv::Mat mask = cv::Mat::zeros(picture.height + 2, picture.width + 2, CV_8U);
+  cv::Mat mask = cv::Mat::zeros(picture.rows + 2, picture.cols + 2, CV_8U);
   constexpr double kAlikeL = 60;
   constexpr double kAlike = 12;
   cv::Rect box;
   const int area = cv::floodFill(smooth, mask, {static_cast<int>(at.x), static_cast<int>(at.y)}, {}, &box,
                                  {kAlikeL, kAlike, kAlike}, {kAlikeL, kAlike, kAlike},
                                  8 | cv::FLOODFILL_MASK_ONLY | cv::FLOODFILL_FIXED_RANGE | (255 << 8));
-  if (area > kMaxBlobShare * 4 * picture.width * picture.height) {
+  if (area > kMaxBlobShare * 4 * picture.cols * picture.rows) {
     throw io::InputError(
         "what is at ({:g}, {:g}) is no mark: {} pixels around it look the same; click into a coloured dot",
         at.x, at.y, area);
   }
-  ColourModel out = learn(mat(picture), mask(cv::Rect(1, 1, picture.width, picture.height)));
+  ColourModel out = learn(picture, mask(cv::Rect(1, 1, picture.cols, picture.rows)));
   out.area_px = area;
   return out;
 }
@@ -247,22 +243,19 @@ ColourModel colour_like(const Picture& picture, const std::array<double, 3>& rgb
   cv::Mat hue;
   cv::Mat chroma;
   polar(lab(picture), hue, chroma);
-  Picture one(1, 1);
-  one.bgr = {static_cast<std::uint8_t>(rgb[2]), static_cast<std::uint8_t>(rgb[1]),
-             static_cast<std::uint8_t>(rgb[0])};
+  const Picture one(1, 1, CV_8UC3, cv::Scalar(rgb[2], rgb[1], rgb[0]));
   cv::Mat told_hue;
   cv::Mat told_chroma;
   polar(lab(one), told_hue, told_chroma);
   const Blobs blobs = find_blobs(hue_mask(hue, chroma, static_cast<double>(told_hue.at<float>(0, 0))));
   if (blobs.compact.empty()) throw io::InputError("no mark of the given colour is in the picture");
-  return learn_twice(mat(picture), blobs, blobs.compact.size());
+  return learn_twice(picture, blobs, blobs.compact.size());
 }
 
 ColourModel colour_automatic(const Picture& picture, const Window& region, std::size_t marks) {
   if (region.empty()) throw io::JobError("the picture is too small for the skeleton's region");
-  const cv::Mat bgr = mat(picture)(region);
-  cv::Mat picture_lab;
-  cv::cvtColor(bgr, picture_lab, cv::COLOR_BGR2Lab);
+  const cv::Mat bgr = picture(region);
+  cv::Mat picture_lab = lab(bgr);
   cv::medianBlur(picture_lab, picture_lab, 3);
   cv::Mat hue;
   cv::Mat chroma;

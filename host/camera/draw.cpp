@@ -25,7 +25,7 @@ void write(cv::Mat& on, const std::string& text, cv::Point at, double size, cons
   cv::putText(on, text, at, cv::FONT_HERSHEY_SIMPLEX, size, colour, 1, cv::LINE_AA);
 }
 
-double scale(const Picture& picture) { return std::clamp(picture.height / 720.0, 0.5, 2.0) * 0.55; }
+double scale(const Picture& picture) { return std::clamp(picture.rows / 720.0, 0.5, 2.0) * 0.55; }
 
 void draw_skeleton(cv::Mat& on, const Skeleton& s, const Observation& seen, double size) {
   if (seen.marks.empty()) return;
@@ -54,45 +54,31 @@ void draw_skeleton(cv::Mat& on, const Skeleton& s, const Observation& seen, doub
   }
 }
 
-int even(int v) { return v + v % 2; }
-
 }  // namespace
 
 Picture draw_proposal(const Picture& picture, const MarkProposal& proposal) {
-  Picture out = picture;
-  cv::Mat on = mat(out);
+  Picture out = picture.clone();
   const double size = scale(picture);
   for (std::size_t i = 0; i < proposal.candidates.size(); ++i) {
     const Mark& m = proposal.candidates[i];
     const int r = static_cast<int>(std::lround(std::sqrt(m.area_px / 3.14))) + 4;
     const bool named = !proposal.name[i].empty();
-    cv::circle(on, m.centre, r, kBlack, 4, cv::LINE_AA);
-    cv::circle(on, m.centre, r, named ? kWhite : kOrange, 2, cv::LINE_AA);
-    write(on, std::to_string(i + 1), m.centre + Point(r + 3, 5), size, named ? kWhite : kOrange);
+    cv::circle(out, m.centre, r, kBlack, 4, cv::LINE_AA);
+    cv::circle(out, m.centre, r, named ? kWhite : kOrange, 2, cv::LINE_AA);
+    write(out, std::to_string(i + 1), m.centre + Point(r + 3, 5), size, named ? kWhite : kOrange);
     const auto line = static_cast<double>(i + 1);
-    write(on, fmt::format("{}  {}", i + 1, named ? proposal.name[i] : "-"), Point(10, line * 40 * size), size,
-          named ? kWhite : kOrange);
+    write(out, fmt::format("{}  {}", i + 1, named ? proposal.name[i] : "-"), Point(10, line * 40 * size),
+          size, named ? kWhite : kOrange);
   }
   return out;
 }
 
 Picture draw_seen(const Picture& picture, const Joints& joints, const std::vector<Observation>& seen) {
-  Picture out = picture;
-  cv::Mat on = mat(out);
+  Picture out = picture.clone();
   for (std::size_t i = 0; i < joints.skeletons.size(); ++i) {
-    draw_skeleton(on, joints.skeletons[i], seen[i], scale(picture));
+    draw_skeleton(out, joints.skeletons[i], seen[i], scale(picture));
   }
   return out;
-}
-
-Preview::Preview(const std::filesystem::path& path, int width, int height, double rate_hz,
-                 const Joints& joints)
-    : joints_(joints), page_(even(width), even(height)), writer_(path, page_.width, page_.height, rate_hz) {}
-
-void Preview::add(const Picture& picture, const std::vector<Observation>& seen) {
-  const Picture drawn = draw_seen(picture, joints_, seen);
-  mat(drawn).copyTo(mat(page_)(cv::Rect(0, 0, drawn.width, drawn.height)));
-  writer_.add(page_);
 }
 
 }  // namespace flexor::camera

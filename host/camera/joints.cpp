@@ -251,10 +251,10 @@ std::size_t Skeleton::mark(const std::string& mark_name) const {
 
 Window region_of(const Skeleton& skeleton, const Picture& picture) {
   const auto& r = skeleton.region;
-  const int left = static_cast<int>(r[0] * picture.width);
-  const int top = static_cast<int>(r[1] * picture.height);
-  return {left, top, static_cast<int>(r[2] * picture.width) - left,
-          static_cast<int>(r[3] * picture.height) - top};
+  const int left = static_cast<int>(r[0] * picture.cols);
+  const int top = static_cast<int>(r[1] * picture.rows);
+  return {left, top, static_cast<int>(r[2] * picture.cols) - left,
+          static_cast<int>(r[3] * picture.rows) - top};
 }
 
 Joints joints_from_json(const std::string& text, const std::string& source) {

@@ -71,8 +71,7 @@ Picture from_jpeg(std::string_view bytes) {
                          kLeastJpeg_px, kMostJpeg_px));
     }
   }
-  Picture out(size.width, size.height);
-  cv::Mat decoded;
+  Picture decoded;
   try {
     // As the camera took it: marks are tracked in its pixels, whichever way it was held.
     decoded = cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
@@ -81,13 +80,12 @@ Picture from_jpeg(std::string_view bytes) {
   }
   if (decoded.cols != size.width || decoded.rows != size.height || decoded.type() != CV_8UC3)
     refuse("a JPEG that cannot be decoded");
-  decoded.copyTo(mat(out));
-  return out;
+  return decoded;
 }
 
 std::string to_jpeg(const Picture& picture, int quality) {
   std::vector<std::uint8_t> bytes;
-  cv::imencode(".jpg", mat(picture), bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
+  cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
   return {bytes.begin(), bytes.end()};
 }
 

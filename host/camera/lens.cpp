@@ -47,7 +47,7 @@ std::vector<std::vector<cv::Point2f>> find_corners(const std::vector<std::filesy
   std::vector<std::vector<cv::Point2f>> seen;
   for (const std::filesystem::path& path : pictures) {
     const Picture picture = read_picture(path);
-    const cv::Size s(picture.width, picture.height);
+    const cv::Size s = picture.size();
     if (picture_size.area() > 0 && s != picture_size) {
       throw io::InputError(
           "{}: is {} x {} pixels, the pictures before it {} x {}: all must come from one "
@@ -56,7 +56,7 @@ std::vector<std::vector<cv::Point2f>> find_corners(const std::vector<std::filesy
     }
     picture_size = s;
     cv::Mat grey;
-    cv::cvtColor(mat(picture), grey, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
     std::vector<cv::Point2f> corners;
     constexpr int kLeast_px = 32;  // OpenCV fails on less
     if (std::min(s.width, s.height) < kLeast_px || !cv::findChessboardCorners(grey, size, corners)) {

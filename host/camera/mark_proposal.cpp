@@ -8,22 +8,15 @@
 #include "host/io/io.hpp"
 
 namespace flexor::camera {
-namespace {
-
-ColourModel choose_colour(const Skeleton& skeleton, const Picture& picture, const std::optional<Point>& at) {
-  if (at) return colour_at(picture, *at);
-  return skeleton.colour ? *skeleton.colour : learn_colour(skeleton, picture);
-}
-
-}  // namespace
-
 MarkProposal propose_marks(const Skeleton& skeleton, const Picture& picture, const std::optional<Point>& mark,
                            const std::map<int, std::string>& assigned) {
   if (skeleton.kind != MarkKind::colour) {
     throw io::InputError("printed marks carry their numbers with them and need no set-up");
   }
   MarkProposal out;
-  out.colour = choose_colour(skeleton, picture, mark);
+  out.colour = mark              ? colour_at(picture, *mark)
+               : skeleton.colour ? *skeleton.colour
+                                 : learn_colour(skeleton, picture);
   out.candidates = find_marks(picture, out.colour, region_of(skeleton, picture), least_area_px(out.colour));
   std::ranges::sort(out.candidates, {}, [](const Mark& m) { return m.centre.x + m.centre.y; });
   out.name.resize(out.candidates.size());

@@ -29,8 +29,8 @@ double radius(double area_px) { return std::sqrt(area_px / kPi); }
 Window around(const Picture& picture, Point at, double reach) {
   const int left = std::max(0, static_cast<int>(std::floor(at.x - reach)));
   const int top = std::max(0, static_cast<int>(std::floor(at.y - reach)));
-  const int right = std::min(picture.width - 1, static_cast<int>(std::ceil(at.x + reach)));
-  const int bottom = std::min(picture.height - 1, static_cast<int>(std::ceil(at.y + reach)));
+  const int right = std::min(picture.cols - 1, static_cast<int>(std::ceil(at.x + reach)));
+  const int bottom = std::min(picture.rows - 1, static_cast<int>(std::ceil(at.y + reach)));
   return {left, top, right - left + 1, bottom - top + 1};
 }
 
@@ -45,7 +45,7 @@ class Patch {
     const Window w = around(picture, own_.at, own_.reach_px + 1.6 * radius(own_.area_px) + 3);
     if (w.empty()) return;
     corner_ = w.tl();
-    score_ = scores(mat(picture)(w), colour);
+    score_ = scores(picture(w), colour);
     // Every third pixel is plenty for a median.
     const auto* score = score_.ptr<float>();
     std::vector<float> some;
@@ -225,7 +225,7 @@ std::vector<Mark> find_marks(const Picture& picture, const ColourModel& colour, 
   constexpr double kZero = 128;
   const auto weight = [&](std::size_t k) { return static_cast<float>(kUnit * colour.weight.at(k)); };
   cv::Mat bytes;
-  cv::transform(mat(picture)(region), bytes, cv::Matx14f(weight(0), weight(1), weight(2), kZero));
+  cv::transform(picture(region), bytes, cv::Matx14f(weight(0), weight(1), weight(2), kZero));
   std::vector<float> some;
   constexpr int kStep = 16;
   for (int y = 0; y < bytes.rows; y += kStep) {

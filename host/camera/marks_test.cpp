@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
 
 #include "host/camera/pictures_test.hpp"
 #include "host/io/io.hpp"
@@ -20,7 +21,7 @@ Picture three() { return dots(320, 200, kWall, {{{60.3, 50.7}}, {{150.5, 90.25}}
 void add_noise(Picture& picture, double sigma, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal(0, sigma);
-  for (std::uint8_t& v : picture.bgr)
+  for (std::uint8_t& v : std::span(picture.data, 3 * picture.total()))
     v = static_cast<std::uint8_t>(std::clamp(v + normal(random), 0.0, 255.0));
 }
 
@@ -41,7 +42,7 @@ TEST(Colour, RefusesWhatIsNoMark) {
   EXPECT_THROW(colour_at(picture, {10, 190}), io::InputError);
   EXPECT_THROW(colour_like(picture, {250, 20, 250}), io::InputError);
   EXPECT_THROW(colour_automatic(picture, kAll, 4), io::JobError);
-  EXPECT_THROW(colour_automatic(Picture(1, 1), {0, 0, 1, 1}, 3), io::JobError);
+  EXPECT_THROW(colour_automatic(Picture(1, 1, CV_8UC3, cv::Scalar()), {0, 0, 1, 1}, 3), io::JobError);
 }
 
 TEST(Colour, AutomaticPassesByOtherColoursAndThingsThatAreNoDots) {
@@ -90,8 +91,7 @@ TEST(Marks, TheCovarianceIsHonestUnderNoise) {
 TEST(Marks, HalfTheLightFindsTheSameCentres) {
   const Picture bright = three();
   const ColourModel model = colour_automatic(bright, kAll, 3);
-  Picture dark = bright;
-  for (std::uint8_t& v : dark.bgr) v = static_cast<std::uint8_t>(v * 0.55);
+  const Picture dark = bright * 0.55;
   const std::vector<Mark> a = find_marks(bright, model, kAll, 20);
   const std::vector<Mark> b = find_marks(dark, model, kAll, 20);
   ASSERT_EQ(a.size(), 3U);

@@ -20,7 +20,7 @@ struct Dot {
 
 // Each pixel is the mean of 64 points inside it.
 inline Picture dots(int width, int height, std::array<int, 3> background, const std::vector<Dot>& all) {
-  Picture out(width, height);
+  Picture out(height, width, CV_8UC3);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       std::array<double, 3> colour = {static_cast<double>(background[0]), static_cast<double>(background[1]),
@@ -36,10 +36,9 @@ inline Picture dots(int width, int height, std::array<int, 3> background, const 
         }
         for (std::size_t k = 0; k < 3; ++k) colour[k] += hits / 64.0 * (dot.bgr[k] - colour[k]);
       }
-      for (std::size_t k = 0; k < 3; ++k) {
-        out.bgr[3 * static_cast<std::size_t>(y * width + x) + k] =
-            static_cast<std::uint8_t>(std::lround(colour[k]));
-      }
+      for (int k = 0; k < 3; ++k)
+        out.at<cv::Vec3b>(y, x)[k] =
+            static_cast<std::uint8_t>(std::lround(colour[static_cast<std::size_t>(k)]));
     }
   }
   return out;

@@ -161,7 +161,7 @@ void choose(std::vector<std::optional<Found>>& found) {
 
 std::vector<std::optional<Found>> detect(const Skeleton& skeleton, const Lens& lens, const Picture& picture) {
   cv::Mat grey;
-  cv::cvtColor(mat(picture), grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   std::vector<std::vector<cv::Point2f>> corners;
   std::vector<int> ids;
   cv::aruco::detectMarkers(grey, dictionary(), corners, ids);
@@ -227,19 +227,6 @@ std::vector<Measurement> measure(const Skeleton& skeleton, const std::vector<std
 }
 
 }  // namespace
-
-std::vector<std::uint8_t> print_cells(int id) {
-  cv::Mat square;
-  cv::aruco::drawMarker(dictionary(), id, kPrintCells - 2, square, 1);
-  std::vector<std::uint8_t> out(kPrintCells * kPrintCells, 1);
-  for (int y = 0; y < square.rows; ++y) {
-    for (int x = 0; x < square.cols; ++x) {
-      const int cell = (y + 1) * kPrintCells + x + 1;
-      out[static_cast<std::size_t>(cell)] = square.at<std::uint8_t>(y, x) > 127 ? 1 : 0;
-    }
-  }
-  return out;
-}
 
 Observation PrintedTracker::step(const Picture& picture, double) {
   std::vector<std::optional<Found>> found = detect(skeleton_, lens_, picture);

@@ -10,16 +10,9 @@
 // Vision 109 (2014) 252-286.
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "host/camera/colour_tracker.hpp"
 
 namespace flexor::camera {
-
-// Cells of mark `id` with its white rim, 1 white and 0 black, 10 x 10; the black square is 8 x 8 of them.
-inline constexpr int kPrintCells = 10;
-std::vector<std::uint8_t> print_cells(int id);
 
 class PrintedTracker {
  public:

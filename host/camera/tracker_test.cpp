@@ -29,14 +29,14 @@ using Change = std::function<Picture(const Picture&)>;
 Picture same(const Picture& picture) { return picture; }
 
 Picture mirrored(const Picture& from) {
-  Picture to(from.width, from.height);
-  cv::flip(mat(from), mat(to), 1);
+  Picture to;
+  cv::flip(from, to, 1);
   return to;
 }
 
 Picture quarter_turned(const Picture& from) {
-  Picture to(from.height, from.width);
-  cv::rotate(mat(from), mat(to), cv::ROTATE_90_CLOCKWISE);
+  Picture to;
+  cv::rotate(from, to, cv::ROTATE_90_CLOCKWISE);
   return to;
 }
 
@@ -53,7 +53,7 @@ Result track_real(const Change& change, std::size_t frames) {
   Result out;
   while (video.frames() < frames && video.next(picture, t_s)) {
     const Picture changed = change(picture);
-    if (!tracker) tracker.emplace(green_markers(), std::nullopt, changed.width, changed.height);
+    if (!tracker) tracker.emplace(green_markers(), std::nullopt, changed.cols, changed.rows);
     for (FilteredRow& row : tracker->push(changed, t_s)) out.rows.push_back(std::move(row));
   }
   for (FilteredRow& row : tracker->flush()) out.rows.push_back(std::move(row));
@@ -199,7 +199,7 @@ TEST_F(RealVideo, TheProposedSetupIsRightAndCanBeToldOtherwise) {
 // Whatever the pictures are: no angle without a flag.
 Summary hostile(const Joints& joints, const std::function<Picture(int)>& picture, int frames = 20) {
   const Picture first = picture(0);
-  Tracker tracker(joints, std::nullopt, first.width, first.height);
+  Tracker tracker(joints, std::nullopt, first.cols, first.rows);
   for (int k = 0; k < frames; ++k) tracker.push(picture(k), k / 30.0);
   tracker.flush();
   return tracker.summary();
@@ -213,14 +213,13 @@ TEST(Hostile, PicturesWithoutAHandGiveNoAngleAndAReason) {
       [](int) {
         return dots(160, 120, {40, 150, 50}, {});
       },
-      [](int) { return Picture(1, 1); },
+      [](int) { return Picture(1, 1, CV_8UC3, cv::Scalar()); },
       [](int) {
         return dots(160, 120, kWall, {{{80, 60}}});
       },
       [](int k) {
-        Picture noise(160, 120);
-        cv::Mat pixels = mat(noise);
-        cv::RNG(static_cast<unsigned>(k + 1)).fill(pixels, cv::RNG::UNIFORM, 0, 256);
+        Picture noise(120, 160, CV_8UC3);
+        cv::RNG(static_cast<unsigned>(k + 1)).fill(noise, cv::RNG::UNIFORM, 0, 256);
         return noise;
       },
   };

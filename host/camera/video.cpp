@@ -69,11 +69,6 @@ std::string reason(const std::exception& error) {
              : "";
 }
 
-void copy(const cv::Mat& from, Picture& to) {
-  if (to.width != from.cols || to.height != from.rows) to = Picture(from.cols, from.rows);
-  from.copyTo(mat(to));
-}
-
 // Packets of a video file, without decoding them.
 std::size_t packets(const std::filesystem::path& path) {
   std::size_t count = 0;
@@ -106,7 +101,7 @@ VideoReader::VideoReader(const std::filesystem::path& path) : source_(path.strin
     std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
     if (is_picture({begin.data(), begin.size()})) still_ = read_picture(path);
   }
-  if (!open && still_.width == 0) {
+  if (!open && still_.empty()) {
     throw io::InputError(
         live_ ? fmt::format("{}: this camera cannot be opened{}: is it plugged in, free, and yours to read?",
                             source_, reason_)
@@ -150,9 +145,9 @@ bool VideoReader::next(Picture& picture, double& t_s) {
   while (!ended_) {
     bool got = false;
     try {
-      const bool still = frames_ == 0 && still_.width > 0;
-      if (still) frame_ = mat(still_);
-      got = still || (capture_.read(frame_) && !frame_.empty());
+      const bool still = frames_ == 0 && !still_.empty();
+      if (still) picture = std::move(still_);
+      got = still || (capture_.read(picture) && !picture.empty());
     } catch (const std::exception& error) {
       reason_ = reason(error);
     }
@@ -160,14 +155,11 @@ bool VideoReader::next(Picture& picture, double& t_s) {
       ended_ = true;
       break;
     }
-    if (frame_.type() != CV_8UC3) throw io::JobError("{}: its pictures have no colours", source_);
-    if (frames_ == 0) {
-      width_ = frame_.cols;
-      height_ = frame_.rows;
-    } else if (frame_.cols != width_ || frame_.rows != height_) {
+    if (picture.type() != CV_8UC3) throw io::JobError("{}: its pictures have no colours", source_);
+    if (frames_ == 0) size_ = picture.size();
+    if (picture.size() != size_)
       throw io::JobError("{}: frame {} is {} x {} pixels, those before it {} x {}", source_, read_ + 1,
-                         frame_.cols, frame_.rows, width_, height_);
-    }
+                         picture.cols, picture.rows, size_.width, size_.height);
     ++read_;
     double t = time_s();
     // OpenCV forgets the time of frames that a decoder had kept back until the end of the file.
@@ -182,8 +174,6 @@ bool VideoReader::next(Picture& picture, double& t_s) {
     step_s_ = t - last_s_;
     last_s_ = t_s = t;
     ++frames_;
-    copy(frame_, picture);
-    still_ = {};
     return true;
   }
   if (frames_ == 0) throw io::InputError("{}: holds no picture that can be decoded{}", source_, reason_);
@@ -235,7 +225,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
   bool open = false;
   try {
     open = writer_.open(output_->name().string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('a', 'v', 'c', '1'),
-                        rate_hz, {width, height});
+                        rate_hz, {width + width % 2, height + height % 2});
   } catch (const cv::Exception&) {
   }
   if (!open) {
@@ -248,7 +238,9 @@ VideoWriter::VideoWriter(const std::filesystem::path& path, int width, int heigh
 }
 
 void VideoWriter::add(const Picture& picture) {
-  writer_.write(mat(picture));
+  Picture page;  // of even sides, as H.264 wants them
+  cv::copyMakeBorder(picture, page, 0, picture.rows % 2, 0, picture.cols % 2, cv::BORDER_CONSTANT);
+  writer_.write(page);
   ++frames_;
 }
 
@@ -268,7 +260,7 @@ void VideoWriter::finish() {
 Picture read_picture(const std::filesystem::path& path) {
   be_silent();
   const std::string bytes = io::read_file(path);
-  cv::Mat picture;
+  Picture picture;
   std::string why;
   try {
     if (is_picture(bytes))
@@ -283,9 +275,7 @@ Picture read_picture(const std::filesystem::path& path) {
         "{}: no picture that can be read{}: is it a PNG or a JPEG, of at most {:.0f} million pixels?",
         path.string(), why, kMostPixels / 1e6);
   require_few_pixels(static_cast<double>(picture.total()), "a picture", path.string());
-  Picture out;
-  copy(picture, out);
-  return out;
+  return picture;
 }
 
 void write_picture(const std::filesystem::path& path, const Picture& picture) {
@@ -293,7 +283,7 @@ void write_picture(const std::filesystem::path& path, const Picture& picture) {
   std::vector<std::uint8_t> bytes;
   bool good = false;
   try {
-    good = cv::imencode(path.extension().string(), mat(picture), bytes);
+    good = cv::imencode(path.extension().string(), picture, bytes);
   } catch (const cv::Exception&) {
   }
   if (!good) throw io::InputError("{}: a picture's name must end in .png or .jpg", path.string());

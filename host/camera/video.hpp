@@ -21,8 +21,8 @@ class VideoReader {
   // a codec that this machine does not have.
   explicit VideoReader(const std::filesystem::path& path);
 
-  // False at the end. Times increase strictly: a frame whose time does not is left out and counted. Throws
-  // io::JobError when the picture's size changes.
+  // False at the end. The next picture takes the pixels of the one before, where that is given again. Times increase strictly: a
+  // frame whose time does not is left out and counted. Throws io::JobError when the picture's size changes.
   bool next(Picture& picture, double& t_s);
 
   double nominal_rate_hz() const;  // 0: not known
@@ -35,7 +35,6 @@ class VideoReader {
   double time_s();
 
   cv::VideoCapture capture_;
-  cv::Mat frame_;
   Picture still_;  // of a file that is no video, but a picture
   std::string source_;
   std::string reason_;  // why OpenCV gave no picture; empty: it does not say
@@ -49,8 +48,7 @@ class VideoReader {
   std::size_t read_ = 0;
   std::size_t out_of_order_ = 0;
   std::size_t without_time_ = 0;
-  int width_ = 0;
-  int height_ = 0;
+  cv::Size size_;
 };
 
 // Where frames are missing: steps of more than one and a half times the median of the last 31.

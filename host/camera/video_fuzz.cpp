@@ -20,9 +20,9 @@ std::string film() {
   const auto path = folder.path() / "film.mp4";
   camera::VideoWriter writer(path, 64, 48, 30);
   for (int k = 0; k < 12; ++k) {
-    camera::Picture p(64, 48);
-    for (std::size_t i = 0; i < p.bgr.size(); ++i)
-      p.bgr[i] = static_cast<std::uint8_t>(i * 7 + static_cast<std::size_t>(k) * 31);
+    const camera::Picture p(48, 64, CV_8UC3);
+    for (std::size_t i = 0; i < 3 * p.total(); ++i)
+      p.data[i] = static_cast<std::uint8_t>(i * 7 + static_cast<std::size_t>(k) * 31);
     writer.add(p);
   }
   writer.finish();
@@ -52,10 +52,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     double last_s = -1e300;
     while (reader.frames() < 50 && reader.next(picture, t_s)) {
       if (!std::isfinite(t_s) || t_s <= last_s) std::abort();
-      if (picture.bgr.size() !=
-          3U * static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height)) {
-        std::abort();
-      }
+      if (picture.empty() || picture.type() != CV_8UC3) std::abort();
       last_s = t_s;
     }
   } catch (const io::InputError&) {

@@ -29,7 +29,7 @@ class Matroska {
 
   void add(int t_ms, const Picture& picture) {
     std::vector<std::uint8_t> jpeg;
-    cv::imencode(".jpg", mat(picture), jpeg, {cv::IMWRITE_JPEG_QUALITY, 98});
+    cv::imencode(".jpg", picture, jpeg, {cv::IMWRITE_JPEG_QUALITY, 98});
     std::string block = {'\x81', '\0', '\0', '\x80'};
     block.append(jpeg.begin(), jpeg.end());
     segment_ += element("\x1F\x43\xB6\x75", element("\xE7", number(t_ms)) + element("\xA3", block));
@@ -71,9 +71,9 @@ Film read(const fs::path& path) {
   Picture picture;
   for (double t = 0; reader.next(picture, t);) {
     EXPECT_TRUE(std::isfinite(t) && (out.t_s.empty() || t > out.t_s.back())) << t;
-    EXPECT_EQ(picture.bgr.size(), 3U * static_cast<std::size_t>(picture.width * picture.height));
+    EXPECT_EQ(picture.type(), CV_8UC3);
     out.t_s.push_back(t);
-    out.pictures.push_back(picture);
+    out.pictures.push_back(picture.clone());
   }
   out.warnings = reader.warnings();
   return out;
@@ -154,8 +154,8 @@ TEST_F(Video, WhatIsWrittenIsReadBackWithItsTimes) {
   ASSERT_EQ(film.t_s.size(), 30U);
   for (std::size_t k = 0; k < film.t_s.size(); ++k) {
     EXPECT_NEAR(film.t_s[k], static_cast<double>(k) / 30, 1e-3);
-    EXPECT_NEAR(film.pictures[k].at(10 + static_cast<int>(k), 24)[1],
-                moving_dot(static_cast<int>(k)).at(10 + static_cast<int>(k), 24)[1], 40)
+    EXPECT_NEAR(film.pictures[k].at<cv::Vec3b>(24, 10 + static_cast<int>(k))[1],
+                moving_dot(static_cast<int>(k)).at<cv::Vec3b>(24, 10 + static_cast<int>(k))[1], 40)
         << "the dot";
   }
 }
@@ -207,13 +207,13 @@ TEST_F(Video, SixteenBitsBecomeEightAndOnePixelIsAPicture) {
   cv::Mat sixteen(48, 64, CV_16UC3, cv::Scalar(30000, 20000, 60000));
   cv::imwrite(deep.string(), sixteen);
   const Picture picture = read_picture(deep);
-  EXPECT_EQ(picture.width, 64);
-  EXPECT_NEAR(picture.at(10, 10)[2], 234, 2);
+  EXPECT_EQ(picture.cols, 64);
+  EXPECT_NEAR(picture.at<cv::Vec3b>(10, 10)[2], 234, 2);
   const fs::path one = path("one.png");
-  write_picture(one, Picture(1, 1));
-  EXPECT_EQ(read_picture(one).bgr.size(), 3U);
+  write_picture(one, Picture(1, 1, CV_8UC3, cv::Scalar()));
+  EXPECT_EQ(read_picture(one).total(), 1U);
   EXPECT_THROW(read_picture(file("broken.png", "no picture")), io::InputError);
-  EXPECT_THROW(write_picture(path("picture.xyz"), Picture(4, 4)), io::InputError);
+  EXPECT_THROW(write_picture(path("picture.xyz"), Picture(4, 4, CV_8UC3, cv::Scalar())), io::InputError);
 }
 
 std::string big_endian_4(std::uint32_t value) {
@@ -237,10 +237,10 @@ TEST_F(Video, APicturesSizeIsBoundedAndAPictureIsAVideoOfOneFrame) {
   cv::imwrite(huge.string(), cv::Mat::zeros(6001, 6000, CV_8U));
   io::expect_refused([&] { (void)read_picture(huge); }, "at most 36 million");
   const fs::path small = path("small.png");
-  write_picture(small, Picture(64, 48));
+  write_picture(small, Picture(48, 64, CV_8UC3, cv::Scalar()));
   const Film film = read(small);
   ASSERT_EQ(film.pictures.size(), 1U);
-  EXPECT_EQ(film.pictures[0].width, 64);
+  EXPECT_EQ(film.pictures[0].cols, 64);
 }
 
 }  // namespace

@@ -53,11 +53,6 @@ std::optional<std::uint8_t> place_of(const std::string& finger, const std::strin
   return std::nullopt;
 }
 
-int further_joints(const std::vector<BoardOutput>& outputs) {
-  return static_cast<int>(
-      std::ranges::count_if(outputs, [](const BoardOutput& o) { return o.output.number >= kFingers; }));
-}
-
 hand::MotorSettings motor_settings(const HandMotor& motor) {
   constexpr double kTurn_s = kTick_s * hand::kTurn_ticks;
   const auto speed = [&](double deg_s) { return int16(deg_s * kTurn_s * (1 << hand::kSumFraction)); };
@@ -184,7 +179,9 @@ std::vector<BoardOutput> outputs_of(const Glove& glove) {
 
 int line_bytes(const Glove& glove) {
   if (glove.output != Output::opengloves) return glove::kMaxPlainText;
-  return link::kMaxGloveText + further_joints(outputs_of(glove)) * link::kMaxJointText;
+  const auto further = std::ranges::count_if(
+      outputs_of(glove), [](const BoardOutput& o) { return o.output.number >= kFingers; });
+  return link::kMaxGloveText + static_cast<int>(further) * link::kMaxJointText;
 }
 
 int samples_per_frame(const Glove& glove) {

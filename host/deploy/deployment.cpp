@@ -43,12 +43,6 @@ std::string moved_by(const model::Model& model, const char* otherwise) {
   return fmt::format("{}", fmt::join(out, ", "));
 }
 
-std::vector<std::string> covered_fingers(const model::Model& model) {
-  std::vector<std::string> out = model::finger_names();
-  for (const std::string& finger : missing_fingers(model)) std::erase(out, finger);
-  return out;
-}
-
 std::string strips_of(const model::Model& model) {
   const model::Wiring wiring = model::wiring_of(model);
   std::vector<std::string> out;
@@ -59,7 +53,10 @@ std::string strips_of(const model::Model& model) {
   return fmt::format("{}", fmt::join(out, ", "));
 }
 
-using Lines = std::vector<std::pair<std::string, std::string>>;  // name and value
+// To a list of names and values, as a report shows them.
+void add(Json& lines, const std::string& name, const std::string& value) {
+  lines.push_back({{"name", name}, {"value", value}});
+}
 
 WiringPlan plan_of(const Deployment& d) {
   if (d.glove.output == Output::log) return wiring_plan(d.hardware, d.glove.output);
@@ -102,20 +99,21 @@ std::string boards_of(const Deployment& d) {
 }
 
 // What a user wants to know first.
-Lines lead(const Deployment& d) {
-  Lines out = {{"fingers", moved_by(d.glove.model, has_hand(d) ? "rests"
-                                                   : d.glove.output == Output::opengloves
-                                                       ? "is missing, and sent as straight"
-                                                       : "is missing")}};
+Json lead(const Deployment& d) {
+  Json out;
+  add(out, "fingers",
+      moved_by(d.glove.model, has_hand(d)                            ? "rests"
+                              : d.glove.output == Output::opengloves ? "is missing, and sent as straight"
+                                                                     : "is missing"));
   if (const auto sent = sent_joints(d.glove); !sent.empty())
-    out.emplace_back("joints beside them", fmt::format("{}", fmt::join(sent, ", ")));
+    add(out, "joints beside them", fmt::format("{}", fmt::join(sent, ", ")));
   if (const auto left = joints_left_out(d.glove); !left.empty())
-    out.emplace_back(has_hand(d) ? "joints without a motor, left out" : "joints left out",
-                     fmt::format("{}", fmt::join(left, ", ")));
-  out.emplace_back("strips", strips_of(d.glove.model));
-  out.emplace_back("board", boards_of(d));
-  out.emplace_back("pins", pins_of(d));
-  out.emplace_back("calibration", d.calibration);
+    add(out, has_hand(d) ? "joints without a motor, left out" : "joints left out",
+        fmt::format("{}", fmt::join(left, ", ")));
+  add(out, "strips", strips_of(d.glove.model));
+  add(out, "board", boards_of(d));
+  add(out, "pins", pins_of(d));
+  add(out, "calibration", d.calibration);
   return out;
 }
 
@@ -157,13 +155,6 @@ std::vector<std::string> next_for_text(const Deployment& d) {
   return out;
 }
 
-std::string send_words(const Deployment& d) {
-  const Glove& g = d.glove;
-  return fmt::format("Another model later: flexor send MODEL --port auto --rate {} --hardware {}{}",
-                     sample_rate_hz(g.model), io::shell_word(d.folder + "/" + kHardwareFile),
-                     g.key ? " --key " + io::shell_word(d.folder + "/pair.key") : "");
-}
-
 std::vector<std::string> next_for_hand(const Deployment& d) {
   std::vector<std::string> out = {
       "Wire both boards: wiring_glove.svg and wiring_hand.svg; parts and pins are in wiring.md.",
@@ -172,12 +163,10 @@ std::vector<std::string> next_for_hand(const Deployment& d) {
       "Look: with both boards on, bend one finger after the other: the hand's follow. If one does not, "
       "flexor monitor on the hand's port says what is wrong with it: angle, duty and fault of each."};
   if (can_zero(d.glove)) out.emplace_back(kZeroWords);
-  out.push_back(send_words(d));
+  out.push_back(fmt::format("Another model later: flexor send MODEL --port auto --rate {} --hardware {}{}",
+                            sample_rate_hz(d.glove.model), io::shell_word(d.folder + "/" + kHardwareFile),
+                            d.glove.key ? " --key " + io::shell_word(d.folder + "/pair.key") : ""));
   return out;
-}
-
-std::vector<std::string> next_of(const Deployment& d) {
-  return has_hand(d) ? next_for_hand(d) : next_for_text(d);
 }
 
 // The sample period's parts, ms.
@@ -224,15 +213,11 @@ std::string budget_sentence(const Deployment& d) {
       100 * time_share(time_budget(d)), 100 * flash_share(d));
 }
 
-std::string chips_of(const Deployment& d) {
-  return fmt::format("{} with an {}", has_hand(d) ? "two boards" : "one board", kAtmega328p.printed);
-}
-
 // What it costs.
-Lines lines(const Deployment& d) {
+Json lines(const Deployment& d) {
   const TimeBudget t = time_budget(d);
-  Lines out;
-  const auto add = [&](const std::string& name, const std::string& value) { out.emplace_back(name, value); };
+  Json out;
+  const auto add = [&](const std::string& name, const std::string& value) { deploy::add(out, name, value); };
   const auto measured = [&](const std::string& name, const std::string& value) {
     if (is_measured(d)) add(name, value);
   };
@@ -295,11 +280,13 @@ Json to_json(const Deployment& d) {
   json["greatest_delay_ms"] =
       has_hand(d) && d.glove.key ? Json(link::greatest_delay_ms(t.frame_period_ms)) : Json(nullptr);
   json["joints_left_out"] = joints_left_out(d.glove);
-  json["fingers"] = {{"covered", covered_fingers(d.glove.model)},
-                     {"missing", missing_fingers(d.glove.model)}};
+  const std::vector<std::string> missing = missing_fingers(d.glove.model);
+  std::vector<std::string> covered = model::finger_names();
+  for (const std::string& finger : missing) std::erase(covered, finger);
+  json["fingers"] = {{"covered", covered}, {"missing", missing}};
   json["wiring"] = plan_of(d);
   json["calibration"] = d.calibration;
-  json["next"] = next_of(d);
+  json["next"] = has_hand(d) ? next_for_hand(d) : next_for_text(d);
   json["budget"] = {{"time_share", measured(time_share(t))}, {"flash_share", flash_share(d)}};
   json["hand"] = nullptr;
   if (has_hand(d)) {
@@ -312,15 +299,15 @@ Json to_json(const Deployment& d) {
 }
 
 void save_results(const Deployment& d, const std::filesystem::path& folder) {
-  const auto rows = [](const Lines& all) {
-    Json out = Json::array();
-    for (const auto& [name, value] : all) out.push_back({{"name", name}, {"value", value}});
-    return out;
-  };
-  Json json = {{"kind", "deployment"},          {"model_name", d.glove.model.name},
-               {"boards", has_hand(d) ? 2 : 1}, {"chips", chips_of(d)},
-               {"lead", rows(lead(d))},         {"budget_sentence", budget_sentence(d)},
-               {"table", rows(lines(d))},       {"version", FLEXOR_VERSION}};
+  Json json = {
+      {"kind", "deployment"},
+      {"model_name", d.glove.model.name},
+      {"boards", has_hand(d) ? 2 : 1},
+      {"chips", fmt::format("{} with an {}", has_hand(d) ? "two boards" : "one board", kAtmega328p.printed)},
+      {"lead", lead(d)},
+      {"budget_sentence", budget_sentence(d)},
+      {"table", lines(d)},
+      {"version", FLEXOR_VERSION}};
   json.update(to_json(d));
   io::write_file(folder / "results.json", io::dump(json));
 }

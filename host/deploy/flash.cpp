@@ -139,24 +139,15 @@ std::string choose_port(const std::string& port, const fs::path& dev) {
   return path.string();
 }
 
-std::vector<int> rates(int baud) {
-  if (baud != 0) return {baud, baud};
-  return {kNewRate_Bd, kOldRate_Bd, kNewRate_Bd, kOldRate_Bd};
-}
-
-struct Bootloader::Answer {
-  enum Kind { done, nobody, failed } kind;
-  std::string why;
-};
-
-Bootloader::Bootloader(std::string port, std::vector<int> rates_Bd, FlashProgress progress)
-    : port_(std::move(port)), rates_Bd_(std::move(rates_Bd)), progress_(std::move(progress)) {
+Bootloader::Bootloader(std::string port, int baud, FlashProgress progress)
+    : port_(std::move(port)), rates_Bd_{baud, baud}, progress_(std::move(progress)) {
+  if (baud == 0) rates_Bd_ = {kNewRate_Bd, kOldRate_Bd, kNewRate_Bd, kOldRate_Bd};
   if (io::find_program(kProgrammer).empty())
     throw InputError("{0} is missing: install the package {0}", kProgrammer);
 }
 
 // `operation` as avrdude writes it: flash:w:FILE:i.
-Bootloader::Answer Bootloader::run(const std::string& operation, const fs::path& folder) {
+bool Bootloader::run(const std::string& operation, const fs::path& folder) {
   const std::string rate = std::to_string(rates_Bd_.front());
   const bool writes = operation.starts_with("flash:w");
   std::string what = "connecting";
@@ -170,26 +161,24 @@ Bootloader::Answer Bootloader::run(const std::string& operation, const fs::path&
                                             "-P",        port_,        "-b",      rate,     "-D",
                                             "-x",        "attempts=1", "-U",      operation};
   const io::ProcessResult result = io::run_process(command, folder, {on_err, kSilence_ms});
-  if (result.status == 0) return {Answer::done, ""};
+  if (result.status == 0) return true;
   const std::string signature = signature_in(result.err);
-  if (result.err.find("xpected signature") != std::string::npos) {
-    return {Answer::failed,
-            fmt::format("the chip there is {}, the image is for an {} ({}): nothing was written", signature,
-                        kAtmega328p.printed, kAtmega328p.signature)};
-  }
+  if (result.err.find("xpected signature") != std::string::npos)
+    throw JobError("{}: the chip there is {}, the image is for an {} ({}): nothing was written", port_,
+                   signature, kAtmega328p.printed, kAtmega328p.signature);
   const std::string cannot_open = line_with(result.err, "cannot open port");
   if (!cannot_open.empty())
-    return {Answer::failed, cannot_open + ": is it still there, and has no other program it open?"};
-  if (signature.empty()) return {Answer::nobody, ""};
+    throw JobError("{}: {}: is it still there, and has no other program it open?", port_, cannot_open);
+  if (signature.empty()) return false;
   const bool reads = operation.starts_with("flash:r");
   const char* mend = reads ? "nothing was written: check cable and supply, try again"
                            : "part of it was written, the bootloader is whole: check cable and supply, then "
                              "the same once more";
   std::string mismatch = line_with(result.err, " != ");
   if (!mismatch.empty())
-    return {Answer::failed, fmt::format("what was written reads back otherwise ({}): {}", mismatch, mend)};
-  if (result.status > 128) return {Answer::failed, fmt::format("it fell silent while {}: {}", what, mend)};
-  return {Answer::failed, fmt::format("{} failed while {}: {}", kProgrammer, what, mend)};
+    throw JobError("{}: what was written reads back otherwise ({}): {}", port_, mismatch, mend);
+  if (result.status > 128) throw JobError("{}: it fell silent while {}: {}", port_, what, mend);
+  throw JobError("{}: {} failed while {}: {}", port_, kProgrammer, what, mend);
 }
 
 void Bootloader::run_at_any_rate(const std::string& operation, const fs::path& folder, std::size_t end) {
@@ -200,9 +189,7 @@ void Bootloader::run_at_any_rate(const std::string& operation, const fs::path& f
       throw JobError("{}: the image ends at 0x{:x}, an old bootloader begins at 0x{:x}: nothing was written",
                      port_, end, kOldBootloaderBegin);
     }
-    const Answer answer = run(operation, folder);
-    if (answer.kind == Answer::done) return;
-    if (answer.kind == Answer::failed) throw JobError("{}: {}", port_, answer.why);
+    if (run(operation, folder)) return;
     rates_Bd_.erase(rates_Bd_.begin());
   }
   throw JobError(

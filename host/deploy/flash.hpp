@@ -35,14 +35,11 @@ std::string choose_port(const std::string& port, const std::filesystem::path& de
 // "writing" or "verifying" or "reading" at a rate, so many percent; "connecting" with 0.
 using FlashProgress = std::function<void(const std::string& what, int percent)>;
 
-// What to try: `baud`, or for 0 the new bootloader's rate, then the old one's; all twice, since a reset
-// may come late.
-std::vector<int> rates(int baud);
-
 class Bootloader {
  public:
-  // At one of `rates_Bd`, tried in order at the first command. Throws io::InputError where avrdude is missing.
-  Bootloader(std::string port, std::vector<int> rates_Bd, FlashProgress progress);
+  // At the first command `baud` is tried, or for 0 the new bootloader's rate, then the old one's; all twice, since a reset
+  // may come late. Throws io::InputError where avrdude is missing.
+  Bootloader(std::string port, int baud, FlashProgress progress);
 
   // Both throw io::JobError, one line: no answer at any rate, another chip than the image is for, an image that does not fit this
   // bootloader, a byte that reads back otherwise, a board that falls silent.
@@ -52,8 +49,8 @@ class Bootloader {
   int rate_Bd() const { return rates_Bd_.front(); }  // after the first command: the bootloader's
 
  private:
-  struct Answer;
-  Answer run(const std::string& operation, const std::filesystem::path& folder);
+  // False: nobody answers at this rate.
+  bool run(const std::string& operation, const std::filesystem::path& folder);
   void run_at_any_rate(const std::string& operation, const std::filesystem::path& folder, std::size_t end);
 
   std::string port_;

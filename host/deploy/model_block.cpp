@@ -80,8 +80,12 @@ class PartWriter {
     std::vector<std::size_t> leaving;
     for (const BoardOutput& one : outputs_) leaving.push_back(fixed_.graph.joint[one.joint]);
     needed_ = fixed_.graph.needed_for(leaving);
-    mark_idle_strips();
     for (std::size_t i = 0; i < inputs_; ++i) {
+      const bool moves = std::ranges::any_of(wiring_.strips, [&](const std::vector<std::size_t>& strips) {
+        return std::ranges::count(strips, wiring_.strip[i]) > 0;
+      });
+      // Strips that move no motor are watched all the same: the first part brings them.
+      if (!moves) needed_[i] = true;
       if (needed_[i]) number_[i] = signals_++;
     }
     knots_begin_ = compensator::kHeaderBytes + compensator::kInputBytes * signals_ +
@@ -103,16 +107,6 @@ class PartWriter {
 
  private:
   static constexpr int kMostSignals = 127;
-
-  // Strips that move no motor are watched all the same: the first part brings them.
-  void mark_idle_strips() {
-    for (std::size_t i = 0; i < inputs_; ++i) {
-      const bool moves = std::ranges::any_of(wiring_.strips, [&](const std::vector<std::size_t>& strips) {
-        return std::ranges::find(strips, wiring_.strip[i]) != strips.end();
-      });
-      if (!moves) needed_[i] = true;
-    }
-  }
 
   // Blocks in a row that the same inputs reach.
   void open(const std::vector<std::size_t>& inputs) {

@@ -33,12 +33,6 @@ void move(const fs::path& from, const fs::path& to) {
   if (error) throw InputError("{}: cannot be written: {}", to.string(), error.message());
 }
 
-void require_replaceable(const fs::path& path, bool is_folder) {
-  std::error_code error;
-  if (!is_there(path) || fs::is_directory(path, error) == is_folder) return;
-  throw InputError("{}: cannot be written: a {} has this name", path.string(), is_folder ? "file" : "folder");
-}
-
 void mark(const fs::path& path) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
   if (file < 0) throw InputError("{}: cannot be written: {}", path.string(), std::strerror(errno));
@@ -48,17 +42,18 @@ void mark(const fs::path& path) {
 }  // namespace
 
 OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), lock_(folder_) {
-  for (const char* part : kParts)
-    require_replaceable(folder_ / part, part == std::string_view(kArduinoFolder));
+  for (const char* part : kParts) {
+    std::error_code error;
+    const bool is_folder = part == std::string_view(kArduinoFolder);
+    if (is_there(folder_ / part) && fs::is_directory(folder_ / part, error) != is_folder)
+      throw InputError("{}: cannot be written: a {} has this name", (folder_ / part).string(),
+                       is_folder ? "file" : "folder");
+  }
   end_what_was_cut_off();
-  staging_.emplace(make_staging());
-}
-
-fs::path OutFolder::make_staging() const {
   std::string pattern = (folder_ / (std::string(kStaging) + "XXXXXX")).string();
   if (mkdtemp(pattern.data()) == nullptr)
     throw InputError("{}: cannot be written: {}", folder_.string(), std::strerror(errno));
-  return pattern;
+  staging_.emplace(pattern);
 }
 
 void OutFolder::publish() {

@@ -36,7 +36,6 @@ class OutFolder {
     ~OwnersAlone() { umask(before); }
   };
 
-  std::filesystem::path make_staging() const;
   void replace(const std::filesystem::path& staged) const;
   bool put_back() const;
   void end_what_was_cut_off() const;

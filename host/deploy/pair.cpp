@@ -4,25 +4,13 @@
 
 #include "host/deploy/images.hpp"
 #include "host/deploy/pair_key.hpp"
+#include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::deploy {
 namespace {
 
-namespace fs = std::filesystem;
-using io::InputError;
 using io::JobError;
-
-// Each takes a key.
-void check_all(const std::vector<PairBoard>& boards) {
-  for (const PairBoard& board : boards) {
-    try {
-      (void)key_in(board.bootloader->read(), "the " + board.name + "'s board");
-    } catch (const std::runtime_error& error) {
-      throw JobError("the {}: {}; no key was changed", board.name, error.what());
-    }
-  }
-}
 
 // Which board has which key while `writing` is written.
 std::string state(const std::vector<PairBoard>& boards, std::size_t writing) {
@@ -38,22 +26,27 @@ std::string state(const std::vector<PairBoard>& boards, std::size_t writing) {
 
 }  // namespace
 
-void pair_boards(const std::vector<PairBoard>& boards, const link::Key& key, const std::string& mend,
-                 const std::function<void()>& about_to_write,
-                 const std::function<void(const std::string&)>& says) {
-  says("interrupted: no key was changed");
-  check_all(boards);
-  about_to_write();
+void pair_boards(std::vector<PairBoard>& boards, const link::Key& key, const std::filesystem::path& key_file,
+                 const std::string& mend) {
+  io::set_interruption_note("interrupted: no key was changed");
+  for (PairBoard& board : boards) {  // each takes a key
+    try {
+      (void)key_in(board.bootloader.read(), "the " + board.name + "'s board");
+    } catch (const std::runtime_error& error) {
+      throw JobError("the {}: {}; no key was changed", board.name, error.what());
+    }
+  }
+  if (!key_file.empty()) write_key(key_file, key);
   for (std::size_t i = 0; i < boards.size(); ++i) {
     const std::string now = state(boards, i);
-    says(fmt::format("interrupted: {}: they are a pair again after {}", now, mend));
+    io::set_interruption_note(fmt::format("interrupted: {}: they are a pair again after {}", now, mend));
     try {
-      boards[i].bootloader->write(page_with_key(key));
+      boards[i].bootloader.write(page_with_key(key));
     } catch (const std::runtime_error& error) {
       throw JobError("{}; {}: they are a pair again after {}", error.what(), now, mend);
     }
   }
-  says("");
+  io::set_interruption_note("");
 }
 
 }  // namespace flexor::deploy

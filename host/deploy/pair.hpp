@@ -1,7 +1,7 @@
 // A key for two boards over USB, without a compiler; or for the images of a deployment.
 #pragma once
 
-#include <functional>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -12,15 +12,13 @@ namespace flexor::deploy {
 
 struct PairBoard {
   std::string name;  // "glove", "hand"
-  Bootloader* bootloader;
+  Bootloader bootloader;
 };
 
-// Reads every board's flash before any is changed, calls `about_to_write` (which may throw: nothing is changed yet),
-// then writes the page with the key's record, board by board, each compared. `says` hears at every step what would have
-// to be told if the process ended now. Throws io::InputError and io::JobError, one line that says which board has which
-// key and, where `mend` helps, that command.
-void pair_boards(const std::vector<PairBoard>& boards, const link::Key& key, const std::string& mend,
-                 const std::function<void()>& about_to_write,
-                 const std::function<void(const std::string&)>& says);
+// Reads every board's flash before any is changed, writes the key into `key_file` (empty: it is kept elsewhere),
+// then the page with the key's record, board by board, each compared. An interruption says at every step which board has which
+// key, as do io::InputError and io::JobError, one line, with the command `mend` where that helps.
+void pair_boards(std::vector<PairBoard>& boards, const link::Key& key, const std::filesystem::path& key_file,
+                 const std::string& mend);
 
 }  // namespace flexor::deploy

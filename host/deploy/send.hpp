@@ -25,8 +25,8 @@ struct Sent {
   double took_s = 0;
 };
 
-// Called with bytes that are there, and all; false: to stop.
-using SendProgress = std::function<bool(int done, int all)>;
+// Called with bytes that are there, and all.
+using SendProgress = std::function<void(int done, int all)>;
 
 // The glove as it is at another sample rate.
 using AtRate = std::function<Glove(double rate_hz)>;

@@ -15,14 +15,6 @@ namespace {
 
 using io::InputError;
 
-void check_key(const FlashContent& content, const Key& key, const std::string& name) {
-  if (!key) return;
-  const Key there = key_in(content, name);
-  if (there && std::ranges::equal(there->bytes, key->bytes)) return;
-  throw InputError("{} has {} key: --key FILE is that of its deployment, or is left out over USB", name,
-                   there ? "another" : "no");
-}
-
 using Copies = std::array<core::Copy, 2>;
 
 std::size_t place_of(std::size_t copy) { return core::kModelBegin + copy * core::kModelCopy; }
@@ -135,7 +127,10 @@ FlashContent pages_with_model(const FlashContent& content, const Glove& glove, c
         "deploy, then flexor flash",
         name);
   }
-  check_key(all, glove.key, name);
+  const Key there = glove.key ? key_in(all, name) : Key();
+  if (glove.key && !(there && std::ranges::equal(there->bytes, glove.key->bytes)))
+    throw InputError("{} has {} key: --key FILE is that of its deployment, or is left out over USB", name,
+                     there ? "another" : "no");
   check_made_for(glove, settings->head.rate_hz, settings->head.calibration_id, name);
   Glove board = glove;  // what leaves it is the board's business
   board.output = settings->head.output;

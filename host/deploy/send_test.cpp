@@ -176,7 +176,6 @@ TEST(Send, AModelArrivesWholeWhateverTheLineLoses) {
       EXPECT_GE(done, last);
       EXPECT_LE(done, all);
       last = done;
-      return true;
     });
     EXPECT_EQ(board.stored(), wanted) << loss;
     EXPECT_EQ(sent.bytes, static_cast<int>(wanted.size()));
@@ -245,12 +244,7 @@ TEST(Send, RefusesByNameWhatTheGloveDoesNotTake) {
 TEST(Send, AGloveThatFallsSilentKeepsItsModel) {
   FakeGlove board(published());
   expect_refused<std::exception>(
-      [&] {
-        (void)send_model(board.line(), published(), [&](int done, int) {
-          board.deaf = done > 40;
-          return true;
-        });
-      },
+      [&] { (void)send_model(board.line(), published(), [&](int done, int) { board.deaf = done > 40; }); },
       "it runs its old model");
   EXPECT_TRUE(board.stored().empty());
 }

@@ -119,12 +119,6 @@ Clock given_clock(double offset_s, const std::vector<Opinion>& opinions, const C
 
 bool has_dates(std::span<const double> t_s) { return !t_s.empty() && t_s.front() >= kFirstEpoch_s; }
 
-// Times of a clock that runs so fast, as the other clock would have counted from the first one on.
-void take_out_drift(double drift_ppm, Recording& recording) {
-  const double first_s = recording.t_s.front();
-  for (double& t : recording.t_s) t = first_s + (t - first_s) / (1 + 1e-6 * drift_ppm);
-}
-
 }  // namespace
 
 Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> given, bool is_common,
@@ -162,7 +156,10 @@ Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> gi
       return clock;
     }
     taken_out_ppm += clock.drift_ppm;
-    for (Recording* reference : references) take_out_drift(clock.drift_ppm, *reference);
+    for (Recording* reference : references) {  // as the other clock would have counted from the first time on
+      const double first_s = reference->t_s.front();
+      for (double& t : reference->t_s) t = first_s + (t - first_s) / (1 + 1e-6 * clock.drift_ppm);
+    }
   }
 }
 

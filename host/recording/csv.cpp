@@ -19,11 +19,6 @@ using io::InputError;
 constexpr double kShortestTrial_s = 2;
 constexpr double kOwnClock_s = 1;  // a clock that begins before it is the log's own
 
-bool holds_numbers(const Column& column) {
-  const auto holes = std::ranges::count_if(column.value, [](double v) { return std::isnan(v); });
-  return 2 * holes < std::ssize(column.value);
-}
-
 std::unique_ptr<std::istream> open(const std::filesystem::path& path) {
   io::require_readable(path);
   return std::make_unique<std::ifstream>(path, std::ios::binary);
@@ -39,6 +34,40 @@ TableOptions of_file(TableOptions options, const std::filesystem::path& path) {
 std::string message(const Problem& p, const std::string& source) {
   return source + (p.row > 0 ? fmt::format(": row {}", p.row) : "") +
          (p.column.empty() ? "" : fmt::format(": column \"{}\"", p.column)) + ": " + p.detail;
+}
+
+void check_times(const Recording& recording) {
+  if (recording.t_s.size() < 2) {
+    const auto& notes = recording.warnings;
+    throw InputError("{}: {} row(s) of data; a recording needs at least two{}", recording.source,
+                     recording.t_s.size(), notes.empty() ? "" : notes.back().substr(recording.source.size()));
+  }
+  if (recording.t_s.front() == recording.t_s.back()) {
+    throw InputError("{}: row 3: time does not increase: it is {:g} s in every row", recording.source,
+                     recording.t_s.front());
+  }
+}
+
+// Each segment, through Stream.
+std::vector<Recording> segments_of(LogReader& reader, Resets resets) {
+  Recording empty;
+  empty.source = reader.name();
+  for (std::size_t i = 0; i < reader.columns().size(); ++i)
+    empty.columns.push_back({reader.columns()[i], {}, reader.units()[i]});
+  std::vector<Recording> out = {empty};
+  Stream stream(reader, resets);
+  Row row;
+  while (stream.next(row)) {
+    if (row.segment >= out.size()) out.push_back(empty);
+    out.back().t_s.push_back(row.t_s);
+    for (std::size_t i = 0; i < row.value.size(); ++i) out.back().columns[i].value.push_back(row.value[i]);
+  }
+  out.front().warnings = stream.notes();
+  for (Recording& one : out) {
+    one.digest = reader.digest();
+    one.time_column = reader.time_column();
+  }
+  return out;
 }
 
 }  // namespace
@@ -124,7 +153,8 @@ void MemoryReader::choose(const std::vector<std::string>& columns) {
   chosen_.clear();
   for (const std::string& name : columns) chosen_.push_back(&recording_->column(name));
   for (const Column& column : recording_->columns) {
-    if (columns.empty() && holds_numbers(column)) chosen_.push_back(&column);
+    const auto holes = std::ranges::count_if(column.value, [](double v) { return std::isnan(v); });
+    if (columns.empty() && 2 * holes < std::ssize(column.value)) chosen_.push_back(&column);
   }
   if (chosen_.empty()) throw InputError("{}: no column of numbers", name());
   names_.clear();
@@ -178,44 +208,6 @@ TimeOptions times_of_pair(const Log& sensor, const Log& reference, TimeOptions t
     time.columns = {kHostClock};
   return time;
 }
-
-namespace {
-
-void check_times(const Recording& recording) {
-  if (recording.t_s.size() < 2) {
-    const auto& notes = recording.warnings;
-    throw InputError("{}: {} row(s) of data; a recording needs at least two{}", recording.source,
-                     recording.t_s.size(), notes.empty() ? "" : notes.back().substr(recording.source.size()));
-  }
-  if (recording.t_s.front() == recording.t_s.back()) {
-    throw InputError("{}: row 3: time does not increase: it is {:g} s in every row", recording.source,
-                     recording.t_s.front());
-  }
-}
-
-// Each segment, through Stream.
-std::vector<Recording> segments_of(LogReader& reader, Resets resets) {
-  Recording empty;
-  empty.source = reader.name();
-  for (std::size_t i = 0; i < reader.columns().size(); ++i)
-    empty.columns.push_back({reader.columns()[i], {}, reader.units()[i]});
-  std::vector<Recording> out = {empty};
-  Stream stream(reader, resets);
-  Row row;
-  while (stream.next(row)) {
-    if (row.segment >= out.size()) out.push_back(empty);
-    out.back().t_s.push_back(row.t_s);
-    for (std::size_t i = 0; i < row.value.size(); ++i) out.back().columns[i].value.push_back(row.value[i]);
-  }
-  out.front().warnings = stream.notes();
-  for (Recording& one : out) {
-    one.digest = reader.digest();
-    one.time_column = reader.time_column();
-  }
-  return out;
-}
-
-}  // namespace
 
 Recording read(LogReader& reader, Resets resets) {
   Recording recording = std::move(segments_of(reader, resets).front());

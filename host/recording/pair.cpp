@@ -6,11 +6,11 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "host/io/io.hpp"
 #include "host/io/numbers.hpp"
+#include "host/io/pipe_json.hpp"
 #include "host/recording/clock.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/stream.hpp"
@@ -61,16 +61,6 @@ void refuse_other_unit(const Series& fitted, const Range& valid, const Recording
       "{}: column \"{}\" reads {:g} to {:g}, outside of what counts can be ({:g} to {:g}): is it in "
       "another unit?",
       sensor.source, column.name, low, high, valid.min, valid.max);
-}
-
-// Holes of the log are what was read before, or else first, and gaps.
-void hold_over_holes(Aligned& a) {
-  const auto first = std::ranges::find_if(a.input, [](double value) { return !std::isnan(value); });
-  double last = first == a.input.end() ? 0 : *first;
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    a.gap[k] |= std::isnan(a.input[k]);
-    last = a.input[k] = std::isnan(a.input[k]) ? last : a.input[k];
-  }
 }
 
 // The reference at the sensor's instants; a gap where its neighbours are far apart or missing.
@@ -156,6 +146,32 @@ std::optional<Alignment> find_alignment(Pair& pair, bool given, std::vector<std:
   }
 }
 
+// Of values within `moving`, both ends left out.
+std::optional<Still> longest_still(const Series& signal, const Series& other, double offset_s,
+                                   const Range& moving) {
+  constexpr double kLeast_s = 3;
+  constexpr double kSettles_s = 1;  // a sensor's lag behind a step to an end is no motion of its own
+  constexpr double kMovesOn = 0.25;
+  const auto [other_least, other_most] = without_spikes(other.value);
+  const auto at = [&](double t_s) {
+    return std::ranges::lower_bound(other.t_s, t_s + offset_s) - other.t_s.begin();
+  };
+  const auto [least, most] = std::ranges::minmax(signal.value);
+  Still longest;
+  for (std::size_t from = 0, to = 0; from < signal.value.size(); from = to) {
+    for (to = from; to < signal.value.size() && signal.value[to] == signal.value[from];) ++to;
+    const Still one{signal.t_s[from], signal.t_s[to - 1]};
+    if (one.end_s - one.begin_s < std::max(kLeast_s, longest.end_s - longest.begin_s) ||
+        signal.value[from] <= moving.min || signal.value[from] >= moving.max)
+      continue;
+    const bool stepped = from > 0 && (signal.value[from] == least || signal.value[from] == most);
+    const auto [low, high] = std::minmax_element(other.value.begin() + at(one.begin_s + stepped * kSettles_s),
+                                                 other.value.begin() + at(one.end_s));
+    if (low != high && *high - *low >= kMovesOn * (other_most - other_least)) longest = one;
+  }
+  return longest.end_s > longest.begin_s ? std::optional(longest) : std::nullopt;
+}
+
 }  // namespace
 
 double adc_top(double greatest) {
@@ -199,36 +215,6 @@ void leave_out_spikes(Recording& r, const std::string& name) {
                   r.t_s[static_cast<std::size_t>(first - seen.begin())]));
   keep_rows(r, [&](std::size_t k) { return !spike(seen[k]); });
 }
-
-namespace {
-
-// Of values within `moving`, both ends left out.
-std::optional<Still> longest_still(const Series& signal, const Series& other, double offset_s,
-                                   const Range& moving) {
-  constexpr double kLeast_s = 3;
-  constexpr double kSettles_s = 1;  // a sensor's lag behind a step to an end is no motion of its own
-  constexpr double kMovesOn = 0.25;
-  const auto [other_least, other_most] = without_spikes(other.value);
-  const auto at = [&](double t_s) {
-    return std::ranges::lower_bound(other.t_s, t_s + offset_s) - other.t_s.begin();
-  };
-  const auto [least, most] = std::ranges::minmax(signal.value);
-  Still longest;
-  for (std::size_t from = 0, to = 0; from < signal.value.size(); from = to) {
-    for (to = from; to < signal.value.size() && signal.value[to] == signal.value[from];) ++to;
-    const Still one{signal.t_s[from], signal.t_s[to - 1]};
-    if (one.end_s - one.begin_s < std::max(kLeast_s, longest.end_s - longest.begin_s) ||
-        signal.value[from] <= moving.min || signal.value[from] >= moving.max)
-      continue;
-    const bool stepped = from > 0 && (signal.value[from] == least || signal.value[from] == most);
-    const auto [low, high] = std::minmax_element(other.value.begin() + at(one.begin_s + stepped * kSettles_s),
-                                                 other.value.begin() + at(one.end_s));
-    if (low != high && *high - *low >= kMovesOn * (other_most - other_least)) longest = one;
-  }
-  return longest.end_s > longest.begin_s ? std::optional(longest) : std::nullopt;
-}
-
-}  // namespace
 
 std::optional<Still> frozen(const Series& reading, const Series& angle, double offset_s) {
   const auto [least, most] = std::ranges::minmax(reading.value);
@@ -401,8 +387,14 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   a.input = std::move(samples.value);
   sample_reference(reference, shift_s, default_max_gap_s(until(reference, end_s + shift_s).t_s), a);
   a.gap = a.unseen;
-  for (std::size_t k = 0; k < size; ++k) a.gap[k] |= samples.pause[k];
-  hold_over_holes(a);
+  // Holes of the log are what was read before, or else first, and gaps.
+  const auto first_read = std::ranges::find_if(a.input, [](double value) { return !std::isnan(value); });
+  double last_read = first_read == a.input.end() ? 0 : *first_read;
+  for (std::size_t k = 0; k < size; ++k) {
+    a.gap[k] |= samples.pause[k];
+    a.gap[k] |= std::isnan(a.input[k]);
+    last_read = a.input[k] = std::isnan(a.input[k]) ? last_read : a.input[k];
+  }
 }
 
 Recording to_recording(const Aligned& a, const Pair& pair) {
@@ -419,24 +411,18 @@ Recording to_recording(const Aligned& a, const Pair& pair) {
 }
 
 nlohmann::ordered_json to_json(const Aligned& aligned) {
-  using Json = nlohmann::ordered_json;
-  const auto optional = [](const std::optional<double>& value) {
-    return value ? Json(*value) : Json(nullptr);
-  };
   const Alignment a = aligned.alignment.value_or(Alignment());
-  Json quarters = Json::array();
-  for (const auto& q : a.quarter_offset_s) quarters.push_back(optional(q));
   return {{"clock_offset_s", aligned.clock_offset_s},
-          {"clock_offset_se_s", optional(a.clock_offset_se_s)},
-          {"sensor_lag_s", optional(a.sensor_lag_s)},
+          {"clock_offset_se_s", a.clock_offset_se_s},
+          {"sensor_lag_s", a.sensor_lag_s},
           {"alignment_confidence", aligned.alignment ? Json(a.confidence) : Json(nullptr)},
           {"angle_explained", aligned.alignment ? Json(a.eta_squared) : Json(nullptr)},
           {"overlap_s", aligned.t_s.back() - aligned.t_s[aligned.overlap_begin]},
-          {"rival_offset_s", optional(a.rival_offset_s)},
+          {"rival_offset_s", a.rival_offset_s},
           {"tapped", a.tapped},
-          {"quarter_offset_s", quarters},
-          {"drift_ppm", optional(a.drift_ppm)},
-          {"drift_se_ppm", optional(a.drift_se_ppm)},
+          {"quarter_offset_s", a.quarter_offset_s},
+          {"drift_ppm", a.drift_ppm},
+          {"drift_se_ppm", a.drift_se_ppm},
           {"version", FLEXOR_VERSION},
           {"warnings", aligned.warnings}};
 }

@@ -33,12 +33,6 @@ constexpr double kFirstDay = 20'000;  // of a spreadsheet's calendar: of 1954 to
 constexpr double kLastDay = 70'000;
 constexpr double kWrapShare = 0.98;  // of its range: a counter that goes back by so much has wrapped
 
-// A missing reading is as good as another.
-bool is_same(const std::vector<double>& a, const std::vector<double>& b) {
-  return std::ranges::equal(a, b,
-                            [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); });
-}
-
 std::string row_name(std::size_t line) { return line > 0 ? fmt::format("row {}", line) : "a row"; }
 
 }  // namespace
@@ -122,7 +116,9 @@ void Stream::note_step(double t_s) {
 
 void Stream::accept(Row row) {
   const double step = row.t_s - last_s_;
-  if (started_ && step == 0 && is_same(row.value, last_value_)) return doubled_.add(row);
+  // A missing reading is as good as another.
+  const auto is_same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+  if (started_ && step == 0 && std::ranges::equal(row.value, last_value_, is_same)) return doubled_.add(row);
   if (started_ && step == 0) repeated_.add(row);
   if (started_ && rows_ > kOddRows && step > kPause_s && step > kPauseSteps * last_step_s_) {
     pauses_.add(row);

@@ -36,10 +36,6 @@ constexpr double kHour_s = 3600;
 
 std::string excerpt(std::string_view text) { return io::start_of(text, kLongestExcerpt); }
 
-const char* spelt(char separator) {
-  return separator == ';' ? "semicolons" : separator == '\t' ? "tabs" : "blanks";
-}
-
 // What a file that is no text is, by how it begins, with the mend; nothing of text.
 const char* binary_kind(std::string_view line) {
   static constexpr std::array<std::pair<std::string_view, const char*>, 14> kKinds = {
@@ -1072,7 +1068,9 @@ std::vector<std::string> HoleCounter::notes(const std::vector<std::string>& colu
 std::vector<std::string> TableReader::notes() const {
   std::vector<std::string> out = notes_;
   if (separator_ != ',' && layout_ == Layout::table)
-    out.push_back(fmt::format("{} separate the columns", spelt(separator_)));
+    out.push_back(fmt::format("{} separate the columns", separator_ == ';'    ? "semicolons"
+                                                         : separator_ == '\t' ? "tabs"
+                                                                              : "blanks"));
   if (!has_header_ && time_place_) out.push_back(fmt::format("{} is the time", header_[*time_place_]));
   if (!has_time()) out.push_back(fmt::format("{} rows are a second", options_.time.log_rate_hz));
   if (!title_unit_.empty())

@@ -15,15 +15,12 @@ namespace {
 constexpr const char* kStyles[] = {"line", "points", "steps", "intervals"};
 constexpr const char* kEndings[] = {"svg", "pdf"};
 
-// Five digits are more than a picture shows.
+// Five digits are more than a picture shows. What is not finite becomes null, here and elsewhere.
 Json rounded(const std::vector<double>& values, int digits) {
   Json out = Json::array();
-  for (const double v : values)
-    out.push_back(std::isfinite(v) ? Json(std::stod(fmt::format("{:.{}g}", v, digits))) : Json(nullptr));
+  for (const double v : values) out.push_back(std::stod(fmt::format("{:.{}g}", v, digits)));
   return out;
 }
-
-Json bound(double value) { return std::isnan(value) ? Json(nullptr) : Json(value); }
 
 class Script {
  public:
@@ -149,8 +146,8 @@ std::string to_json(const Chart& chart) {
                       {"dashed", s.dashed}});
     }
     panels.push_back({{"label", io::to_utf8(panel.label)},
-                      {"least", bound(panel.least)},
-                      {"most", bound(panel.most)},
+                      {"least", panel.least},
+                      {"most", panel.most},
                       {"log", panel.is_logarithmic},
                       {"series", std::move(list)}});
   }

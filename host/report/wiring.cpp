@@ -38,21 +38,7 @@ class WiringDrawing : public Drawing {
   }
 };
 
-struct Connection {
-  std::string kind;
-  std::string name;
-  std::string how;
-};
-using ByPin = std::map<std::string, Connection>;
-
-ByPin by_pin(const Json& board) {
-  ByPin out;
-  for (const Json& c : board.at("connections")) {
-    out[c.at("pin").get<std::string>()] = {c.at("kind").get<std::string>(), c.at("name").get<std::string>(),
-                                           c.at("how").get<std::string>()};
-  }
-  return out;
-}
+using ByPin = std::map<std::string, Json>;  // connections
 
 // 5 V - resistor - strip - ground; the pin reads what is in between. y: of the pin.
 void draw_strip(WiringDrawing& d, int y, const std::string& finger, double divider_kohm) {
@@ -82,20 +68,21 @@ void draw_potentiometer(WiringDrawing& d, int y, const std::string& name, bool h
   d.ground(36, y);
 }
 
-void draw_digital(WiringDrawing& d, int y, const Connection& c) {
-  if (c.kind == "button") {
+void draw_digital(WiringDrawing& d, int y, const Json& c) {
+  const auto name = c.at("name").get<std::string>();
+  if (c.at("kind") == "button") {
     d.wire(kBoardRight, y, 590, y, kSignal);
     d.ring(594, y);
     d.wire(597, y - 4, 632, y - 16);
     d.ring(636, y);
     d.wire(640, y, 668, y);
     d.ground(668, y);
-    d.text(694, y + 5, c.name + " button", "start");
+    d.text(694, y + 5, name + " button", "start");
     return;
   }
   d.wire(kBoardRight, y, 590, y, kSignal);
-  d.part(590, y - 13, 140, 26, c.name);
-  d.text(740, y + 5, c.kind == "motor" ? "motor driver" : "radio at 5 V", "start");
+  d.part(590, y - 13, 140, 26, name);
+  d.text(740, y + 5, c.at("kind") == "motor" ? "motor driver" : "radio at 5 V", "start");
 }
 
 // A0 to A5, or as far as something is wired.
@@ -116,13 +103,12 @@ void draw_analog_side(WiringDrawing& d, const ByPin& pins, double divider_kohm) 
     const auto it = pins.find(pin);
     d.text(kBoardLeft + 8, y + 5, pin, "start", it == pins.end() ? kFaint : kInk);
     if (it == pins.end()) continue;
-    const Connection& c = it->second;
-    if (c.kind == "strip") {
-      draw_strip(d, y, c.name, divider_kohm);
-      continue;
-    }
-    const bool is_hand = c.kind == "potentiometer";
-    draw_potentiometer(d, y, is_hand ? c.name + " potentiometer" : c.name, is_hand);
+    const auto name = it->second.at("name").get<std::string>();
+    const bool is_hand = it->second.at("kind") == "potentiometer";
+    if (it->second.at("kind") == "strip")
+      draw_strip(d, y, name, divider_kohm);
+    else
+      draw_potentiometer(d, y, is_hand ? name + " potentiometer" : name, is_hand);
   }
 }
 
@@ -177,13 +163,14 @@ std::string wiring_svg(const Json& board, double divider_kohm) {
   WiringDrawing d;
   const auto name = board.at("name").get<std::string>();
   const std::string title = fmt::format("Wiring of the {}: {}", name, board.at("board").get<std::string>());
-  const ByPin pins = by_pin(board);
+  ByPin pins;
+  for (const Json& c : board.at("connections")) pins[c.at("pin").get<std::string>()] = c;
   const int height = std::max(14 * kDigitalRow, analog_rows(pins) * kAnalogRow) + 40;
   d.text(kWidth / 2, 28, title, "middle", kInk, 18);
   d.part(kBoardLeft, kTop, kBoardRight - kBoardLeft, height, name);
   const bool usb = pins.contains("USB");
   d.part((kBoardLeft + kBoardRight) / 2 - 30, kTop - 26, 60, 26, "USB", usb ? kSignal : kInk);
-  const bool shares_d0 = pins.contains("D0") && pins.at("D0").how.starts_with("off");
+  const bool shares_d0 = pins.contains("D0") && pins.at("D0").at("how").get<std::string>().starts_with("off");
   d.text((kBoardLeft + kBoardRight) / 2 + 42, kTop - 8,
          usb         ? "to the PC"
          : shares_d0 ? "for flashing; then D0 off"

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "host/io/pipe_json.hpp"
 #include "host/model/model.hpp"
 #include "host/twin/motion.hpp"
 #include "host/twin/parameters.hpp"
@@ -49,6 +50,7 @@ struct Scenario {
   bool tracked = false;               // and the glove follows its strips
   std::string recalibrated = {};      // and is recalibrated by what it read: "poses" or "motion"; empty: not
 };
+FLEXOR_PIPE(Scenario, name, set, worn_s, drift_turns_s, tracked, recalibrated)
 
 // models/scenarios.json.
 std::vector<Scenario> scenarios();

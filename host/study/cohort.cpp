@@ -165,35 +165,23 @@ std::string reason_of(const std::exception& error, const fs::path& folder) {
   return out;
 }
 
-// What a job leaves: of each joint its cells, or why there are none.
-struct Part {
-  std::vector<std::pair<std::string, Cells>> joints;
-  std::string reason;
-};
-
 fs::path part_file(const fs::path& folder, std::size_t job) {
   return folder / "rows" / fmt::format("{}.json", job + 1);
 }
 
-std::optional<Part> read_part(const fs::path& folder, std::size_t job) {
+// What a job leaves: of each of "joints" its cells, or the "reason" why there are none; null: nothing yet.
+Json read_part(const fs::path& folder, std::size_t job) {
   const fs::path file = part_file(folder, job);
   std::error_code error;
-  if (!fs::exists(file, error)) return std::nullopt;
-  const Json json = io::parse_json(io::read_document(file), file.string());
+  if (!fs::exists(file, error)) return {};
+  Json part = io::parse_json(io::read_document(file), file.string());
   try {
-    Part out{{}, json.at("reason").get<std::string>()};
-    for (const auto& [joint, cells] : json.at("joints").items())
-      out.joints.emplace_back(joint, cells.get<Cells>());
-    return out;
+    (void)part.at("reason").get<std::string>();
+    (void)part.at("joints").get<std::map<std::string, Cells>>();
+    return part;
   } catch (const Json::exception&) {
     throw InputError(file.string() + ": is damaged: remove it, and give the same command again");
   }
-}
-
-void write_part(const fs::path& folder, std::size_t job, const Part& part) {
-  Json joints = Json::object();
-  for (const auto& [joint, cells] : part.joints) joints[joint] = cells;
-  io::write_file(part_file(folder, job), io::dump({{"reason", part.reason}, {"joints", std::move(joints)}}));
 }
 
 Json settings_of(const identify::Request& o) {
@@ -248,7 +236,7 @@ class Run {
                  {"covariates", request.manifest.covariates},
                  {"takes", std::move(takes)},
                  {"persons", persons_.size()}};
-    if (request.shard.of > 1) settings_["shard"] = {{"index", request.shard.index}, {"of", request.shard.of}};
+    if (request.shard.of > 1) settings_["shard"] = request.shard;
   }
 
   const Json& settings() const { return settings_; }
@@ -257,17 +245,17 @@ class Run {
 
   // Writes what it finds.
   void do_job(std::size_t job, int threads) const {
-    Part part;
+    Json part = {{"reason", ""}, {"joints", Json::object()}};
     try {
-      job < takes_.size() ? identify(takes_[job], threads, part)
-                          : leave_out(persons_[job - takes_.size()], threads, part);
+      job < takes_.size() ? identify(takes_[job], threads, part["joints"])
+                          : leave_out(persons_[job - takes_.size()], threads, part["joints"]);
     } catch (const InputError& error) {
-      part.reason = reason_of(error, request_.manifest.folder);
+      part["reason"] = reason_of(error, request_.manifest.folder);
     } catch (const io::JobError& error) {
-      part.reason = reason_of(error, request_.manifest.folder);
+      part["reason"] = reason_of(error, request_.manifest.folder);
     }
     if (is_stopped()) throw io::Cancelled("");  // it may be the best so far only
-    write_part(request_.folder, job, part);
+    io::write_file(part_file(request_.folder, job), io::dump(part));
   }
 
  private:
@@ -285,19 +273,20 @@ class Run {
     return [this](std::size_t, std::size_t, const std::string&) { return !is_stopped(); };
   }
 
-  void identify(const Take& take, int threads, Part& part) const {
+  void identify(const Take& take, int threads, Json& joints) const {
     if (!take.fault.empty()) throw InputError(take.fault);
     const identify::Result found = identify::identify_files(request_of(take, threads), step());
     if (is_stopped()) return;
     for (const identify::JointResult& joint : found.joints) {
-      auto& [name, cells] = part.joints.emplace_back(joint.name, Cells{joint.structure});
+      Cells cells = {joint.structure};
       add_scores(cells, joint.all(), joint.verdict);
+      joints[joint.name] = cells;
     }
     // The model first: a row says that it is there.
     model::save(found.model, request_.folder / model_file(take.subject, take.session));
   }
 
-  void leave_out(const std::vector<std::size_t>& person, int threads, Part& part) const {
+  void leave_out(const std::vector<std::size_t>& person, int threads, Json& joints) const {
     const Take& first = takes_[person.front()];
     identify::Request all = request_of(first, threads);
     all.pairs.clear();
@@ -317,8 +306,11 @@ class Run {
                                        first.subject, first.map, fmt::join(others, ", ")));
     }
     try {
-      for (const identify::LeftOut& one : identify::leave_person_out(all, own, step()))
-        add_scores(part.joints.emplace_back(one.row.name, Cells()).second, one.row, one.verdict);
+      for (const identify::LeftOut& one : identify::leave_person_out(all, own, step())) {
+        Cells cells;
+        add_scores(cells, one.row, one.verdict);
+        joints[one.row.name] = cells;
+      }
     } catch (const io::JobError& error) {
       throw io::JobError("without {}: {}", first.subject, error.what());
     }
@@ -351,19 +343,18 @@ void write_table(const fs::path& folder, const Json& settings) {
   const Json& takes = settings.at("takes");
   for (std::size_t t = 0; t < takes.size(); ++t) {
     const Json& take = takes[t];
-    Part part = read_part(folder, t).value();
-    Part person;
+    Json part = read_part(folder, t);
+    Json person = {{"reason", ""}, {"joints", Json::object()}};
     if (!take.at("person").is_null())
-      person = read_part(folder, takes.size() + take.at("person").get<std::size_t>()).value();
-    if (part.joints.empty()) part.joints.emplace_back();
-    for (const auto& [joint, cells] : part.joints) {
+      person = read_part(folder, takes.size() + take.at("person").get<std::size_t>());
+    if (part.at("joints").empty()) part["joints"][""] = Cells();
+    for (const auto& [joint, cells] : part.at("joints").items()) {
       Cells row = {take.at("subject"), take.at("session")};
       add(row, take.at("covariates"), covariates.size());
       row.push_back(joint);
       add(row, cells, scores);
-      const auto of = std::ranges::find(person.joints, joint, [](const auto& one) { return one.first; });
-      if (has_left_out) add(row, of == person.joints.end() ? Cells() : of->second, left_out);
-      row.push_back(part.reason.empty() ? person.reason : part.reason);
+      if (has_left_out) add(row, person.at("joints").value(joint, Cells()), left_out);
+      row.push_back((part.at("reason") == "" ? person : part).at("reason"));
       out.write(line_of(row));
     }
   }
@@ -396,7 +387,7 @@ std::string digest_of(const fs::path& folder, const Json& settings, const Shard&
   for (std::size_t k = 0; k < shard.count(jobs_of(settings)); ++k) {
     const std::size_t job = shard.item(k);
     out = io::digest(out + io::read_file(part_file(folder, job)));
-    if (job < takes.size() && !read_part(folder, job)->joints.empty())
+    if (job < takes.size() && !read_part(folder, job).at("joints").empty())
       out = io::digest(
           out + io::read_file(folder / model_file(takes[job].at("subject"), takes[job].at("session"))));
   }
@@ -490,9 +481,9 @@ CohortResult run_cohort(const CohortRequest& request,
   std::vector<std::size_t> todo;
   bool is_whole = true;
   for (std::size_t k = 0; k < mine; ++k) {
-    const std::optional<Part> part = read_part(request.folder, shard.item(k));
-    if (!part || part->joints.empty()) todo.push_back(shard.item(k));
-    is_whole = is_whole && part.has_value();
+    const Json part = read_part(request.folder, shard.item(k));
+    if (part.is_null() || part.at("joints").empty()) todo.push_back(shard.item(k));
+    is_whole = is_whole && !part.is_null();
   }
   if (is_sealed(request.folder)) {
     require_sealed(request.folder, is_whole ? digest_of(request.folder, run.settings(), shard) : "");
@@ -522,9 +513,10 @@ CohortResult run_cohort(const CohortRequest& request,
     seal(request.folder, run.settings(), digest_of(request.folder, run.settings(), shard));
   CohortResult out;
   for (std::size_t k = 0; k < mine && shard.item(k) < request.manifest.takes.size(); ++k, ++out.takes) {
-    const Part part = read_part(request.folder, shard.item(k)).value();
-    if (part.joints.empty())
-      out.failed.push_back(fmt::format("{}: {}", name_of(run.settings(), shard.item(k)), part.reason));
+    const Json part = read_part(request.folder, shard.item(k));
+    if (part.at("joints").empty())
+      out.failed.push_back(fmt::format("{}: {}", name_of(run.settings(), shard.item(k)),
+                                       part.at("reason").get<std::string>()));
   }
   return out;
 }
@@ -553,13 +545,13 @@ void merge_cohort(const std::vector<fs::path>& parts, const fs::path& out) {
   start_folder(out, settings);
   for (std::size_t job = 0; job < jobs_of(settings); ++job) {
     const fs::path from = folder_of(job);
-    const Part part = read_part(from, job).value();
-    if (job < settings.at("takes").size() && !part.joints.empty()) {
+    const Json part = read_part(from, job);
+    if (job < settings.at("takes").size() && !part.at("joints").empty()) {
       const Json& take = settings.at("takes")[job];
       const std::string model = model_file(take.at("subject"), take.at("session"));
       io::write_file(out / model, io::read_file(from / model));
     }
-    write_part(out, job, part);
+    io::write_file(part_file(out, job), io::dump(part));
   }
   write_table(out, settings);
 }

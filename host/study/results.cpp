@@ -13,10 +13,7 @@
 namespace flexor::study {
 namespace {
 
-Json statistic_json(const Statistic& s) {
-  const std::optional<double> half = s.ci95();
-  return {{"mean", s.mean()}, {"ci95", half ? Json(*half) : Json(nullptr)}};
-}
+Json statistic_json(const Statistic& s) { return {{"mean", s.mean()}, {"ci95", s.ci95()}}; }
 
 template <class Value>
 Json by_finger(const Value& value) {
@@ -39,7 +36,7 @@ Json cell_json(const Cell& c, const std::vector<std::string>& compensators) {
           {"lag_removed_deg_s", if_any(c.lag_removed_deg_s)},
           {"lag_s", if_any(c.lag_s)},
           {"trials_with_a_lag", c.lag_s.count()},
-          {"published_deg_s", c.published_deg_s ? Json(*c.published_deg_s) : Json(nullptr)},
+          {"published_deg_s", c.published_deg_s},
           {"finger_error_deg_s", by_finger([&](std::size_t i) { return c.finger_deg_s[i].mean(); })},
           {"swing_deg", by_finger([&](std::size_t i) { return c.swing_deg[i].mean(); })},
           {"difference_deg_s", std::move(differences)},
@@ -84,7 +81,7 @@ std::optional<Distance> distance(const Result& result, int from, int to) {
   }
   if (ours.count() == 0) return std::nullopt;
   out.log_rms = ours.value();
-  out.null_log_rms = constants.value();
+  out.null_model_log_rms = constants.value();
   out.gestures.assign(gestures.begin(), gestures.end());
   out.is_all = static_cast<int>(out.gestures.size()) == to - from + 1;
   return out;
@@ -229,21 +226,14 @@ Json to_json(const Result& r, const Plan& plan) {
   const auto whole = [](const std::optional<Distance>& d) {
     return d && d->is_all ? Json(d->log_rms) : Json(nullptr);
   };
-  const auto part = [](const std::optional<Distance>& d) {
-    return d ? Json{{"gestures", d->gestures},
-                    {"compensators", d->compensators},
-                    {"log_rms", d->log_rms},
-                    {"null_model_log_rms", d->null_log_rms}}
-             : Json(nullptr);
-  };
   const Distances distance = distances(r);
   Json out = cells_json(r);
   out.update({{"log_rms",
                {{"gestures_1_to_4", whole(distance.fitted)},
                 {"gestures_5_and_6", whole(distance.not_fitted)},
                 {"all", whole(distance.all)},
-                {"fitted", part(distance.fitted)},
-                {"not_fitted", part(distance.not_fitted)}}},
+                {"fitted", distance.fitted},
+                {"not_fitted", distance.not_fitted}}},
               {"null_model", to_json(null_model())},
               {"shapes", to_json(shape_checks(r, plan))},
               {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
@@ -255,9 +245,7 @@ Json to_json(const Result& r, const Plan& plan) {
 }
 
 Json to_json(const ScenarioResult& s) {
-  Json out = {{"name", s.scenario.name},       {"set", s.scenario.set},
-              {"worn_s", s.scenario.worn_s},   {"drift_turns_s", s.scenario.drift_turns_s},
-              {"tracked", s.scenario.tracked}, {"recalibrated", s.scenario.recalibrated}};
+  Json out = s.scenario;
   out.update(cells_json(s.result));
   return out;
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "host/io/pipe_json.hpp"
 #include "host/study/trials.hpp"
 
 namespace flexor::study {
@@ -17,10 +18,12 @@ namespace flexor::study {
 struct Distance {
   std::vector<int> gestures;
   std::vector<std::string> compensators;
-  double log_rms = 0;       // root mean square of ln(ours / published)
-  double null_log_rms = 0;  // the same of null_model(), over the same cells
-  bool is_all = false;      // none of the gestures is missing
+  double log_rms = 0;             // root mean square of ln(ours / published)
+  double null_model_log_rms = 0;  // the same of null_model(), over the same cells
+  bool is_all = false;            // none of the gestures is missing
 };
+
+FLEXOR_PIPE(Distance, gestures, compensators, log_rms, null_model_log_rms)
 
 struct Distances {
   std::optional<Distance> fitted;  // gestures 1 to 4

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "host/io/io.hpp"
+#include "host/io/pipe_json.hpp"
 
 namespace flexor::study {
 
@@ -17,6 +18,7 @@ struct Shard {
   std::size_t count(std::size_t items) const { return (items + of - index) / of; }  // how many of them it has
   bool operator==(const Shard&) const = default;
 };
+FLEXOR_PIPE(Shard, index, of)
 
 // "2/8". Throws io::InputError.
 inline Shard parse_shard(std::string_view text) {

@@ -38,19 +38,18 @@ ShardFolders find_shards(const std::vector<fs::path>& folders, const std::string
     const std::string file = (folder / "run.json").string();
     Json settings = io::parse_json(io::read_document(file), file);
     if (!is_one(settings)) throw InputError("{}: is no {}", file, kind);
-    const Json shard = settings.value("shard", Json{{"index", 1}, {"of", 1}});
-    settings["shard"] = shard.at("of");
+    const auto [index, of] = settings.value("shard", Shard{});
+    settings["shard"] = of;
     settings.erase("rows_digest");
     if (out.folders.empty()) {
       out.settings = settings;
-      out.folders.resize(shard.at("of").get<std::size_t>());
+      out.folders.resize(of);
     }
     for (const Json* one : {&out.settings, &settings})
       for (const auto& [key, value] : one->items())
         if (settings.value(key, Json()) != out.settings.value(key, Json()))
           throw InputError("{}: belongs to another run than {}: \"{}\" differs in their run.json",
                            folder.string(), folders.front().string(), key);
-    const auto index = shard.at("index").get<std::size_t>();
     if (index < 1 || index > out.folders.size())
       throw InputError("{}: says shard {} of {}: give that shard's command into a new folder", file, index,
                        out.folders.size());

@@ -371,7 +371,7 @@ Json settings_of(const Plan& plan) {
                     {"recalibrated", plan.scenario.recalibrated}};
   }
   if (plan.shard.of > 1) {
-    json["shard"] = {{"index", plan.shard.index}, {"of", plan.shard.of}};
+    json["shard"] = plan.shard;
     json["plan"] = {{"scenarios", plan.scenarios}, {"motions", plan.motions}, {"models", Json::array()}};
     for (const Compensator& c : plan.compensators) json["plan"]["models"].push_back(c.model);
   }

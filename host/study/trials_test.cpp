@@ -250,10 +250,10 @@ TEST(Trials, TheTwinIsNearerToThePublishedTableThanOneConstantForEachCompensator
   Plan p = plan("1-4", 48);
   p.compensators = compensators({"raw", "published-w", "published-hw"}, 10);
   const Distance near = *distances(run(p, {})).fitted;
-  EXPECT_LT(near.log_rms, 0.95 * near.null_log_rms);
-  EXPECT_GT(near.log_rms, 0.75 * near.null_log_rms) << "nearer than anything that was fitted";
+  EXPECT_LT(near.log_rms, 0.95 * near.null_model_log_rms);
+  EXPECT_GT(near.log_rms, 0.75 * near.null_model_log_rms) << "nearer than anything that was fitted";
   for (const char* no : {"cloth.neighbour_share=0", "cloth.thumb_share=0"}) twin::assign(p.parameters, no);
-  EXPECT_GT(distances(run(p, {})).fitted->log_rms, near.null_log_rms);
+  EXPECT_GT(distances(run(p, {})).fitted->log_rms, near.null_model_log_rms);
 }
 
 TEST(Trials, ReadsWideCsvAsMotionAndNamesWhatIsMissing) {

@@ -165,8 +165,14 @@ void add_takes(Options& o) {
     r.map = {map};
   } else {
     r.map = o.map.empty() ? map_by_name(r) : identify::parse_map(o.map);
-    if (o.neighbours)
-      r.map = identify::with_neighbours(r.map, identify::columns_of(r.pairs.front(), false, r.time));
+    if (o.neighbours) {
+      auto map = identify::with_neighbours(r.map, identify::columns_of(r.pairs.front(), false, r.time));
+      if (map == r.map)
+        log_note(
+            "--neighbours: no sensor is known by its name or its joint to be of a finger beside; --map "
+            "index=A1+A2:index_deg says it");
+      r.map = std::move(map);
+    }
   }
 }
 

@@ -310,6 +310,7 @@ Json Calibration::identify_request(double lead_s, const Json& pose_angles) const
   }
   out["pair"] = Json::array({Json::array({file("log.csv").string(), file("camera.csv").string()})});
   out["fit-all"] = true;
+  out["neighbours"] = true;
   out["report"] = file("report").string();
   if (!map().empty()) out["map"] = map();
   if (is_markerless()) out["reference-error"] = reference_error();

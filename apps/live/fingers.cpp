@@ -73,8 +73,12 @@ void Fingers::wear(const model::Model& model, bool tracked) {
   for (const model::Input& input : model.inputs) inputs.push_back(column_of(input));
   estimator_.emplace(model);
   watch_.reset();
-  if (!tracked) watch_.emplace(model);
-  if (can_be_tracked(model)) (tracked ? *estimator_ : *watch_).track({});
+  if (tracked && can_be_tracked(model)) {
+    estimator_->track({});
+  } else {
+    watch_.emplace(model);
+    watch_->track({}, true);
+  }
   model_ = model;
   inputs_ = inputs;
   reading_.assign(inputs.size(), kNone);

@@ -130,20 +130,6 @@ TEST(Additive, OfSeveralSensorsTheSmallestWithinAStandardErrorComesFirst) {
   EXPECT_EQ(two[0].value.rows(), 12) << "of one sensor a larger one is taken for 3 % less";
 }
 
-TEST(Additive, OnlyWhatIsAskedForIsFinished) {
-  int asked = 0;
-  const auto drift = [&](const Additive&) { return 0.1; };
-  const auto second = [&](const Additive& fit) {
-    EXPECT_TRUE(fit.hold_drift_deg);
-    EXPECT_GT(fit.condition, 1);
-    return ++asked == 2;
-  };
-  const auto all = fit_additive({drawn(4, 0)}, kGrid_s, "index", candidates("auto", 1), drift, 1, second, {});
-  ASSERT_GT(all.size(), 7U) << "coarse candidates, then finer ones";
-  EXPECT_TRUE(all[1].hold_drift_deg);
-  EXPECT_FALSE(all[2].hold_drift_deg);
-}
-
 TEST(Additive, MotionThatDriftsIsShrunkUntilItDoesNot) {
   double told = 5;
   const auto drift = [&](const Additive&) { return std::exchange(told, 0.5); };

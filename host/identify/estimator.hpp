@@ -38,8 +38,10 @@ class Estimator {
         resampler_(ranges(model), model.sample_period_s, max_gap_s(model)),
         out_{0, std::vector<double>(model.joints.size()), std::vector<int>(model.joints.size()), {}} {}
 
-  // From now on each strip is followed while it is worn (runtime/sensor/tracker.hpp).
-  void track(const model::TrackingPrior& prior) { trackers_.emplace(board_.model, prior); }
+  // From now on each strip is followed while it is worn (runtime/sensor/tracker.hpp); watched: see model::tracked_ranges.
+  void track(const model::TrackingPrior& prior, bool watched = false) {
+    trackers_.emplace(board_.model, prior, watched);
+  }
   const std::optional<model::Trackers<Arithmetic>>& trackers() const { return trackers_; }
 
   // One reading of each input, t_s never decreasing. Calls sink(const Estimate&) for each grid point that

@@ -146,6 +146,18 @@ class Hand : public testing::Test {
     });
   }
 
+  // The second column's likewise, a share of which the first one feels.
+  static void change_second(const std::filesystem::path& file, double share,
+                            const std::function<double(std::size_t, double)>& how) {
+    change(file, [&](recording::Recording& log) {
+      for (std::size_t k = 0; k < log.t_s.size(); ++k) {
+        double& second = log.columns[1].value[k];
+        log.columns[0].value[k] = std::round(log.columns[0].value[k] + share * second);
+        second = how(k, second);
+      }
+    });
+  }
+
   static std::string refusal(const Request& r) {
     return io::refusal_of([&] { identify_files(r, {}); });
   }

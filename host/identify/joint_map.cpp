@@ -149,10 +149,6 @@ std::vector<JointMap> with_neighbours(const std::vector<JointMap>& map,
       if (is_new && is_beside && place < 5 && finger_place(joint.joint) < 5) joint.sensors.push_back(sensor);
     }
   }
-  if (out == map)
-    throw InputError(
-        "--neighbours: no sensor is known by its name or its joint to be of a finger beside; write "
-        "--map index=SensorA1+SensorA2:index_deg");
   return out;
 }
 

@@ -23,8 +23,7 @@ struct JointMap {
 // "thumb=SensorA0:thumb_deg,index=SensorA1+SensorA0:index_deg". Throws io::InputError, pointing at what is wrong.
 std::vector<JointMap> parse_map(const std::string& text);
 
-// To each joint's sensors those of the fingers beside it: the own ones of other joints, and columns with a finger's name. Throws
-// io::InputError where there is none.
+// To each joint's sensors those of the fingers beside it: the own ones of other joints, and columns with a finger's name.
 std::vector<JointMap> with_neighbours(const std::vector<JointMap>& map,
                                       const std::vector<std::string>& columns);
 

@@ -69,7 +69,7 @@ double in_units(Number reading) {
 
 }  // namespace
 
-std::vector<std::optional<TrackedRange>> tracked_ranges(const Model& model) {
+std::vector<std::optional<TrackedRange>> tracked_ranges(const Model& model, bool watched) {
   const Graph graph(model);
   std::vector<std::optional<TrackedRange>> out(model.inputs.size());
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
@@ -81,8 +81,8 @@ std::vector<std::optional<TrackedRange>> tracked_ranges(const Model& model) {
     const auto reads = [&](const std::vector<std::size_t>& inputs) {
       return inputs.size() > 1 && std::ranges::find(inputs, i) != inputs.end();
     };
-    // Where a joint reads others too, other fingers turn it as well.
-    if (std::ranges::any_of(graph.joint, [&](std::size_t at) { return reads(graph.inputs[at]); })) continue;
+    if (!watched && std::ranges::any_of(graph.joint, [&](std::size_t at) { return reads(graph.inputs[at]); }))
+      continue;
     for (std::size_t j = 0; j < model.joints.size(); ++j) {
       if (std::ranges::find(graph.inputs[graph.joint[j]], i) == graph.inputs[graph.joint[j]].end()) continue;
       const Saturation& range = limits(model, model.joints[j]);
@@ -144,12 +144,12 @@ int samples_per_tick(double sample_period_s) {
 }
 
 template <class Arithmetic>
-Trackers<Arithmetic>::Trackers(const Model& model, const TrackingPrior& prior)
+Trackers<Arithmetic>::Trackers(const Model& model, const TrackingPrior& prior, bool watched)
     : prior_(prior),
       settings_(tracker_settings<A>(prior)),
       corrected_(model.inputs.size()),
       every_(samples_per_tick(model.sample_period_s)) {
-  const std::vector<std::optional<TrackedRange>> ranges = tracked_ranges(model);
+  const std::vector<std::optional<TrackedRange>> ranges = tracked_ranges(model, watched);
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     inputs_.push_back({model.inputs[i].name, ranges[i], tracked_strip<A>(ranges[i], prior), {}});
     inputs_.back().tracker.reset(settings_);

@@ -37,7 +37,8 @@ std::optional<Poses> turns_of(const std::vector<std::vector<double>>& recordings
                               const Poses& poses);
 
 // Of each input, by where it turns or, where the model does not say, by its poses: none without either, or where they are too near to each other for readings in Q5.
-std::vector<std::optional<TrackedRange>> tracked_ranges(const Model& model);
+// Strips that other fingers turn too, whose joints read several, are there to be watched alone.
+std::vector<std::optional<TrackedRange>> tracked_ranges(const Model& model, bool watched = false);
 
 template <class A>
 sensor::TrackerSettings<A> tracker_settings(const TrackingPrior& prior);
@@ -69,7 +70,7 @@ struct Followed {
 template <class Arithmetic>
 class Trackers {
  public:
-  Trackers(const Model& model, const TrackingPrior& prior);
+  Trackers(const Model& model, const TrackingPrior& prior, bool watched = false);
 
   // One sample of each input, in the model's units and at its rate, corrected; valid until the next call. What lies
   // outside of the input's valid range when corrected is a sensor's fault: nothing is learnt from it, nor in a pause.

@@ -240,9 +240,9 @@ void check_tracking(const Glove& glove) {
   const auto tracked = tracked_strips(glove);
   if (std::ranges::any_of(tracked, [](const glove::TrackedStrip& strip) { return strip.half != 0; })) return;
   throw InputError(
-      "--track: of no strip that alone tells of its joint the model says what it reads at the open hand and "
-      "at "
-      "the fist: identify it anew from a recording with both, or leave out --track");
+      "--track: no joint has one strip whose readings at the open hand and at the fist are known: identify "
+      "it "
+      "anew, each joint with its own sensor, from a recording with both, or leave out --track");
 }
 
 link::Turns turns_of(const Glove& glove) {

@@ -13,8 +13,9 @@ void start_tracking(Estimator<Arithmetic>& estimator, const std::string& source)
   estimator.track({});
   if (estimator.trackers()->any()) return;
   throw io::InputError(
-      "{}: no input says what its strip reads at the open hand and at the fist, against which "
-      "--track works: identify the model anew from a recording with both, or leave out --track",
+      "{}: no joint has one strip whose readings at the open hand and at the fist are known: identify it "
+      "anew, "
+      "each joint with its own sensor, from a recording with both, or leave out --track",
       source);
 }
 

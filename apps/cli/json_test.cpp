@@ -51,6 +51,7 @@ TEST_F(Json, OfTheCommandsForTheTwin) {
   EXPECT_EQ(run(next.substr(7)).at("pairs").size(), 2U);
   EXPECT_EQ(run("show g/identified.json").at("joints").size(), 5U);
   const auto applied = run("apply --intervals g/identified.json " + pair.at("glove").get<std::string>());
+  run(std::string(next).erase(next.find(" --neighbours"), 13).substr(7));
   const auto tracked = run("apply --track g/identified.json " + pair.at("glove").get<std::string>());
   ASSERT_EQ(tracked.at("tracking").size(), 5U);
   EXPECT_LT(std::abs(tracked.at("tracking").begin()->at("shift_deg").get<double>()), 6)

@@ -14,8 +14,7 @@ void start_tracking(Estimator<Arithmetic>& estimator, const std::string& source)
   if (estimator.trackers()->any()) return;
   throw io::InputError(
       "{}: no joint has one strip whose readings at the open hand and at the fist are known: identify it "
-      "anew, "
-      "each joint with its own sensor, from a recording with both, or leave out --track",
+      "anew, each joint with its own sensor, or leave out --track",
       source);
 }
 

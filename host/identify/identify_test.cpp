@@ -146,7 +146,6 @@ TEST_F(Hand, JointsAreFoundByName) {
   EXPECT_EQ(
       all,
       "index_mcp=index_adc:index_mcp_deg index_dip=index_dip_adc:index_dip_deg thumb=thumb_adc:thumb_deg ");
-  // In one file no column tells of itself, and what is no finger's is no joint where others are.
   io::write_file(files.sensor, "t_s,trial,index,temp,Thumb\n0,1,2,3,4\n1,1,4,4,5\n");
   io::write_file(files.reference, "t_s,trial,index,temp,little,thumb\n0,1,2,3,4,0\n1,1,4,5,5,9\n");
   EXPECT_EQ(map_by_name(files, ""), parse_map("index=index:index,thumb=Thumb:thumb"));

@@ -188,7 +188,7 @@ VectorXd mix_residual(const MixData& data, const VectorXd& line, const std::vect
   j.row(n + kMixKnots - 2).head(m) = line.transpose();
   r(n + kMixKnots - 2) = line.dot(at.head(m) - line);
   for (Index k = 0; k < n; ++k) {
-    const auto i = io::place(knots, u(k)).first;
+    const auto i = static_cast<std::size_t>(io::place(knots, u(k)).first);
     const auto low = m + static_cast<Index>(i);
     j.row(k).head(m) = (at(low + 1) - at(low)) / (knots[i + 1] - knots[i]) * data.still.row(k) +
                        at(motion) * data.moving.row(k);

@@ -8,7 +8,6 @@
 #include <array>
 #include <limits>
 #include <optional>
-#include <ranges>
 #include <string>
 #include <vector>
 
@@ -54,11 +53,11 @@ class Fingers {
 
   std::size_t size() const { return fingers_.size(); }
   // Of each in the newest sample. NaN: not known.
-  auto raw() const {
-    return fingers_ | std::views::transform([this](const Finger& f) { return columns_[f.column].now; });
+  std::vector<double> raw() const {
+    return of_each([this](const Finger& f) { return columns_[f.column].now; });
   }
-  auto angle_deg() const {
-    return fingers_ | std::views::transform([this](const Finger& f) { return angle_of(f); });
+  std::vector<double> angle_deg() const {
+    return of_each([this](const Finger& f) { return angle_of(f); });
   }
   std::vector<FingerView> view(double now_s) const;
   // By whole bends two sensors (the one, where there is one) lie otherwise than when the model was made, by twice the standard error,
@@ -91,6 +90,12 @@ class Fingers {
   std::size_t column_of(const model::Input& input) const;
   void remember(Column& column, double reading);
   double angle_of(const Finger& finger) const;
+  template <class Value>
+  std::vector<double> of_each(const Value& value) const {
+    std::vector<double> out;
+    for (const Finger& finger : fingers_) out.push_back(value(finger));
+    return out;
+  }
   FingerView view_of(const Finger& finger, bool recent) const;
   void add_tracking(const model::Followed& followed, FingerView& view) const;
 

@@ -53,12 +53,8 @@ class Fingers {
 
   std::size_t size() const { return fingers_.size(); }
   // Of each in the newest sample. NaN: not known.
-  std::vector<double> raw() const {
-    return of_each([this](const Finger& f) { return columns_[f.column].now; });
-  }
-  std::vector<double> angle_deg() const {
-    return of_each([this](const Finger& f) { return angle_of(f); });
-  }
+  std::vector<double> raw() const { return of_each(&Fingers::reading_of); }
+  std::vector<double> angle_deg() const { return of_each(&Fingers::angle_of); }
   std::vector<FingerView> view(double now_s) const;
   // By whole bends two sensors (the one, where there is one) lie otherwise than when the model was made, by twice the standard error,
   // or drift more quickly than they could be followed.
@@ -90,10 +86,10 @@ class Fingers {
   std::size_t column_of(const model::Input& input) const;
   void remember(Column& column, double reading);
   double angle_of(const Finger& finger) const;
-  template <class Value>
-  std::vector<double> of_each(const Value& value) const {
+  double reading_of(const Finger& finger) const { return columns_[finger.column].now; }
+  std::vector<double> of_each(double (Fingers::*value)(const Finger&) const) const {
     std::vector<double> out;
-    for (const Finger& finger : fingers_) out.push_back(value(finger));
+    for (const Finger& finger : fingers_) out.push_back((this->*value)(finger));
     return out;
   }
   FingerView view_of(const Finger& finger, bool recent) const;

@@ -358,11 +358,9 @@ struct Mix {
   }
 
   // Behind the sensors what was fitted behind their mix.
-  model::Model whole(model::Model fitted) const {
+  model::Model whole(const model::Model& fitted, const JointMap& joint) const {
     model::Model out = model;
-    std::vector<std::string> sensors;
-    for (const model::Input& input : model.inputs) sensors.push_back(input.name);
-    out.blocks = {{sensors, one.inputs.front().name, sum}};
+    out.blocks = {{joint.sensors, one.inputs.front().name, sum}};
     append(fitted, out);
     for (std::size_t s = 0; s < gains.size(); ++s)
       if (gains[s] != 1) out = model::corrected(std::move(out), s, {gains[s], 0});
@@ -382,7 +380,7 @@ JointFit fit_baseline_chain(const Chain& chain, const std::vector<Session>& sess
   if (joint.sensors.size() == 1) return fit_chain(chain, sessions, inputs, joint, {}, HUGE_VAL, {});
   const Mix mix(sessions, inputs, joint);
   JointFit out = fit_chain(chain, mix.sessions, mix.one, mix.map(joint), {}, HUGE_VAL, {});
-  out.model = mix.whole(out.model);
+  out.model = mix.whole(out.model, joint);
   return out;
 }
 
@@ -392,7 +390,7 @@ JointFit fit_mixed(const std::vector<Session>& sessions, const model::Model& inp
                    const Room& room, double most) {
   const Mix mix(sessions, inputs, joint);
   JointFit out = fit_joint(mix.sessions, mix.one, mix.map(joint), structure, initial, step, room, most);
-  out.model = mix.whole(out.model);
+  out.model = mix.whole(out.model, joint);
   out.sensors = joint.sensors;
   out.structure = "mixed: " + out.structure;
   out.text = "mix > " + out.text;

@@ -541,7 +541,6 @@ TEST_F(Hand, PosesOfStripsThatFeelEachOtherAreThoseOfTheOpenHandAndNoneIsTracked
   Request r = request({write("one", {120, 1})}, "index=a_adc+b_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
   change_second(r.pairs[0].sensor, 0.4, [](std::size_t, double u) { return u; });
   r.structure = "mix > curve";
-  r.split = 0.9;
   const model::Model model = identify_files(r, {}).model;
   ASSERT_TRUE(model.inputs[0].poses);
   EXPECT_LT(model.inputs[0].poses->open, 475) << "513 with the thumb anywhere";

@@ -138,6 +138,7 @@ TEST_F(RealRecordings, TheLineOfTheVerdictIsTheLineThatItAdvises) {
 TEST_F(RealRecordings, EveryCandidateThatLooksBetterThanTheChosenOneSaysWhyItIsNot) {
   for (const char* name : {"sensors/bender_9_17.csv", "sensors/bender_10_14_v7.csv"}) {
     const JointResult joint = identify_files(request(name, "index=ADC Value:IMU Angle (deg)"), {}).joints[0];
+    EXPECT_LT(joint.holdout.rmse_deg, 1.6) << name << ": 1.91 by a creep of 15 degrees that hardly pays";
     const auto chosen = std::ranges::find(joint.rows, true, &CandidateRow::chosen);
     for (const CandidateRow& row : joint.rows) {
       const bool looks_better =

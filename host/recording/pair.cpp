@@ -206,14 +206,18 @@ void leave_out_spikes(Recording& r, const std::string& name) {
   const auto column = std::ranges::find(r.columns, name, &Column::name);
   const Range range = without_spikes(column->value);
   const std::vector<double> seen = column->value;
-  const auto spike = [&](double value) { return value < range.min || value > range.max; };
-  const auto first = std::ranges::find_if(seen, spike);
-  if (first == seen.end()) return;
+  std::vector<std::uint8_t> keep = without_jumps({r.t_s, seen});
+  for (std::size_t k = 0; k < seen.size(); ++k)
+    keep[k] = keep[k] && !(seen[k] < range.min || seen[k] > range.max);
+  const auto first = std::ranges::find(keep, 0) - keep.begin();
+  if (first == std::ssize(keep)) return;
   r.warnings.push_back(
-      fmt::format("{}: {} angle(s) of {} lie far from all others, the first is {:g} at {:.2f} s: left out",
-                  r.source, std::ranges::count_if(seen, spike), name, *first,
-                  r.t_s[static_cast<std::size_t>(first - seen.begin())]));
-  keep_rows(r, [&](std::size_t k) { return !spike(seen[k]); });
+      fmt::format("{}: {} angle(s) of {} lie far from all others or from those just before and after, the "
+                  "first is {:g} at "
+                  "{:.2f} s: left out",
+                  r.source, std::ranges::count(keep, 0), name, seen[static_cast<std::size_t>(first)],
+                  r.t_s[static_cast<std::size_t>(first)]));
+  keep_rows(r, [&](std::size_t k) { return keep[k] != 0; });
 }
 
 std::optional<Still> frozen(const Series& reading, const Series& angle, double offset_s) {

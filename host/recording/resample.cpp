@@ -103,4 +103,38 @@ Range without_spikes(std::span<const double> value) {
   return {*first, *(last - 1)};
 }
 
+std::vector<std::uint8_t> without_jumps(const Series& series) {
+  constexpr double kLongest_s = 0.2;
+  constexpr double kRange_s = 0.08;
+  constexpr double kFar = 5;
+  std::vector<std::uint8_t> out(series.value.size(), 1);
+  std::vector<std::size_t> at;  // where something was read
+  std::vector<double> sizes;
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    if (std::isnan(series.value[k])) continue;
+    if (!at.empty()) sizes.push_back(std::abs(series.value[k] - series.value[at.back()]));
+    at.push_back(k);
+  }
+  if (at.size() < 3) return out;
+  const auto nearly_all = sizes.begin() + std::ssize(sizes) * 19 / 20;
+  std::ranges::nth_element(sizes, nearly_all);
+  const Range range = without_spikes(series.value);
+  const auto jump = [&](std::size_t i, std::size_t j) {  // 0 where the step from at[i] to at[j] is none
+    const double step = series.value[at[j]] - series.value[at[i]];
+    const double far = std::max(kFar * *nearly_all,
+                                (range.max - range.min) / kRange_s * (series.t_s[at[j]] - series.t_s[at[i]]));
+    return std::abs(step) > far ? step : 0;
+  };
+  for (std::size_t i = 1; i < at.size(); ++i) {
+    const double away = jump(i - 1, i);
+    for (std::size_t j = i + 1;
+         away != 0 && j < at.size() && series.t_s[at[j]] - series.t_s[at[i - 1]] < kLongest_s; ++j) {
+      if (jump(j - 1, j) * away >= 0) continue;
+      while (i < j) out[at[i++]] = 0;
+      break;
+    }
+  }
+  return out;
+}
+
 }  // namespace flexor::recording

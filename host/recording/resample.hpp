@@ -107,6 +107,10 @@ Samples resample(const Series& series, double period_s, double max_gap_s, const 
 // Of the readings, without holes and without the few that lie three times as far from all others as these are wide: a malformed line, a spike.
 Range without_spikes(std::span<const double> value);
 
+// 1 for each reading, 0 where it jumps away from its neighbours and back within 0.2 s, both ways faster than the range in 80 ms,
+// which no finger is, and five times as far as nearly all others step: what a tracker says that has lost its mark.
+std::vector<std::uint8_t> without_jumps(const Series& series);
+
 // What counts as a pause of this log: five of its steps, at least 0.3 s. Its step is the one in which half of
 // the log's time has passed, longer steps counted last: rows that come in bursts count little, since little
 // time passes in them. Steps over kJump_s are left out, as are a few that are long in place of the others: holes.

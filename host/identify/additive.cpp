@@ -25,7 +25,6 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kLeastBlocks = 6;  // of the bootstrap
 constexpr double kClamped = 1e-4;        // weight of what of an estimate lies beyond the limits, squared
-constexpr double kOpen = 1;              // of the range, how far an open angle may go on
 constexpr double kLeastAtEnd = 20;       // samples that tell a limit
 constexpr int kSteps = 8;                // of the iteration
 constexpr double kDone = 1e-3;           // relative decrease of the loss
@@ -82,8 +81,8 @@ class Fit {
     }
   }
 
-  // Each limit to the median of the angles whose estimates lie beyond it.
-  void move_limits() {
+  // Each limit to the median of the angles whose estimates lie beyond it; where these are too few, to that of an open one.
+  void move_limits(const model::Saturation& open) {
     std::vector<double> below;
     std::vector<double> above;
     for (Index r = 0; r < estimate_.size(); ++r) {
@@ -91,8 +90,10 @@ class Fit {
       if (estimate_(r) < limits_.lower_deg) below.push_back(system_->angle()(r));
       if (estimate_(r) > limits_.upper_deg) above.push_back(system_->angle()(r));
     }
-    if (static_cast<double>(below.size()) >= kLeastAtEnd) limits_.lower_deg = median(std::move(below));
-    if (static_cast<double>(above.size()) >= kLeastAtEnd) limits_.upper_deg = median(std::move(above));
+    const auto limit = [](std::vector<double> beyond, double none) {
+      return static_cast<double>(beyond.size()) < kLeastAtEnd ? none : median(std::move(beyond));
+    };
+    limits_ = {limit(std::move(below), open.lower_deg), limit(std::move(above), open.upper_deg)};
     move(coefficients_);
   }
 
@@ -176,7 +177,7 @@ std::vector<std::size_t> blocks_of(const Stack& stack, double period_s) {
 // Each fold estimated from the others, in the least-squares problem of a fit to all.
 class CrossValidation {
  public:
-  CrossValidation(const Fit& fit, const Stack& stack, double period_s, bool closed) : fit_(fit) {
+  CrossValidation(const Fit& fit, const Stack& stack, double period_s) : fit_(fit) {
     const System& system = fit.system();
     const VectorXd weighted = fit.weight().cwiseProduct(fit.target());
     const MatrixXd& all = fit.gram();
@@ -196,7 +197,7 @@ class CrossValidation {
         fold.right -= system.project(first, weighted.segment(first, count));
         rest.segment(first, count).setZero();
       }
-      if (closed) fold.limits = within(system, rest, fold.limits);
+      fold.limits = within(system, rest, fold.limits);
       folds_.push_back(std::move(fold));
     }
   }
@@ -247,7 +248,7 @@ class CrossValidation {
     model::Saturation limits;
   };
 
-  // A fold's limits are no farther than the angles of the others.
+  // A fold's limits are no farther than the angles of the others, where it has any.
   static model::Saturation within(const System& system, const VectorXd& rows, model::Saturation limits) {
     double least = limits.upper_deg;
     double most = limits.lower_deg;
@@ -256,7 +257,9 @@ class CrossValidation {
       least = std::min(least, system.angle()(r));
       most = std::max(most, system.angle()(r));
     }
-    return {std::max(limits.lower_deg, least), std::min(limits.upper_deg, most)};
+    const VectorXd& seen = system.angle();
+    return {limits.lower_deg < seen.minCoeff() ? limits.lower_deg : std::max(limits.lower_deg, least),
+            limits.upper_deg > seen.maxCoeff() ? limits.upper_deg : std::min(limits.upper_deg, most)};
   }
 
   const Fit& fit_;
@@ -408,10 +411,11 @@ class Search {
     const model::Saturation ends = limits_of(stack_, kEnds);
     const System system(stack_, branches, period_s_, ends);
     const MatrixXd first = system.penalty({});
-    Fit fit(system, limits_at_rest(stack_, ends, kOpen), limits_of(stack_, 0.5).lower_deg);
+    const VectorXd angle = stack_.angle(stack_.used);
+    Fit fit(system, open_limits(angle), limits_of(stack_, 0.5).lower_deg);
     fit.descend(first, true);
     if (!branches.open) {
-      const model::Saturation limits = limits_at_rest(stack_, ends, 0);
+      const model::Saturation limits = limits_at_rest(angle, stack_.input.col(0)(stack_.used), 0);
       Fit cold(system, limits, fit.centre());
       cold.descend(first, true);
       fit.limit(limits);
@@ -422,16 +426,16 @@ class Search {
     out.branches = branches;
     out.knots = system.knots();
     out.radii = system.radii();
-    const CrossValidation validation(fit, stack_, period_s_, !branches.open);
+    const CrossValidation validation(fit, stack_, period_s_);
     out.priors = best_priors(branches, stack_.begin.size() > 3, out.priors, [&](const Priors& priors) {
       return mean(validation.error(system.penalty(priors)).fold_loss);
     });
     fit.descend(system.penalty(out.priors), false);
     if (!branches.open) {
-      fit.move_limits();
+      fit.move_limits(open_limits(angle));
       fit.descend(system.penalty(out.priors), false);
     }
-    validate(CrossValidation(fit, stack_, period_s_, !branches.open), system, out);
+    validate(CrossValidation(fit, stack_, period_s_), system, out);
     take(fit, out);
     return out;
   }
@@ -477,7 +481,7 @@ class Search {
       done.move(shape(fit.gram(), free));
       Additive one = out;
       take(done, one);
-      validate(CrossValidation(fit, stack_, period_s_, !out.branches.open), system, one, shape);
+      validate(CrossValidation(fit, stack_, period_s_), system, one, shape);
       return one;
     };
     out = shipped(false);
@@ -749,7 +753,7 @@ void extend(Additive& fit, std::size_t sensor) {
 
 void add_to(model::Model& model, Additive fit, const std::vector<std::string>& inputs,
             const std::string& joint) {
-  for (std::size_t s = 0; fit.branches.open && s < inputs.size(); ++s) extend(fit, s);
+  for (std::size_t s = 0; s < inputs.size(); ++s) extend(fit, s);
   model::Sum sum;
   sum.offset = fit.offset_deg;
   std::vector<std::string> terms;

@@ -6,9 +6,9 @@
 //   f_b(u) - H_tau f_b(u)         motion: H_tau a first-order lag; zero wherever the reading rests
 //
 // For given radii and time constants the angle is linear in the curves' values. The loss counts small errors by
-// their square and large ones by their size (pseudo-Huber, one degree wide). An open sum goes on beyond what was seen, its curves
-// as straight as at their ends, by the range at most. The others have limits: where a finger rests at an end of its range, any
-// estimate beyond it is right, and the limit is the median of the angles there; where it does not rest, the farthest angle. A fold
+// their square and large ones by their size (pseudo-Huber, one degree wide). A sum goes on beyond what was seen, its curves
+// as straight as at their ends, by the range at most. One that is not open has limits: where a finger rests at an end of its range, any
+// estimate beyond it is right, and the limit is the median of the angles there. An end beyond which no estimate lies has none. A fold
 // has no limit farther than the angles that it was fitted to. Two priors: neighbouring slopes are alike (second differences), and what plays and
 // motion add is small (their values). The second also settles what the others leave undetermined. Minimised by
 // least squares again and again, from the plain least-squares solution on.
@@ -26,7 +26,7 @@
 // fitted samples, or over recordings where there are more than two. Of candidates that are as good within 3 %, in
 // loss and in mean square, the smallest is taken: less to run on a board. Curves with limits are tried of the best open ones, and
 // taken where their loss over the folds, of the samples as they were, is lower by more than a standard error.
-// The curve of one sensor, of all that is still, turns back only where it does so by more than eight standard errors.
+// The curve of one sensor, of all that is still, turns back only where it does so by more than ten standard errors.
 // Standard errors of the curves' values are those of a bootstrap over blocks of 20 s, six at least, or whole recordings, so
 // that they hold for errors that come in runs; knots and priors stay as they are.
 // Sources: P. Eilers, B. Marx, Statistical Science 11 (1996) 89 (penalised curves); J. Tobin, Econometrica 26 (1958)

@@ -22,6 +22,7 @@ constexpr double kStraight = 1;     // prior weight of a bend at the outermost k
 constexpr double kEnd_deg = 1;      // nearer to a limit than this, the finger rests at its end
 constexpr double kGoesOn =
     0.05;  // of the readings' range: at a limit the sensor goes on, in a held pose it does not
+constexpr double kOpen = 1;        // of the range, how far an open angle may go on
 constexpr double kRests = 0.05;    // of the time: an end that it is less at is a pose like others
 constexpr double kDonning = 0.03;  // standard deviation of a reading from donning to donning, in ranges
 constexpr double kShort_s = 20;    // of a recording as short as this a donning counts half
@@ -131,16 +132,27 @@ Stack::Stack(const std::vector<Session>& sessions) {
   for (Index k = 0; k < std::ssize(all); k += every) used.push_back(all[static_cast<std::size_t>(k)]);
 }
 
-model::Saturation limits_of(const Stack& stack, double tail) {
-  const std::vector<double> angle = sorted(stack.angle(stack.used));
-  return {quantile(angle, tail), quantile(angle, 1 - tail)};
+namespace {
+
+model::Saturation quantiles(const VectorXd& angle, double tail) {
+  const std::vector<double> all = sorted(angle);
+  return {quantile(all, tail), quantile(all, 1 - tail)};
 }
 
-model::Saturation limits_at_rest(const Stack& stack, const model::Saturation& ends, double beyond) {
-  const VectorXd angle = stack.angle(stack.used);
+}  // namespace
+
+model::Saturation limits_of(const Stack& stack, double tail) {
+  return quantiles(stack.angle(stack.used), tail);
+}
+
+model::Saturation open_limits(const VectorXd& angle) {
+  const double range = angle.maxCoeff() - angle.minCoeff();
+  return {angle.minCoeff() - kOpen * range, angle.maxCoeff() + kOpen * range};
+}
+
+model::Saturation limits_at_rest(const VectorXd& angle, const VectorXd& own, double beyond) {
+  const model::Saturation ends = quantiles(angle, kEnds);
   const double beyond_deg = beyond * (angle.maxCoeff() - angle.minCoeff());
-  if (beyond > 0) return {angle.minCoeff() - beyond_deg, angle.maxCoeff() + beyond_deg};
-  const VectorXd own = stack.input.col(0)(stack.used);
   const auto rests = [&](const auto& is_there) {
     std::vector<double> there;
     for (Index k = 0; k < angle.size(); ++k)
@@ -149,8 +161,10 @@ model::Saturation limits_at_rest(const Stack& stack, const model::Saturation& en
     std::ranges::sort(there);
     return quantile(there, 0.95) - quantile(there, 0.05) > kGoesOn * (own.maxCoeff() - own.minCoeff());
   };
-  return {rests([&](double y) { return y < ends.lower_deg + kEnd_deg; }) ? ends.lower_deg : angle.minCoeff(),
-          rests([&](double y) { return y > ends.upper_deg - kEnd_deg; }) ? ends.upper_deg : angle.maxCoeff()};
+  const bool low = rests([&](double y) { return y < ends.lower_deg + kEnd_deg; });
+  const bool high = rests([&](double y) { return y > ends.upper_deg - kEnd_deg; });
+  return {low ? ends.lower_deg : angle.minCoeff() - beyond_deg,
+          high ? ends.upper_deg : angle.maxCoeff() + beyond_deg};
 }
 
 double range_of(const Stack& stack, Index sensor) {

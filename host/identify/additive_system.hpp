@@ -32,9 +32,10 @@ inline constexpr double kEnds = 0.01;  // share of the angles beyond the first g
 
 // The share `tail` of the used angles lies beyond either limit.
 model::Saturation limits_of(const Stack& stack, double tail);
-// Of these ends those that the finger rests at; the farthest angle where it does not. With `beyond` none, but so much of the
-// range beyond what was seen.
-model::Saturation limits_at_rest(const Stack& stack, const model::Saturation& ends, double beyond);
+// Where an angle stops that goes on beyond what was seen by the whole range.
+model::Saturation open_limits(const Eigen::VectorXd& angle);
+// The ends at which the finger rests while its own sensor reads on; where it does not, the farthest angle and so much of the range.
+model::Saturation limits_at_rest(const Eigen::VectorXd& angle, const Eigen::VectorXd& own, double beyond);
 
 double range_of(const Stack& stack, Eigen::Index sensor);  // of the used readings, but for a few
 

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 
+#include "host/identify/additive_system.hpp"
 #include "host/identify/levenberg_marquardt.hpp"
 #include "host/identify/robust.hpp"
 #include "host/identify/structure_text.hpp"
@@ -27,7 +28,7 @@ constexpr double kMaxPlayWeight = 4;
 constexpr double kMaxTap = 8;
 constexpr double kLeastDamping = 0.02;  // within what a board's block takes
 constexpr double kMostDamping = 0.99;
-constexpr double kSafeMargin = 0.1;
+
 constexpr double kSaturatedMargin = 0.08;
 constexpr double kSlowestPerRecording = 10;
 // Standard errors beyond which a value says nothing: a pole within a factor of e, a tap or weight within its
@@ -52,13 +53,6 @@ std::vector<double> quantile_knots(const std::vector<double>& sorted, int count)
   knots.back() = std::max(knots.back(), sorted.back());
   for (std::size_t i = knots.size() - 1; i-- > 0;) knots[i] = std::min(knots[i], knots[i + 1] - least);
   return knots;
-}
-
-// Angle limits that no prediction of an unsaturated structure may leave.
-model::Saturation safe_limits(const Data& data) {
-  const auto angle = sorted(data.angle_deg(used_rows(data)));
-  const double margin = kSafeMargin * (angle.back() - angle.front());
-  return {angle.front() - margin, angle.back() + margin};
 }
 
 double root_mean_square(const VectorXd& r) {
@@ -132,7 +126,7 @@ class Problem {
     }
     const auto angle = sorted(data.angle_deg(rows_));
     span_deg_ = angle.back() - angle.front();
-    plausible_ = {angle.front() - span_deg_, angle.back() + span_deg_};
+    plausible_ = open_limits(data.angle_deg(rows_));
     for (const auto& [at, knots] : layout.curves)
       bound(at, knots, plausible_.lower_deg, plausible_.upper_deg);
     if (structure.order > 0) {
@@ -561,7 +555,8 @@ class Fitter {
     held_.push_back(parameter);
     const int at = predictor_.layout().saturation;
     if (at < 0) return;
-    const model::Saturation safe = safe_limits(data_);
+    const std::vector<Index> rows = used_rows(data_);
+    const model::Saturation safe = limits_at_rest(data_.angle_deg(rows), data_.input(rows), 1);
     if (parameter == at) best_.theta(at) = safe.lower_deg;
     if (parameter == at + 1) best_.theta(at + 1) = safe.upper_deg;
   }
@@ -589,8 +584,11 @@ class Fitter {
       const auto i = static_cast<Eigen::Index>(k);
       s.parameters[k].standard_error = std::sqrt(std::max(s.covariance(i, i), 0.0));
     }
-    s.predicted_deg = predictor_.predict(best_.theta, nullptr);
-    s.channel = predictor_.channel(best_.theta);
+    Predictor shipped = predictor_;
+    VectorXd theta = best_.theta;
+    shipped.go_on(problem_.plausible(), theta);
+    s.predicted_deg = shipped.predict(theta, nullptr);
+    s.channel = shipped.channel(theta);
     if (gain_alone()) {  // all else to the bit
       const double edge = s.channel.dead_zone->upper;
       const double gain = s.channel.lti.gain;

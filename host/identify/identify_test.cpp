@@ -215,7 +215,7 @@ TEST_F(Hand, ASpikeIsLeftOutAndSaid) {
     r.pairs = {write("angle", {60, 1}, [&](std::vector<double>& angle) { angle[row] = 1e6; })};
     const Result spoilt = identify_files(r, {});
     EXPECT_NEAR(spoilt.joints[0].holdout.rmse_deg, before.joints[0].holdout.rmse_deg, 0.05) << row;
-    EXPECT_TRUE(warned(spoilt, "lie far from all others, the first is 1e+06")) << row;
+    EXPECT_TRUE(warned(spoilt, "the first is 1e+06")) << row;
   }
 }
 

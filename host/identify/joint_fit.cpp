@@ -23,12 +23,12 @@ using io::InputError;
 
 constexpr double kCreepPays = 0.1;  // of the error: less is not worth an angle that goes on in a hold
 constexpr double kWandersAlike = 1.5;
-constexpr double kShowsCreep_s = 2;    // of a hold
-constexpr double kUnseenDrift = 2;     // of the still one's error, which 19 of 20 of its angles are within
-constexpr double kMostCreep_deg = 10;  // unless the error halves
-// Of the slowest motion: a longer part shows it without a hold, where the error halves. A chain's pole may be a tenth of the part:
-// there it leans on its bound.
-constexpr double kMemories = 10.1;
+constexpr double kShowsCreep_s = 2;  // of a hold
+constexpr double kUnseenDrift = 2;   // of the still one's error, which 19 of 20 of its angles are within
+constexpr double kMostCreep_deg = 10;
+// What the recording shows may drift farther: a motion no slower than a third of the part, and an error that is a quarter less.
+constexpr double kMemories = 3;
+constexpr double kShown = 0.75;
 constexpr double kMuchLarger = 0.1;
 constexpr double kSure =
     1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
@@ -428,14 +428,14 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
   }
   const double period_s = one.model.sample_period_s;
   const bool shown = static_cast<double>(rows) * period_s >= kMemories * slowest_s(one.model) &&
-                     one.cross_validated_deg <= 0.5 * still.cross_validated_deg;
+                     one.cross_validated_deg <= kShown * still.cross_validated_deg;
   const bool is_held = static_cast<double>(longest) * period_s >= kShowsCreep_s;
   const double most_drift_deg =
       std::min(is_held ? HUGE_VAL : kUnseenDrift * still.cross_validated_deg, kMostCreep_deg);
   if (!shown && one.hold_drift_deg > most_drift_deg) {
     return fmt::format(
         "held still, its angle drifts by {:.1f} degrees within a minute, {}", one.hold_drift_deg,
-        is_held ? "and its error is not halved" : "and the recording has no hold that shows it");
+        is_held ? "and its error is not a quarter less" : "and the recording has no hold that shows it");
   }
   const bool pays = one.cross_validated_deg <= (1 - kCreepPays) * still.cross_validated_deg;
   if (pays && gain_in_errors(one.fold_loss, still.fold_loss) > kSure) return "";

@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kDoubt = 8;  // standard errors
+constexpr double kDoubt = 10;  // standard errors
 
 // What the angle gains from point to point of a reading that goes up (sign 1) or down (-1) slowly, `plays` of the plays moving
 // with it: row by row, of the coefficients. Between two points all curves are straight.

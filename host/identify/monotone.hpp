@@ -1,7 +1,7 @@
 // The prior that a sensor's angle does not turn back; for this room only.
 //
 // Of one sensor, from a turn on while more and more plays begin to move: the angle goes on rising or falling with the reading, but
-// where it goes back by more than eight standard errors, which is beyond doubt. Where it goes back by less it may not,
+// where it goes back by more than ten standard errors, which is beyond doubt. Where it goes back by less it may not,
 // which is the quadratic programme
 //   min_w (w - free)' (gram + penalty) (w - free),   gain w >= 0 there.
 // Solved by its dual. A way back is judged as a whole: it is sure where any part of it is. The

@@ -267,6 +267,28 @@ std::vector<NamedParameter> Predictor::named(const VectorXd& theta) const {
   return all;
 }
 
+void Predictor::go_on(const model::Saturation& limits, VectorXd& theta) {
+  constexpr double kShare = 0.5;
+  const auto extend = [&](std::vector<double>& x, int at) {
+    if (x.empty()) return;
+    const VectorXd y = theta.segment(at, std::ssize(x));
+    const auto last = static_cast<Index>(x.size()) - 1;
+    const double run = kShare * (x.back() - x.front());
+    const auto move = [&](double& end, double inner, Index i, Index next) {
+      const double slope = (y(i) - y(next)) / (end - inner);
+      if (slope * (y(last) - y(0)) <= 0) return;
+      const double room = y(i) > y(next) ? limits.upper_deg - y(i) : y(i) - limits.lower_deg;
+      const double by = std::copysign(std::clamp(room / std::abs(slope), 0.0, run), end - inner);
+      end += by;
+      theta(at + i) += by * slope;
+    };
+    move(x.front(), x[1], 0, 1);
+    move(x.back(), x[x.size() - 2], last, last - 1);
+  };
+  extend(knots_.input, layout_.input_curve);
+  extend(knots_.output, layout_.output_curve);
+}
+
 model::Channel Predictor::channel(const VectorXd& theta) const {
   const auto list = [](const VectorXd& v) { return std::vector<double>(v.begin(), v.end()); };
   model::Channel c;

@@ -97,6 +97,10 @@ class Predictor {
   // The blocks that theta describes; the caller adds names, ranges and, where none is fitted, the saturation.
   model::Channel channel(const Eigen::VectorXd& theta) const;
 
+  // Its curves go on beyond what they were fitted to as straight as their outermost pieces, by half their range or to these limits,
+  // unless such a piece turns back.
+  void go_on(const model::Saturation& limits, Eigen::VectorXd& theta);
+
   // The other way round, curves read at the knots. Throws io::InputError where the channel has other blocks than the structure.
   Eigen::VectorXd theta(const model::Channel& channel) const;
 

@@ -107,6 +107,7 @@ std::vector<std::uint8_t> without_jumps(const Series& series) {
   constexpr double kLongest_s = 0.2;
   constexpr double kRange_s = 0.08;
   constexpr double kFar = 5;
+  constexpr double kNear = 0.3;  // of the jump, from where it came
   std::vector<std::uint8_t> out(series.value.size(), 1);
   std::vector<std::size_t> at;  // where something was read
   std::vector<double> sizes;
@@ -129,7 +130,8 @@ std::vector<std::uint8_t> without_jumps(const Series& series) {
     const double away = jump(i - 1, i);
     for (std::size_t j = i + 1;
          away != 0 && j < at.size() && series.t_s[at[j]] - series.t_s[at[i - 1]] < kLongest_s; ++j) {
-      if (jump(j - 1, j) * away >= 0) continue;
+      const double left = series.value[at[j]] - series.value[at[i - 1]];
+      if (jump(j - 1, j) * away >= 0 || std::abs(left) > kNear * std::abs(away)) continue;
       while (i < j) out[at[i++]] = 0;
       break;
     }

@@ -11,8 +11,7 @@
 #include <random>
 
 #include "host/identify/additive_system.hpp"
-#include "host/identify/folds.hpp"
-#include "host/identify/monotone.hpp"
+#include "host/identify/fit.hpp"
 #include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
 
@@ -489,10 +488,6 @@ class Search {
   const Stack& stack_;
   double period_s_;
 };
-
-}  // namespace
-
-namespace {
 
 template <class Signal>
 std::vector<double> used(std::span<const Session> sessions, const Signal& signal) {

@@ -14,7 +14,6 @@
 #include <set>
 #include <span>
 
-#include "host/identify/chain_fit.hpp"
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/joint_fit.hpp"
@@ -206,7 +205,7 @@ void add_baselines(const model::Model& inputs, const JointMap& map, const std::v
   for (const score::Baseline& one : score::kBaselines) {
     try {
       if (!fitted.contains(one.structure))
-        fitted[one.structure] = fit_baseline(sessions_of(sampled), inputs, map, one.structure).model;
+        fitted[one.structure] = fit_baseline({sessions_of(sampled), inputs, map}, one.structure).model;
       add_estimates(one.name, fitted.at(one.structure), takes, {&sampled, 1});
     } catch (const io::JobError& error) {
       refusals.push_back(fmt::format("{}: {}", one.name, error.what()));
@@ -546,9 +545,10 @@ void fit_joints(const Options& options, const std::vector<std::string>& structur
         model.joints.front().ends = ends[j];
         return options.room(model);
       };
-      static_cast<JointFit&>(out) = fit_joint(sessions, inputs, options.map[j], structures[j],
-                                              initial_of(options, options.map[j], sessions), progress(j),
-                                              options.room ? Room(room) : Room(), most);
+      const Task task{sessions,    inputs, options.map[j],
+                      progress(j), options.room ? Room(room) : Room(), most};
+      static_cast<JointFit&>(out) =
+          fit_joint(task, structures[j], initial_of(options, options.map[j], sessions));
       out.model.joints.front().ends = ends[j];
       if (options.refit) out.structure = "gain and dead zone refitted";
       return out;

@@ -1,11 +1,10 @@
-#include "host/identify/results.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 #include <span>
 
+#include "host/identify/identify.hpp"
 #include "host/identify/readings.hpp"
 #include "host/identify/robust.hpp"
 #include "host/io/io.hpp"

@@ -1,4 +1,4 @@
-#include "host/identify/uncertainty.hpp"
+#include "host/identify/fit.hpp"
 
 #include <Eigen/SVD>
 #include <algorithm>

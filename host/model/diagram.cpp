@@ -1,10 +1,9 @@
-#include "host/model/diagram.hpp"
-
 #include <fmt/format.h>
 
 #include <vector>
 
 #include "host/io/io.hpp"
+#include "host/model/model.hpp"
 
 namespace flexor::model {
 namespace {
@@ -17,32 +16,30 @@ class Diagram {
 
   std::string text() {
     for (std::size_t j = 0; j < model_.joints.size(); ++j) {
-      print(fmt::format("\n{}, rests at {:.1f} deg\n", model_.joints[j].name, model_.joints[j].rest_deg));
+      out_ += fmt::format("\n{}, rests at {:.1f} deg\n", model_.joints[j].name, model_.joints[j].rest_deg);
       branch(graph_.joint[j], "", true);
     }
     return std::move(out_);
   }
 
  private:
-  void print(const std::string& text) { out_ += text; }
-
   void branch(std::size_t signal, const std::string& indent, bool last) {
     const std::string stem = indent + (last ? "└─ " : "├─ ");
     if (signal < model_.inputs.size()) return leaf(stem, model_.inputs[signal]);
     const std::size_t b = signal - model_.inputs.size();
     const Block& block = model_.blocks[b];
-    if (shown_[signal]) return print(fmt::format("{}{} (above)\n", stem, block.to));
+    out_ += shown_[signal] ? fmt::format("{}{} (above)\n", stem, block.to)
+                           : fmt::format("{}{}: {}\n", stem, type_of(block.kind), text_of(block.kind));
+    if (shown_[signal]) return;
     shown_[signal] = true;
-    print(fmt::format("{}{}: {}\n", stem, type_of(block.kind), text_of(block.kind)));
-    for (const std::size_t from : graph_.from[b]) {
+    for (const std::size_t from : graph_.from[b])
       branch(from, indent + (last ? "   " : "│  "), from == graph_.from[b].back());
-    }
   }
 
   void leaf(const std::string& stem, const Input& input) {
-    print(fmt::format("{}{}{}, valid {:g} to {:g}\n", stem, input.column.empty() ? input.name : input.column,
-                      input.unit.empty() ? "" : fmt::format(" ({})", input.unit), input.valid_min,
-                      input.valid_max));
+    out_ += fmt::format("{}{}{}, valid {:g} to {:g}\n", stem, input.column.empty() ? input.name : input.column,
+                        input.unit.empty() ? "" : fmt::format(" ({})", input.unit), input.valid_min,
+                        input.valid_max);
   }
 
   const Model& model_;

@@ -3,15 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/model/kinds.hpp"
+
 namespace flexor::model {
 namespace {
 
 constexpr double kForgotten = 1e-9;
 
 Interval scaled(const Lti& lti, const Interval& in) {
-  const double a = lti.gain * in.min + lti.offset;
-  const double b = lti.gain * in.max + lti.offset;
-  return {std::min(a, b), std::max(a, b)};
+  return Gain{lti.gain, lti.offset}.values({{in}}, 0);
+}
+
+// As many as are left at this period: the last is dropped where a sample forgets it altogether, since its state then equals the
+// one before.
+Eigen::VectorXd rates_of(const Lti& lti, double period_s) {
+  const auto n = std::ssize(lti.poles_rad_s);
+  const bool is_forgotten = n > 1 && std::exp(lti.poles_rad_s.back() * period_s) < kForgotten;
+  return -Eigen::Map<const Eigen::VectorXd>(lti.poles_rad_s.data(), is_forgotten ? n - 1 : n);
 }
 
 // The gain is m / 2^shift relative to the change of fraction from the input's to Q20; the largest shift for
@@ -47,23 +55,17 @@ Interval Lti::values(std::span<const Interval> in, double) const {
   return {w.min - reach, w.max + reach};
 }
 
-int Lti::order_at(double period_s) const {
-  const auto n = static_cast<int>(poles_rad_s.size());
-  return n > 1 && std::exp(poles_rad_s.back() * period_s) < kForgotten ? n - 1 : n;
-}
-
 namespace detail {
 
 PaddedLti pad(const Lti& lti, double period_s, int order) {
   PaddedLti out{Eigen::VectorXd::Zero(order), Eigen::MatrixXd::Zero(order, order),
                 Eigen::VectorXd::Zero(order)};
-  const Eigen::Index n = lti.order_at(period_s);
+  const Eigen::VectorXd rates = rates_of(lti, period_s);
+  const Eigen::Index n = rates.size();
   if (n == 0) {
     out.tap(0) = 1;  // y = w
     return out;
   }
-  Eigen::VectorXd rates(n);
-  for (Eigen::Index i = 0; i < n; ++i) rates(i) = -lti.poles_rad_s[static_cast<std::size_t>(i)];
   const ZeroOrderHold hold = zero_order_hold(rates, period_s);
   const Eigen::Index first = order - n;
   out.input_weight.tail(n) = hold.input;
@@ -225,12 +227,9 @@ std::optional<Direct> direct_form(const Lti& lti, double top, double upper_deg, 
   const bool plain = lti.offset == 0 && lti.gain > 0 && !lti.poles_rad_s.empty() &&
                      std::ranges::all_of(lti.taps, [](double tap) { return tap == 0; });
   if (!plain) return std::nullopt;
-  Eigen::VectorXd rates(lti.order_at(period_s));
+  const Eigen::VectorXd rates = rates_of(lti, period_s);
   double echoes = 1;
-  for (Eigen::Index i = 0; i < rates.size(); ++i) {
-    rates(i) = -lti.poles_rad_s[static_cast<std::size_t>(i)];
-    echoes /= 1 - std::exp(-rates(i) * period_s);
-  }
+  for (const double rate : rates) echoes /= 1 - std::exp(-rate * period_s);
   if (std::ldexp(echoes, -core::kOutputFraction - 1) > kFixedError_deg) return std::nullopt;  // most chains
   return DirectSearch(lti.gain, rates, top, upper_deg, period_s).best();
 }

@@ -47,10 +47,6 @@ struct Lti {
   Floating<Real> floating(double period_s) const;
   Fixed fixed(const FixedBlock& block) const;
   bool operator==(const Lti&) const = default;
-
-  // Poles that are left at this period: the last is dropped where a sample forgets it altogether, since its
-  // state then equals the one before.
-  int order_at(double period_s) const;
 };
 
 namespace detail {

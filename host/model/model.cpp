@@ -26,20 +26,18 @@ void check_name(const std::string& name, const std::string& what) {
   }
 }
 
-void check_poses(const Input& input, const std::optional<Poses>& poses, const char* name) {
+void check_poses(const Place& place, const Input& input, const std::optional<Poses>& poses,
+                 const char* name) {
   if (!poses) return;
   const auto& [open, fist] = *poses;
-  const Place place{fmt::format("{}: input", input.name), 0};
   const double low = std::min(open, fist);
   const double high = std::max(open, fist);
   place.require(low < high && low >= input.valid_min && high <= input.valid_max,
                 fmt::format("{}: \"open\" and \"fist\" must be two readings within the valid range", name));
 }
 
-void check_readings(const Input& input) {
-  if (!input.readings) return;
-  const auto& [share, reading] = *input.readings;
-  const Place place{fmt::format("{}: input", input.name), 0};
+void check_readings(const Place& place, const Spread& spread) {
+  const auto& [share, reading] = spread;
   place.require(share.size() >= 2 && share.size() == reading.size() && share.size() <= kMaxKnots,
                 fmt::format("readings: 2 to {} shares, and as many readings", kMaxKnots));
   place.readings(reading);
@@ -63,9 +61,9 @@ void check_input(const Input& input) {
       std::max(kMinRange, kMinRelativeRange * std::max(std::abs(input.valid_min), std::abs(input.valid_max)));
   place.require(input.valid_max - input.valid_min >= least,
                 fmt::format("valid_min and valid_max must be at least {:.3g} apart", least));
-  check_poses(input, input.poses, "poses");
-  check_poses(input, input.turns, "turns");
-  check_readings(input);
+  check_poses(place, input, input.poses, "poses");
+  check_poses(place, input, input.turns, "turns");
+  if (input.readings) check_readings(place, *input.readings);
 }
 
 void check_accuracy(const Place& place, const Accuracy& accuracy) {
@@ -149,6 +147,12 @@ void check_provenance(const Model& model, const std::string& source) {
 }  // namespace
 
 double Accuracy::at(double angle) const { return io::interpolate(angle_deg, standard_error_deg, angle); }
+
+double Accuracy::root_mean_square() const {
+  double square = 0;
+  for (const double e : standard_error_deg) square += e * e / static_cast<double>(standard_error_deg.size());
+  return std::sqrt(square);
+}
 
 const std::vector<std::string>& finger_names() {
   static const std::vector<std::string> names = {"thumb", "index", "middle", "ring", "pinky"};

@@ -7,7 +7,6 @@
 #include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
 #include "host/model/channel.hpp"
-#include "host/model/diagram.hpp"
 
 namespace flexor::model {
 namespace {

@@ -204,12 +204,7 @@ template class Trackers<FloatArithmetic>;
 template class Trackers<DoubleArithmetic>;
 
 template sensor::TrackerSettings<sensor::FixedTracking> tracker_settings(const TrackingPrior&);
-template sensor::TrackerSettings<sensor::RealTracking<double>> tracker_settings(const TrackingPrior&);
 template sensor::TrackedStrip<sensor::FixedTracking> tracked_strip(const std::optional<TrackedRange>&,
                                                                    const TrackingPrior&);
-template sensor::TrackedStrip<sensor::RealTracking<float>> tracked_strip(const std::optional<TrackedRange>&,
-                                                                         const TrackingPrior&);
-template sensor::TrackedStrip<sensor::RealTracking<double>> tracked_strip(const std::optional<TrackedRange>&,
-                                                                          const TrackingPrior&);
 
 }  // namespace flexor::model

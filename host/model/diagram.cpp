@@ -37,9 +37,9 @@ class Diagram {
   }
 
   void leaf(const std::string& stem, const Input& input) {
-    out_ += fmt::format("{}{}{}, valid {:g} to {:g}\n", stem, input.column.empty() ? input.name : input.column,
-                        input.unit.empty() ? "" : fmt::format(" ({})", input.unit), input.valid_min,
-                        input.valid_max);
+    out_ += fmt::format(
+        "{}{}{}, valid {:g} to {:g}\n", stem, input.column.empty() ? input.name : input.column,
+        input.unit.empty() ? "" : fmt::format(" ({})", input.unit), input.valid_min, input.valid_max);
   }
 
   const Model& model_;

@@ -10,9 +10,7 @@ namespace {
 
 constexpr double kForgotten = 1e-9;
 
-Interval scaled(const Lti& lti, const Interval& in) {
-  return Gain{lti.gain, lti.offset}.values({{in}}, 0);
-}
+Interval scaled(const Lti& lti, const Interval& in) { return Gain{lti.gain, lti.offset}.values({{in}}, 0); }
 
 // As many as are left at this period: the last is dropped where a sample forgets it altogether, since its state then equals the
 // one before.
@@ -55,28 +53,24 @@ Interval Lti::values(std::span<const Interval> in, double) const {
   return {w.min - reach, w.max + reach};
 }
 
-namespace detail {
-
-PaddedLti pad(const Lti& lti, double period_s, int order) {
-  PaddedLti out{Eigen::VectorXd::Zero(order), Eigen::MatrixXd::Zero(order, order),
-                Eigen::VectorXd::Zero(order)};
-  const Eigen::VectorXd rates = rates_of(lti, period_s);
+Lti::Padded Lti::padded_at(double period_s) const {
+  Padded out;
+  const Eigen::VectorXd rates = rates_of(*this, period_s);
   const Eigen::Index n = rates.size();
   if (n == 0) {
     out.tap(0) = 1;  // y = w
     return out;
   }
   const ZeroOrderHold hold = zero_order_hold(rates, period_s);
-  const Eigen::Index first = order - n;
   out.input_weight.tail(n) = hold.input;
   out.chain_weight.bottomRightCorner(n, n).triangularView<Eigen::StrictlyLower>() = hold.transition;
-  if (!lti.taps.empty()) {
-    out.tap(0) = lti.taps[0];
-    for (Eigen::Index i = 1; i < n; ++i) out.tap(first + i) = lti.taps[static_cast<std::size_t>(i)];
-  }
+  if (taps.empty()) return out;
+  out.tap(0) = taps[0];
+  out.tap.tail(n - 1) = Eigen::Map<const Eigen::VectorXd>(taps.data() + 1, n - 1);
   return out;
 }
 
+namespace detail {
 namespace {
 
 // What is left of anything after so many samples cannot be told: direct forms forget within a few.
@@ -239,7 +233,6 @@ std::optional<Direct> direct_form(const Lti& lti, double top, double upper_deg, 
 Lti::Fixed Lti::fixed(const FixedBlock& block) const {
   // Q20 in int32 holds |value| < 2048, for every state and for every difference of two.
   constexpr double kStateLimit = 2047;
-  constexpr int kOrder = compensator::kMaxOrder;
   const FixedSignal& in = block.in[0];
   const Interval w = scaled(*this, in.values);
   if (w.width() >= kStateLimit || std::abs(offset) + w.magnitude() >= kStateLimit ||
@@ -253,7 +246,7 @@ Lti::Fixed Lti::fixed(const FixedBlock& block) const {
   c.gain_shift = static_cast<std::int8_t>(shift);
   c.offset = static_cast<std::int32_t>(std::lround(std::ldexp(offset, core::kStateFraction)));
   c.output_shift = static_cast<std::uint8_t>(core::kStateFraction - block.out.fraction);
-  const auto padded = detail::pad(*this, block.period_s, kOrder);
+  const Padded padded = padded_at(block.period_s);
   c.tap_fraction =
       static_cast<std::uint8_t>(block.fraction("a tap", padded.tap.cwiseAbs().maxCoeff(), 1, 15));
   for (int i = 0; i < kOrder; ++i) {

@@ -12,6 +12,7 @@
 
 #include "host/identify/additive_system.hpp"
 #include "host/identify/fit.hpp"
+#include "host/identify/hold.hpp"
 #include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
 
@@ -248,13 +249,9 @@ class CrossValidation {
 
   // A fold's limits are no farther than the angles of the others.
   static model::Saturation within(const System& system, const VectorXd& rows, model::Saturation limits) {
-    double least = limits.upper_deg;
-    double most = limits.lower_deg;
-    for (Index r = 0; r < rows.size(); ++r) {
-      if (rows(r) == 0) continue;
-      least = std::min(least, system.angle()(r));
-      most = std::max(most, system.angle()(r));
-    }
+    const auto is_left = rows.array() != 0;
+    const double least = is_left.select(system.angle(), limits.upper_deg).minCoeff();
+    const double most = is_left.select(system.angle(), limits.lower_deg).maxCoeff();
     return {std::max(limits.lower_deg, least), std::min(limits.upper_deg, most)};
   }
 
@@ -437,7 +434,7 @@ class Search {
 
   // As it ships: solved to the last digit, level where nothing was read, without turns that are in doubt, its drift measured.
   // Where it drifts too far its motion is shrunk until it does not, or left if that does not help. What is validated is what ships.
-  void finish(const Drift& drift, double most_drift_deg, Additive& out) const {
+  void finish(const Drift& drift, Additive& out) const {
     const System system(stack_, out.branches, period_s_, limits_of(stack_, kEnds));
     Fit fit(system, out.limits, out.offset_deg);
     fit.move(out.coefficients());
@@ -451,7 +448,7 @@ class Search {
       finish_once(fit, next.fitted_rmse_deg, next);
       next.hold_drift_deg = drift(next);
       const bool holds =
-          next.branches.lags_s.empty() || creeps(next.branches) || *next.hold_drift_deg <= most_drift_deg;
+          next.branches.lags_s.empty() || creeps(next.branches) || *next.hold_drift_deg <= kMostDrift_deg;
       if (tries == 0 || holds) out = next;
       if (holds) return;
     }
@@ -642,7 +639,7 @@ void leave_out_needless_limits(std::vector<Additive>& all) {
 
 std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s,
                                    const std::string& joint, const Candidates& candidates, const Drift& drift,
-                                   double most_drift_deg, const Accept& accept, const Step& step) {
+                                   const Accept& accept, const Step& step) {
   const Stack stack(sessions);
   if (std::ssize(stack.used) < kLeastSamples) {
     throw io::JobError("{}: {} samples to fit, at least {} are needed: record longer", joint,
@@ -691,7 +688,7 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
     for (;;) {
       rank(next, out.end());
       if (next->hold_drift_deg) break;
-      search.finish(drift, most_drift_deg, *next);
+      search.finish(drift, *next);
     }
     if (accept(*next)) break;
   }

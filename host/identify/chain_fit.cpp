@@ -80,13 +80,11 @@ class ChainFitter {
     const bool gain_alone = initial && initial->gain_alone;
     if (gain_alone) options.from = From::initial;
     ChainOptions fold;  // has one minimum to find, that of the whole
-    fold.from = From::initial;
-    fold.cost_tolerance = 1e-5;  // a fold's loss is judged by per cents
     const auto finish = [&] {
       if (out.fitted_rmse_deg < least_deg) validate(chain, data, fold, out);
     };
     for (const double slowest_s : kSlowest_s) {
-      fold.slowest_s = options.slowest_s = slowest_s;
+      options.slowest_s = slowest_s;
       Summary summary = fit(chain.blocks, data, options);
       if (first) {  // this one went on from it
         summary.start = first->start;
@@ -95,8 +93,10 @@ class ChainFitter {
       } else {
         first = summary;
       }
-      fold.initial = options.initial = Initial{summary.channel, gain_alone};
+      options.initial = Initial{summary.channel, gain_alone};
       options.from = From::initial;
+      fold = options;
+      fold.cost_tolerance = 1e-5;  // a fold's loss is judged by per cents
       fold.knots = summary.knots;
       fold.deviation_deg = summary.deviation_deg;
       out = filled(chain, summary);

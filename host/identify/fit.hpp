@@ -21,8 +21,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>

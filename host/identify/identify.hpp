@@ -8,7 +8,6 @@
 // form with its parameters fitted.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>

@@ -176,9 +176,8 @@ SumFit fit_sum(const Candidates& candidates, const Task& task) {
     untried = of - std::max<std::size_t>(done, 1);
     return false;
   };
-  const std::vector<Additive> all =
-      fit_additive(task.sessions, task.inputs.sample_period_s, task.joint.joint, candidates, drift,
-                   kMostDrift_deg, accept, counted);
+  const std::vector<Additive> all = fit_additive(task.sessions, task.inputs.sample_period_s, task.joint.joint,
+                                                 candidates, drift, accept, counted);
   if (!best) throw io::JobError("{}: {}", task.joint.joint, refusals.front());
   SumFit sum{taken(*best, task), {}};
   for (const auto& [row, fit] : creeping) sum.creeping.emplace_back(row, taken(fit, task));
@@ -214,18 +213,17 @@ void choose(JointFit one, std::size_t row, const std::string& why, JointFit& bes
 // of: of those that pay the best.
 void let_creeping_compete(Creeping creeping, const std::vector<Session>& sessions, const JointFit& sum,
                           JointFit& best) {
-  std::optional<std::size_t> chosen;
-  for (std::size_t k = 0; k < creeping.size(); ++k) {
-    std::string& refusal = best.rows[creeping[k].first].refusal;
-    refusal = creep_refusal(creeping[k].second, best, sessions);
-    if (refusal.empty()) refusal = creep_refusal(creeping[k].second, sum, sessions);
-    if (refusal.empty() &&
-        (!chosen || mean(creeping[k].second.fold_loss) < mean(creeping[*chosen].second.fold_loss)))
-      chosen = k;
+  JointFit* chosen = nullptr;
+  std::size_t chosen_row = 0;
+  for (auto& [row, one] : creeping) {
+    std::string& refusal = best.rows[row].refusal;
+    refusal = creep_refusal(one, best, sessions);
+    if (refusal.empty()) refusal = creep_refusal(one, sum, sessions);
+    if (!refusal.empty() || (chosen != nullptr && mean(one.fold_loss) >= mean(chosen->fold_loss))) continue;
+    chosen = &one;
+    chosen_row = row;
   }
-  if (chosen)
-    choose(std::move(creeping[*chosen].second), creeping[*chosen].first,
-           "holds still where the sensor creeps", best);
+  if (chosen != nullptr) choose(std::move(*chosen), chosen_row, "holds still where the sensor creeps", best);
 }
 
 // Why this chain is not taken in place of `best`; empty: it is.

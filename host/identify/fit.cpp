@@ -1,6 +1,7 @@
 #include "host/identify/fit.hpp"
 
 #include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -29,6 +30,8 @@ constexpr double kMostDamping = 0.99;
 constexpr double kSafeMargin = 0.1;  // of limits that no prediction of an unsaturated structure may leave
 constexpr double kSaturatedMargin = 0.08;
 constexpr double kSlowestPerRecording = 10;
+constexpr double kRankTolerance = 1e-7;
+constexpr Index kMaxLags = 400;
 // Standard errors beyond which a value says nothing: a pole within a factor of e, a tap or weight within its
 // bound.
 constexpr double kMaxLogRateError = 1;
@@ -599,6 +602,20 @@ class Fitter {
   int iterations_ = 0;
 };
 
+// Lags until the residuals' autocorrelation first falls below 2 / sqrt(n).
+int correlation_length(const VectorXd& residual) {
+  const auto n = residual.size();
+  const VectorXd r = residual.array() - residual.mean();
+  const double variance = r.squaredNorm();
+  if (!(variance > 0)) return 0;
+  const double threshold = 2 / std::sqrt(static_cast<double>(n));
+  const auto most = static_cast<int>(std::min<Index>(n / 20, kMaxLags));
+  for (int lag = 1; lag <= most; ++lag) {
+    if (r.head(n - lag).dot(r.tail(n - lag)) / variance < threshold) return lag - 1;
+  }
+  return most;
+}
+
 }  // namespace
 
 std::vector<Index> used_rows(const Data& data, bool own) {
@@ -612,6 +629,53 @@ std::vector<Index> used_rows(const Data& data, bool own) {
 Summary fit(const Structure& structure, const Data& data, const ChainOptions& options) {
   check_data(structure, data, used_rows(data));
   return Fitter(structure, data, options).run();
+}
+
+Uncertainty uncertainty(const VectorXd& residual, const MatrixXd& jacobian, double delta,
+                        const MatrixXd& prior) {
+  const auto n = jacobian.rows();
+  const auto p = jacobian.cols();
+  Uncertainty result;
+
+  // rho' (score) and rho'' (weight) of the pseudo-Huber loss; 1 and r for an infinite delta.
+  const Eigen::ArrayXd z = 1 + (residual.array() / delta).square();
+  const Eigen::ArrayXd score = residual.array() / z.sqrt();
+  const Eigen::ArrayXd root_weight = z.pow(-0.75);
+
+  MatrixXd weighted(n + prior.rows(), p);
+  weighted << (jacobian.array().colwise() * root_weight).matrix(), prior;
+  const VectorXd norms = weighted.colwise().norm();
+  for (Index i = 0; i < p; ++i) {
+    if (!(norms(i) > 0)) result.undetermined.push_back(static_cast<int>(i));
+  }
+  if (!result.undetermined.empty()) return result;
+
+  const VectorXd scale = norms.cwiseInverse();
+  const Eigen::JacobiSVD<MatrixXd, Eigen::HouseholderQRPreconditioner> svd(
+      weighted * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const VectorXd& sigma = svd.singularValues();
+  result.condition = sigma(0) / std::max(sigma(p - 1), 1e-300);
+  if (sigma(p - 1) < kRankTolerance * sigma(0)) {
+    Index worst = 0;
+    svd.matrixV().col(p - 1).cwiseAbs().maxCoeff(&worst);
+    result.undetermined.push_back(static_cast<int>(worst));
+    return result;
+  }
+  const MatrixXd inverse = scale.asDiagonal() * svd.matrixV() *
+                           sigma.array().square().inverse().matrix().asDiagonal() *
+                           svd.matrixV().transpose() * scale.asDiagonal();
+
+  const MatrixXd g = jacobian.array().colwise() * score;
+  MatrixXd s = g.transpose() * g;
+  const int lags = correlation_length(residual);
+  for (int lag = 1; lag <= lags; ++lag) {
+    const double bartlett = 1 - static_cast<double>(lag) / (lags + 1);
+    const MatrixXd c = g.topRows(n - lag).transpose() * g.bottomRows(n - lag);
+    s += bartlett * (c + c.transpose());
+  }
+  const double small_sample = static_cast<double>(n) / static_cast<double>(n - p);
+  result.covariance = small_sample * inverse * s * inverse;
+  return result;
 }
 
 std::vector<Fold> folds_of(const std::vector<Index>& used, const std::vector<Index>& begin, double period_s) {

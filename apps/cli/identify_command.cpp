@@ -12,7 +12,6 @@
 #include "host/identify/from_poses.hpp"
 #include "host/identify/identify.hpp"
 #include "host/identify/joint_map.hpp"
-#include "host/identify/results.hpp"
 #include "host/io/folder_lock.hpp"
 #include "host/io/interrupt.hpp"
 #include "host/io/json.hpp"

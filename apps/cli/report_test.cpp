@@ -10,7 +10,6 @@
 #include <set>
 
 #include "host/identify/identify.hpp"
-#include "host/identify/results.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 #include "host/io/refusal_test.hpp"

@@ -1,7 +1,6 @@
 #include "apps/cli/commands.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
-#include "host/model/diagram.hpp"
 #include "host/model/hardware.hpp"
 
 namespace flexor::cli::show_command {

@@ -11,8 +11,8 @@
 #include <random>
 
 #include "host/identify/additive_system.hpp"
-#include "host/identify/folds.hpp"
-#include "host/identify/monotone.hpp"
+#include "host/identify/fit.hpp"
+#include "host/identify/hold.hpp"
 #include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
 
@@ -250,14 +250,10 @@ class CrossValidation {
 
   // A fold's limits are no farther than the angles of the others, where it has any.
   static model::Saturation within(const System& system, const VectorXd& rows, model::Saturation limits) {
-    double least = limits.upper_deg;
-    double most = limits.lower_deg;
-    for (Index r = 0; r < rows.size(); ++r) {
-      if (rows(r) == 0) continue;
-      least = std::min(least, system.angle()(r));
-      most = std::max(most, system.angle()(r));
-    }
+    const auto is_left = rows.array() != 0;
     const VectorXd& seen = system.angle();
+    const double least = is_left.select(seen, limits.upper_deg).minCoeff();
+    const double most = is_left.select(seen, limits.lower_deg).maxCoeff();
     return {limits.lower_deg < seen.minCoeff() ? limits.lower_deg : std::max(limits.lower_deg, least),
             limits.upper_deg > seen.maxCoeff() ? limits.upper_deg : std::min(limits.upper_deg, most)};
   }
@@ -442,7 +438,7 @@ class Search {
 
   // As it ships: solved to the last digit, level where nothing was read, without turns that are in doubt, its drift measured.
   // Where it drifts too far its motion is shrunk until it does not, or left if that does not help. What is validated is what ships.
-  void finish(const Drift& drift, double most_drift_deg, Additive& out) const {
+  void finish(const Drift& drift, Additive& out) const {
     const System system(stack_, out.branches, period_s_, limits_of(stack_, kEnds));
     Fit fit(system, out.limits, out.offset_deg);
     fit.move(out.coefficients());
@@ -456,7 +452,7 @@ class Search {
       finish_once(fit, next.fitted_rmse_deg, next);
       next.hold_drift_deg = drift(next);
       const bool holds =
-          next.branches.lags_s.empty() || creeps(next.branches) || *next.hold_drift_deg <= most_drift_deg;
+          next.branches.lags_s.empty() || creeps(next.branches) || *next.hold_drift_deg <= kMostDrift_deg;
       if (tries == 0 || holds) out = next;
       if (holds) return;
     }
@@ -493,10 +489,6 @@ class Search {
   const Stack& stack_;
   double period_s_;
 };
-
-}  // namespace
-
-namespace {
 
 template <class Signal>
 std::vector<double> used(std::span<const Session> sessions, const Signal& signal) {
@@ -651,7 +643,7 @@ void leave_out_needless_limits(std::vector<Additive>& all) {
 
 std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s,
                                    const std::string& joint, const Candidates& candidates, const Drift& drift,
-                                   double most_drift_deg, const Accept& accept, const Step& step) {
+                                   const Accept& accept, const Step& step) {
   const Stack stack(sessions);
   if (std::ssize(stack.used) < kLeastSamples) {
     throw io::JobError("{}: {} samples to fit, at least {} are needed: record longer", joint,
@@ -700,7 +692,7 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
     for (;;) {
       rank(next, out.end());
       if (next->hold_drift_deg) break;
-      search.finish(drift, most_drift_deg, *next);
+      search.finish(drift, *next);
     }
     if (accept(*next)) break;
   }

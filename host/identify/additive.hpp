@@ -174,11 +174,11 @@ using Step = std::function<bool(std::size_t done, std::size_t of, const std::str
 using Accept = std::function<bool(const Additive&)>;
 
 // The candidates, best first, with their cross-validated error; those that were asked for are finished:
-// drift and condition are known, and what drifts more than `most_drift_deg` in a hold has had its motion
+// drift and condition are known, and what drifts more than kMostDrift_deg (hold.hpp) in a hold has had its motion
 // shrunk until it did not, if that was enough. Throws io::JobError naming the joint: too few samples, constant angle.
 std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double period_s,
                                    const std::string& joint, const Candidates& candidates, const Drift& drift,
-                                   double most_drift_deg, const Accept& accept, const Step& step);
+                                   const Accept& accept, const Step& step);
 
 // Adds the blocks of `fit` behind the model's inputs of these names, and the joint.
 void add_to(model::Model& model, Additive fit, const std::vector<std::string>& inputs,

@@ -283,7 +283,6 @@ bool Donnings::tells(double angle_deg) const {
 
 void System::make_rows(const Stack& stack, const Donnings& donnings) {
   const Index sensors = stack.input.cols();
-  Index rows = 0;
   std::vector<double> weights;
   std::vector<double> angles;
   std::vector<double> as_it_was;
@@ -291,15 +290,15 @@ void System::make_rows(const Stack& stack, const Donnings& donnings) {
     angles.push_back(angle);
     weights.push_back(weight);
     as_it_was.push_back(real ? 1 : 0);
-    ++rows;
   };
   for (const Index k : stack.used) {
-    first_.push_back(rows);
+    first_.push_back(std::ssize(angles));
     const double angle = stack.angle(k);
     const bool at_end = donnings.tells(angle);
     add(angle, at_end ? donnings.as_it_was() : 1, true);
     for (Index s = 0; at_end && s < 2 * sensors; ++s) add(angle, donnings.shifted(), false);
   }
+  const Index rows = std::ssize(angles);
   first_.push_back(rows);
   angle_ = Eigen::Map<const VectorXd>(angles.data(), rows);
   weight_ = Eigen::Map<const VectorXd>(weights.data(), rows);

@@ -117,4 +117,8 @@ class System {
   Eigen::MatrixXd common_;
 };
 
+// The angle of one sensor does not turn back (monotone.cpp). `gram` (lower triangle) and `penalty` of the least-squares problem that
+// `fit` solves, with its covariance. What several sensors say together is left as it is.
+void make_monotone(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& penalty, Additive& fit);
+
 }  // namespace flexor::identify

@@ -30,7 +30,7 @@ Additive fit_of(const std::vector<Session>& sessions, const std::string& structu
   const auto still = [](const Additive&) { return 0.0; };
   const auto any = [](const Additive&) { return true; };
   const auto wanted = std::get<Candidates>(parse_structure(structure, 1));
-  return fit_additive(sessions, kGrid_s, "index", wanted, still, 1, any, {}).front();
+  return fit_additive(sessions, kGrid_s, "index", wanted, still, any, {}).front();
 }
 
 TEST(Additive, StandardErrorsAreTheSpreadOfRepeatedRecordings) {
@@ -136,7 +136,7 @@ TEST(Additive, MotionThatDriftsIsShrunkUntilItDoesNot) {
   const auto any = [](const Additive&) { return true; };
   const auto before = fit_of({drawn(5, 0)}, "line-lead");
   const auto after =
-      fit_additive({drawn(5, 0)}, kGrid_s, "index", candidates("line-lead", 1), drift, 1, any, {}).front();
+      fit_additive({drawn(5, 0)}, kGrid_s, "index", candidates("line-lead", 1), drift, any, {}).front();
   EXPECT_EQ(*after.hold_drift_deg, 0.5);
   EXPECT_GT(after.priors.motion, before.priors.motion);
 }

@@ -1,5 +1,11 @@
-#include "host/identify/chain_fit.hpp"
-
+// A chain of blocks with dynamics (structure_text.hpp) fitted to one joint from one sensor, by fit.hpp.
+//
+// Several recordings are fitted one behind the other; the first two seconds of each but the first do not count. A lag before
+// the chain is a first-order low-pass of the reading; its time constant is searched for the least fitted error, and
+// it is left out where that is no less without it. Poles that would let a held angle drift by more than kMostDrift_deg are made
+// quicker until it does not, unless the sensor creeps and that pays (creep_refusal). Cross-validation as in folds.hpp, each fold
+// from the parameters of the whole.
+// A stop before the first fit is io::Cancelled; after it the chain is there and is finished.
 #include <fmt/format.h>
 
 #include <array>
@@ -7,7 +13,6 @@
 #include <utility>
 
 #include "host/identify/additive_system.hpp"
-#include "host/identify/folds.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/joint_fit.hpp"
 #include "host/identify/robust.hpp"
@@ -27,19 +32,18 @@ constexpr double kLagIsWorth = 0.001;
 constexpr int kHalvings = 4;                              // of the distance between lags that are tried
 constexpr std::array kSlowest_s = {0.0, 1.0, 0.5, 0.25};  // 0: as slow as the data say
 
-Data data_of(const Stack& stack, const std::vector<Session>& sessions, const std::string& joint,
-             double period_s, bool remembers) {
+Data data_of(const Stack& stack, const Task& task, bool remembers) {
   Data out;
-  out.channel = joint;
-  out.period_s = period_s;
+  out.channel = task.joint.joint;
+  out.period_s = task.inputs.sample_period_s;
   out.input = stack.input.col(0);
   out.angle_deg = stack.angle;
   out.weight.resize(stack.angle.size());
   Index row = 0;
-  for (const Session& session : sessions) {
+  for (const Session& session : task.sessions) {
     const double from_s = row == 0 || !remembers ? 0 : kNotFitted_s;
     for (std::size_t k = 0; k < session.use.size(); ++k)
-      out.weight(row++) = session.use[k] != 0 && static_cast<double>(k) * period_s >= from_s ? 1 : 0;
+      out.weight(row++) = session.use[k] != 0 && static_cast<double>(k) * out.period_s >= from_s ? 1 : 0;
   }
   return out;
 }
@@ -57,15 +61,8 @@ VectorXd lagged(VectorXd signal, const Stack& stack, double share) {
 
 class ChainFitter {
  public:
-  ChainFitter(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
-              const JointMap& joint, const Step& step)
-      : wanted_(wanted),
-        sessions_(sessions),
-        inputs_(inputs),
-        joint_(joint),
-        step_(step),
-        stack_(sessions),
-        raw_(data_of(stack_, sessions, joint.joint, inputs.sample_period_s, remembers(wanted))) {}
+  ChainFitter(const Chain& wanted, const Task& task)
+      : wanted_(wanted), task_(task), stack_(task.sessions), raw_(data_of(stack_, task, remembers(wanted))) {}
 
   JointFit run(const std::optional<Initial>& initial, double least_deg) {
     if (!progress()) throw io::Cancelled("cancelled");
@@ -83,13 +80,11 @@ class ChainFitter {
     const bool gain_alone = initial && initial->gain_alone;
     if (gain_alone) options.from = From::initial;
     ChainOptions fold;  // has one minimum to find, that of the whole
-    fold.from = From::initial;
-    fold.cost_tolerance = 1e-5;  // a fold's loss is judged by per cents
     const auto finish = [&] {
       if (out.fitted_rmse_deg < least_deg) validate(chain, data, fold, out);
     };
     for (const double slowest_s : kSlowest_s) {
-      fold.slowest_s = options.slowest_s = slowest_s;
+      options.slowest_s = slowest_s;
       Summary summary = fit(chain.blocks, data, options);
       if (first) {  // this one went on from it
         summary.start = first->start;
@@ -98,8 +93,10 @@ class ChainFitter {
       } else {
         first = summary;
       }
-      fold.initial = options.initial = Initial{summary.channel, gain_alone};
+      options.initial = Initial{summary.channel, gain_alone};
       options.from = From::initial;
+      fold = options;
+      fold.cost_tolerance = 1e-5;  // a fold's loss is judged by per cents
       fold.knots = summary.knots;
       fold.deviation_deg = summary.deviation_deg;
       out = filled(chain, summary);
@@ -112,7 +109,7 @@ class ChainFitter {
     }
     finish();
     const bool pays = creeping && !creeping->fold_loss.empty() &&
-                      (out.fold_loss.empty() || creep_refusal(*creeping, out, sessions_).empty());
+                      (out.fold_loss.empty() || creep_refusal(*creeping, out, task_.sessions).empty());
     if (pays) out = std::move(*creeping);
     out.creeps = pays;
     return out;
@@ -120,7 +117,8 @@ class ChainFitter {
 
  private:
   bool progress() {
-    return !step_ || step_(done_++, kSlowest_s.size(), fmt::format("{}: {}", joint_.joint, text_of(wanted_)));
+    return !task_.step ||
+           task_.step(done_++, kSlowest_s.size(), fmt::format("{}: {}", task_.joint.joint, text_of(wanted_)));
   }
 
   Data behind(const Chain& chain) const {
@@ -176,7 +174,7 @@ class ChainFitter {
 
   JointFit filled(const Chain& chain, const Summary& summary) const {
     JointFit out;
-    out.sensors = joint_.sensors;
+    out.sensors = task_.joint.sensors;
     out.structure = text_of(chain);
     out.text = text_of(chain);
     static_cast<Fitted&>(out) = summary;
@@ -188,10 +186,10 @@ class ChainFitter {
       const Index last = summary.covariance.rows();
       out.covariance.conservativeResizeLike(Eigen::MatrixXd::Zero(last + 1, last + 1));
     }
-    out.model = own_inputs(inputs_, joint_);
+    out.model = own_inputs(task_.inputs, task_.joint);
     try {
       add_blocks(chain, summary.channel, out.model);
-      out.hold_drift_deg = identify::hold_drift_deg(out.model, sessions_, joint_.sensors);
+      out.hold_drift_deg = identify::hold_drift_deg(out.model, task_.sessions, task_.joint.sensors);
     } catch (const io::InputError& error) {  // too steep for any document
       throw io::JobError(error.what());
     }
@@ -248,12 +246,12 @@ class ChainFitter {
     }
     bound_line(input, channel);
     if (channel.output_curve) scale_for_board(input, model.sample_period_s, channel);
-    channel.name = joint_.joint;
-    channel.input_column = joint_.sensors.front();
+    channel.name = task_.joint.joint;
+    channel.input_column = task_.joint.sensors.front();
     model::Model alone = model::model_of(channel, model.sample_period_s);
-    std::string from = joint_.sensors.front();
+    std::string from = task_.joint.sensors.front();
     if (chain.lag_s) {
-      const std::string to = joint_.joint + " lag";
+      const std::string to = task_.joint.joint + " lag";
       model.blocks.push_back({{from}, to, model::Lag{1 / *chain.lag_s}});
       from = to;
     }
@@ -291,10 +289,7 @@ class ChainFitter {
   }
 
   const Chain& wanted_;
-  const std::vector<Session>& sessions_;
-  const model::Model& inputs_;
-  const JointMap& joint_;
-  const Step& step_;
+  const Task& task_;
   Stack stack_;
   Data raw_;
   std::size_t done_ = 0;
@@ -302,10 +297,9 @@ class ChainFitter {
 
 }  // namespace
 
-JointFit fit_chain(const Chain& wanted, const std::vector<Session>& sessions, const model::Model& inputs,
-                   const JointMap& joint, const std::optional<Initial>& initial, double least_deg,
-                   const Step& step) {
-  return ChainFitter(wanted, sessions, inputs, joint, step).run(initial, least_deg);
+JointFit fit_chain(const Chain& wanted, const Task& task, const std::optional<Initial>& initial,
+                   double least_deg) {
+  return ChainFitter(wanted, task).run(initial, least_deg);
 }
 
 }  // namespace flexor::identify

@@ -1,6 +1,7 @@
 #include "host/identify/fit.hpp"
 
 #include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,7 +12,6 @@
 #include "host/identify/levenberg_marquardt.hpp"
 #include "host/identify/robust.hpp"
 #include "host/identify/structure_text.hpp"
-#include "host/identify/uncertainty.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::identify {
@@ -28,9 +28,10 @@ constexpr double kMaxPlayWeight = 4;
 constexpr double kMaxTap = 8;
 constexpr double kLeastDamping = 0.02;  // within what a board's block takes
 constexpr double kMostDamping = 0.99;
-
 constexpr double kSaturatedMargin = 0.08;
 constexpr double kSlowestPerRecording = 10;
+constexpr double kRankTolerance = 1e-7;
+constexpr Index kMaxLags = 400;
 // Standard errors beyond which a value says nothing: a pole within a factor of e, a tap or weight within its
 // bound.
 constexpr double kMaxLogRateError = 1;
@@ -38,6 +39,9 @@ constexpr double kMaxTapError = 2;
 constexpr double kMaxWeightError = 1;
 // Standard deviation of a curve's value about the line between its neighbours, as a share of the span of the angles.
 constexpr double kTurn = 0.05;
+constexpr std::size_t kFolds = 6;
+constexpr std::size_t kMostFolds = 8;  // where whole recordings are left out
+constexpr double kGuard_s = 1;
 
 bool both_curves(const Structure& structure) {
   return structure.input_knots > 0 && structure.output_knots > 0;
@@ -63,7 +67,10 @@ double root_mean_square(const VectorXd& r) {
 class Problem {
  public:
   Problem(const Predictor& predictor, const Data& data, const ChainOptions& options)
-      : predictor_(predictor), rows_(used_rows(data)), angle_(data.angle_deg(rows_)) {
+      : predictor_(predictor),
+        rows_(used_rows(data)),
+        angle_(data.angle_deg(rows_)),
+        span_deg_(angle_.maxCoeff() - angle_.minCoeff()) {
     root_ = data.weight(rows_).cwiseSqrt();
     own_ = std::ranges::lower_bound(rows_, data.size()) - rows_.begin();
     set_bounds(data, options);
@@ -91,8 +98,8 @@ class Problem {
   // Residuals of that prior, by the parameters.
   const MatrixXd& turns() const { return turns_; }
   double span_deg() const { return span_deg_; }
-  // What a curve may say: the measured angles and their span on either side.
-  const model::Saturation& plausible() const { return plausible_; }
+  // What a curve may say.
+  model::Saturation angles() const { return open_limits(angle_); }
 
   // And its Jacobian by the free parameters, unless that is null.
   VectorXd residual(const VectorXd& theta, const std::vector<int>& free, MatrixXd* jacobian) const {
@@ -114,21 +121,18 @@ class Problem {
       lower_.segment(at, count).setConstant(low);
       upper_.segment(at, count).setConstant(high);
     };
-    const auto input = sorted(data.input(rows_));
-    const double range = input.back() - input.front();
+    const VectorXd input = data.input(rows_);
+    const double range = input.maxCoeff() - input.minCoeff();
     if (structure.dead_zone) {
-      bound(layout.dead_zone, 1, input.front(), input.back());
+      bound(layout.dead_zone, 1, input.minCoeff(), input.maxCoeff());
       bound(layout.dead_zone + 1, 1, 0, range);
     }
     if (structure.plays > 0) {
       bound(layout.radii, structure.plays, 0, range / 2);
       bound(layout.weights, structure.plays, -kMaxPlayWeight, kMaxPlayWeight);
     }
-    const auto angle = sorted(data.angle_deg(rows_));
-    span_deg_ = angle.back() - angle.front();
-    plausible_ = open_limits(data.angle_deg(rows_));
-    for (const auto& [at, knots] : layout.curves)
-      bound(at, knots, plausible_.lower_deg, plausible_.upper_deg);
+    const auto [lower_deg, upper_deg] = angles();
+    for (const auto& [at, knots] : layout.curves) bound(at, knots, lower_deg, upper_deg);
     if (structure.order > 0) {
       // From a time constant that the recording shows ten times over to one that has settled within a sample.
       const double duration_s = static_cast<double>(data.size()) * data.period_s;
@@ -138,9 +142,9 @@ class Problem {
     if (structure.pair) bound(layout.log_rates + 1, 1, kLeastDamping, kMostDamping);
     if (structure.taps() > 0) bound(layout.taps, structure.taps(), -kMaxTap, kMaxTap);
     if (structure.saturation) {
-      const double middle = (angle.front() + angle.back()) / 2;
-      bound(layout.saturation, 1, plausible_.lower_deg, middle);
-      bound(layout.saturation + 1, 1, middle, plausible_.upper_deg);
+      const double middle = (angle_.minCoeff() + angle_.maxCoeff()) / 2;
+      bound(layout.saturation, 1, lower_deg, middle);
+      bound(layout.saturation + 1, 1, middle, upper_deg);
     }
   }
 
@@ -149,11 +153,10 @@ class Problem {
   Index own_ = 0;
   VectorXd root_;
   VectorXd angle_;
+  double span_deg_;
   VectorXd lower_;
   VectorXd upper_;
-  double span_deg_ = 0;
   MatrixXd turns_;
-  model::Saturation plausible_;
   mutable Jacobian all_;  // kept between calls: fresh pages for it cost more than the arithmetic
 };
 
@@ -193,7 +196,13 @@ Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& f
 // Starts for what is not linear in the parameters; the linear part follows by least squares.
 class Starts {
  public:
-  Starts(const Problem& problem, const Data& data) : problem_(problem), data_(data) {}
+  Starts(const Problem& problem, const Data& data)
+      : problem_(problem),
+        predictor_(problem.predictor()),
+        layout_(predictor_.layout()),
+        data_(data),
+        input_(data.input(problem.rows())),
+        angle_(data.angle_deg(problem.rows())) {}
 
   std::vector<VectorXd> make(bool only_first) const {
     static const std::vector<std::vector<std::vector<double>>> kRates = {
@@ -202,31 +211,33 @@ class Starts {
         {{20, 1}, {15, 0.2}, {30, 6}, {4, 3}},
         {{30, 3, 0.3}, {20, 1, 0.08}, {40, 10, 1}, {8, 5, 2}}};
     static const std::vector<std::vector<double>> kPairs = {{8, 0.5}, {20, 0.5}, {3, 0.3}, {30, 0.8}};
-    const Structure& structure = problem_.predictor().structure();
-    const Layout& layout = problem_.predictor().layout();
+    const Structure& structure = predictor_.structure();
+    const double range = input_.maxCoeff() - input_.minCoeff();
     std::vector<VectorXd> starts;
     for (const auto& rates : structure.pair ? kPairs : kRates[static_cast<std::size_t>(structure.order)]) {
-      VectorXd theta = VectorXd::Zero(layout.size);
-      for (int i = 0; i < structure.order; ++i) {
-        theta(layout.log_rates + i) = std::log(rates[static_cast<std::size_t>(i)]);
-      }
-      if (structure.pair) theta(layout.log_rates + 1) = rates[1];
+      const bool is_even = starts.size() % 2 == 0;
+      VectorXd theta = VectorXd::Zero(layout_.size);
+      for (int i = 0; i < structure.order; ++i)
+        theta(layout_.log_rates + i) = std::log(rates[static_cast<std::size_t>(i)]);
+      if (structure.pair) theta(layout_.log_rates + 1) = rates[1];
       for (int i = 0; i + 1 < structure.order && !structure.pair; ++i)
-        theta(layout.taps + i) = 1.0 / structure.order;
+        theta(layout_.taps + i) = 1.0 / structure.order;
       if (both_curves(structure)) set_first_curve(theta);
-      const double range = input_range();
       for (int j = 0; j < structure.plays; ++j) {
-        theta(layout.radii + j) = range * 0.02 * std::pow(3, j) * (starts.size() % 2 == 0 ? 1 : 2);
-        theta(layout.weights + j) = 0.3;
+        theta(layout_.radii + j) = range * 0.02 * std::pow(3, j) * (is_even ? 1 : 2);
+        theta(layout_.weights + j) = 0.3;
       }
-      if (structure.saturation) set_saturation(theta);
+      if (structure.saturation) {
+        theta(layout_.saturation) = quantile(sorted(angle_), 0.005);
+        theta(layout_.saturation + 1) = quantile(sorted(angle_), 0.995);
+      }
       // Saturated samples bend the straight part: every other start leaves them out.
-      const std::vector<Index> rows = starts.size() % 2 == 0 ? problem_.rows() : unsaturated_rows(theta);
-      if (structure.dead_zone) {
-        search_dead_zone(theta, rows);
-      } else {
+      const std::vector<Index> rows =
+          is_even || !structure.saturation ? problem_.rows() : unsaturated_rows(theta);
+      if (structure.dead_zone)
+        search_dead_zone(theta, rows, range);
+      else
         solve_linear_part(theta, rows);
-      }
       starts.push_back(theta);
       if (only_first) break;
     }
@@ -234,96 +245,70 @@ class Starts {
   }
 
  private:
-  // Of the used samples: the others may be held back.
-  double input_range() const {
-    const VectorXd used = data_.input(problem_.rows());
-    return used.maxCoeff() - used.minCoeff();
-  }
-
   // The line through the samples; the curve behind it bends it.
   void set_first_curve(VectorXd& theta) const {
-    const VectorXd u = data_.input(problem_.rows());
-    const VectorXd angle = data_.angle_deg(problem_.rows());
-    const double slope = (u.array() - u.mean()).matrix().dot(angle) / (u.array() - u.mean()).square().sum();
-    const std::vector<double>& x = problem_.predictor().knots().input;
-    for (std::size_t i = 0; i < x.size(); ++i)
-      theta(problem_.predictor().layout().input_curve + static_cast<int>(i)) =
-          angle.mean() + slope * (x[i] - u.mean());
-  }
-
-  void set_saturation(VectorXd& theta) const {
-    const auto angle = sorted(data_.angle_deg(problem_.rows()));
-    const int at = problem_.predictor().layout().saturation;
-    theta(at) = quantile(angle, 0.005);
-    theta(at + 1) = quantile(angle, 0.995);
+    const Eigen::ArrayXd off = input_.array() - input_.mean();
+    const double slope = off.matrix().dot(angle_) / off.square().sum();
+    for (int at = layout_.input_curve; const double x : predictor_.knots().input)
+      theta(at++) = angle_.mean() + slope * (x - input_.mean());
   }
 
   std::vector<Index> unsaturated_rows(const VectorXd& theta) const {
-    const int at = problem_.predictor().layout().saturation;
-    if (at < 0) return problem_.rows();
+    const int at = layout_.saturation;
     const double margin = kSaturatedMargin * (theta(at + 1) - theta(at));
     std::vector<Index> rows;
     for (const Index k : problem_.rows()) {
       const double y = data_.angle_deg(k);
       if (y > theta(at) + margin && y < theta(at + 1) - margin) rows.push_back(k);
     }
-    const bool enough = std::ssize(rows) >= kSamplesPerParameter * problem_.predictor().layout().size;
-    return enough ? rows : problem_.rows();
+    return std::ssize(rows) >= kSamplesPerParameter * layout_.size ? rows : problem_.rows();
   }
 
   // The angle is linear in the curve's values (or gain and offset) until it saturates: least squares over the
   // samples, slightly damped so that knots without samples stay near their neighbours' mean.
   double solve_linear_part(VectorXd& theta, const std::vector<Index>& rows) const {
-    const Predictor& predictor = problem_.predictor();
-    const Layout& layout = predictor.layout();
-    const Structure& structure = predictor.structure();
-    Structure open = structure;
+    Structure open = predictor_.structure();
     open.saturation = false;
-    const bool both = both_curves(structure);
     const int count =
-        both ? structure.output_knots : std::max({structure.input_knots, structure.output_knots, 2});
-    const int at = std::max({layout.input_curve, layout.output_curve, layout.affine});
+        both_curves(open) ? open.output_knots : std::max({open.input_knots, open.output_knots, 2});
+    const int at = std::max({layout_.input_curve, layout_.output_curve, layout_.affine});
     const VectorXd angle = data_.angle_deg(rows);
-    const double mean = angle.mean();
     // Linear in these parameters: the Jacobian at any value of them is the regression matrix. A gain of one
     // keeps the blocks before it visible.
-    const Predictor linear(open, predictor.knots(), predictor.input(), predictor.period_s());
+    const Predictor linear(open, predictor_.knots(), predictor_.input(), predictor_.period_s());
     VectorXd probe = theta.head(linear.layout().size);
     probe.segment(at, count).setZero();
-    if (layout.affine >= 0) probe(at) = 1;
     MatrixXd a = MatrixXd::Ones(std::ssize(rows), count);
-    if (layout.affine >= 0) {
+    VectorXd value;
+    if (layout_.affine >= 0) {
+      probe(at) = 1;
       a.col(0) = linear.predict(probe, nullptr)(rows);
+      value = a.colPivHouseholderQr().solve(angle);
     } else {
       Jacobian all;
       (void)linear.predict(probe, &all);
       a = all.middleCols(at, count)(rows, Eigen::all);
+      const double damping = 1e-3 * a.norm() / std::sqrt(static_cast<double>(count));
+      MatrixXd damped(a.rows() + count, count);
+      damped << a, damping * MatrixXd::Identity(count, count);
+      VectorXd right = VectorXd::Zero(damped.rows());
+      right.head(a.rows()) = angle.array() - angle.mean();
+      value = damped.colPivHouseholderQr().solve(right).array() + angle.mean();  // the hats sum to one
     }
-    const double damping = 1e-3 * a.norm() / std::sqrt(static_cast<double>(count));
-    MatrixXd damped(a.rows() + count, count);
-    damped << a, damping * MatrixXd::Identity(count, count);
-    VectorXd right(a.rows() + count);
-    const bool curve = layout.affine < 0;
-    right << (curve ? VectorXd(angle.array() - mean) : angle), VectorXd::Zero(count);
-    VectorXd value = (curve ? damped : MatrixXd(a)).colPivHouseholderQr().solve(curve ? right : angle);
-    if (curve) value.array() += mean;  // the hats sum to one
-    const double rms = root_mean_square(a * value - angle);
     theta.segment(at, count) = value;
-    return rms;
+    return root_mean_square(a * value - angle);
   }
 
-  void search_dead_zone(VectorXd& theta, const std::vector<Index>& rows) const {
-    const int at = problem_.predictor().layout().dead_zone;
-    const auto input = sorted(data_.input(problem_.rows()));
+  void search_dead_zone(VectorXd& theta, const std::vector<Index>& rows, double range) const {
+    const int at = layout_.dead_zone;
     VectorXd best = theta;
     double least = kInfinity;
     constexpr int kGrid = 12;
     for (int low = 0; low < kGrid; ++low) {
       for (int high = low; high <= kGrid; ++high) {
-        const double range = input.back() - input.front();
-        theta(at) = input.front() + range * low / kGrid;
-        theta(at + 1) = range * (high - low) / kGrid;
         if (low == 0 && high == kGrid) continue;  // nothing would be left
+        theta(at) = input_.minCoeff() + range * low / kGrid;
+        theta(at + 1) = range * (high - low) / kGrid;
         const double rms = solve_linear_part(theta, rows);
         if (rms < least) {
           least = rms;
@@ -335,7 +320,11 @@ class Starts {
   }
 
   const Problem& problem_;
+  const Predictor& predictor_;
+  const Layout& layout_;
   const Data& data_;
+  VectorXd input_;  // of the used samples: the others may be held back
+  VectorXd angle_;
 };
 
 void check_data(const Structure& structure, const Data& data, const std::vector<Index>& rows) {
@@ -411,6 +400,10 @@ class Fitter {
  private:
   bool gain_alone() const { return options_.initial && options_.initial->gain_alone; }
 
+  [[noreturn]] void fail(const char* why) const {
+    throw io::JobError("{}: {}: {}", data_.channel, text_of(predictor_.structure()), why);
+  }
+
   // Every start by some steps of plain least squares to the recording alone; the best of two that go on sets the scale of the
   // robust loss.
   void search() {
@@ -443,10 +436,7 @@ class Fitter {
       iterations_ = best_.iterations;
       initial_ = starts[start];
     }
-    if (!std::isfinite(best_.cost)) {
-      throw io::JobError("{}: {}: no start converged; is the motion rich enough?", data_.channel,
-                         text_of(predictor_.structure()));
-    }
+    if (!std::isfinite(best_.cost)) fail("no start converged; is the motion rich enough?");
     if (!(deviation_deg_ > 0)) {
       const VectorXd r = own_problem_.own_residual(best_.theta);
       deviation_deg_ = std::max(robust_deviation(r), 1e-3 / kRobustScale * root_mean_square(r));
@@ -479,24 +469,15 @@ class Fitter {
     while (true) {
       best_ = solve(problem_, best_.theta, free_, delta_, {.cost_tolerance = options_.cost_tolerance});
       iterations_ += best_.iterations;
-      if (!std::isfinite(best_.cost)) {
-        throw io::JobError("{}: {}: the fit did not converge", data_.channel,
-                           text_of(predictor_.structure()));
-      }
+      if (!std::isfinite(best_.cost)) fail("the fit did not converge");
       if (hold_at_bounds()) continue;
       MatrixXd jacobian;
       const VectorXd residual = problem_.residual(best_.theta, free_, &jacobian);
       uncertainty_ = uncertainty(residual, jacobian, delta_, problem_.turns()(Eigen::all, free_));
-      std::optional<int> worst = loosest();
-      if (!uncertainty_.undetermined.empty()) {
-        worst = free_[static_cast<std::size_t>(uncertainty_.undetermined.front())];
-      }
+      const std::optional<int> worst = loosest();
       if (!worst) return;
       hold(*worst);
-      if (free_.empty()) {
-        throw io::JobError("{}: {}: the data determine no parameter", data_.channel,
-                           text_of(predictor_.structure()));
-      }
+      if (free_.empty()) fail("the data determine no parameter");
     }
   }
 
@@ -526,9 +507,10 @@ class Fitter {
     return any;
   }
 
-  // The free parameter whose standard error exceeds its limit most, if any does.
+  // A free parameter that the data do not determine, else the one whose standard error exceeds its limit most, if any does.
   std::optional<int> loosest() const {
-    if (!uncertainty_.undetermined.empty()) return std::nullopt;
+    if (!uncertainty_.undetermined.empty())
+      return free_[static_cast<std::size_t>(uncertainty_.undetermined.front())];
     const Layout& l = predictor_.layout();
     const Structure& structure = predictor_.structure();
     std::optional<int> worst;
@@ -586,7 +568,7 @@ class Fitter {
     }
     Predictor shipped = predictor_;
     VectorXd theta = best_.theta;
-    shipped.go_on(problem_.plausible(), theta);
+    shipped.go_on(problem_.angles(), theta);
     s.predicted_deg = shipped.predict(theta, nullptr);
     s.channel = shipped.channel(theta);
     if (gain_alone()) {  // all else to the bit
@@ -597,7 +579,7 @@ class Fitter {
       s.channel.lti.gain = gain;
     }
     s.channel.name = data_.channel;
-    if (!predictor_.structure().saturation) s.channel.saturation = problem_.plausible();
+    if (!predictor_.structure().saturation) s.channel.saturation = problem_.angles();
     s.channel.rest_deg = quantile(sorted(data_.angle_deg(problem_.rows())), 0.5);
     return s;
   }
@@ -620,6 +602,20 @@ class Fitter {
   int iterations_ = 0;
 };
 
+// Lags until the residuals' autocorrelation first falls below 2 / sqrt(n).
+int correlation_length(const VectorXd& residual) {
+  const auto n = residual.size();
+  const VectorXd r = residual.array() - residual.mean();
+  const double variance = r.squaredNorm();
+  if (!(variance > 0)) return 0;
+  const double threshold = 2 / std::sqrt(static_cast<double>(n));
+  const auto most = static_cast<int>(std::min<Index>(n / 20, kMaxLags));
+  for (int lag = 1; lag <= most; ++lag) {
+    if (r.head(n - lag).dot(r.tail(n - lag)) / variance < threshold) return lag - 1;
+  }
+  return most;
+}
+
 }  // namespace
 
 std::vector<Index> used_rows(const Data& data, bool own) {
@@ -633,6 +629,94 @@ std::vector<Index> used_rows(const Data& data, bool own) {
 Summary fit(const Structure& structure, const Data& data, const ChainOptions& options) {
   check_data(structure, data, used_rows(data));
   return Fitter(structure, data, options).run();
+}
+
+Uncertainty uncertainty(const VectorXd& residual, const MatrixXd& jacobian, double delta,
+                        const MatrixXd& prior) {
+  const auto n = jacobian.rows();
+  const auto p = jacobian.cols();
+  Uncertainty result;
+
+  // rho' (score) and rho'' (weight) of the pseudo-Huber loss; 1 and r for an infinite delta.
+  const Eigen::ArrayXd z = 1 + (residual.array() / delta).square();
+  const Eigen::ArrayXd score = residual.array() / z.sqrt();
+  const Eigen::ArrayXd root_weight = z.pow(-0.75);
+
+  MatrixXd weighted(n + prior.rows(), p);
+  weighted << (jacobian.array().colwise() * root_weight).matrix(), prior;
+  const VectorXd norms = weighted.colwise().norm();
+  for (Index i = 0; i < p; ++i) {
+    if (!(norms(i) > 0)) result.undetermined.push_back(static_cast<int>(i));
+  }
+  if (!result.undetermined.empty()) return result;
+
+  const VectorXd scale = norms.cwiseInverse();
+  const Eigen::JacobiSVD<MatrixXd, Eigen::HouseholderQRPreconditioner> svd(
+      weighted * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const VectorXd& sigma = svd.singularValues();
+  result.condition = sigma(0) / std::max(sigma(p - 1), 1e-300);
+  if (sigma(p - 1) < kRankTolerance * sigma(0)) {
+    Index worst = 0;
+    svd.matrixV().col(p - 1).cwiseAbs().maxCoeff(&worst);
+    result.undetermined.push_back(static_cast<int>(worst));
+    return result;
+  }
+  const MatrixXd inverse = scale.asDiagonal() * svd.matrixV() *
+                           sigma.array().square().inverse().matrix().asDiagonal() *
+                           svd.matrixV().transpose() * scale.asDiagonal();
+
+  const MatrixXd g = jacobian.array().colwise() * score;
+  MatrixXd s = g.transpose() * g;
+  const int lags = correlation_length(residual);
+  for (int lag = 1; lag <= lags; ++lag) {
+    const double bartlett = 1 - static_cast<double>(lag) / (lags + 1);
+    const MatrixXd c = g.topRows(n - lag).transpose() * g.bottomRows(n - lag);
+    s += bartlett * (c + c.transpose());
+  }
+  const double small_sample = static_cast<double>(n) / static_cast<double>(n - p);
+  result.covariance = small_sample * inverse * s * inverse;
+  return result;
+}
+
+std::vector<Fold> folds_of(const std::vector<Index>& used, const std::vector<Index>& begin, double period_s) {
+  const auto place = [&](Index sample) {
+    return static_cast<std::size_t>(std::ranges::lower_bound(used, sample) - used.begin());
+  };
+  const std::size_t n = begin.size() - 1;
+  std::vector<Fold> out(n > 2 ? std::min(n, kMostFolds) : kFolds);
+  const auto add = [&](Fold& fold, std::size_t from, std::size_t to) {
+    const auto guard = std::min(std::lround(kGuard_s / period_s), static_cast<long>(to - from) / 4);
+    if (from < to) fold.push_back({used[from], used[to - 1], guard});
+  };
+  for (std::size_t f = 0; f < out.size(); ++f) {
+    if (n > 2) {
+      add(out[f], place(begin[f * n / out.size()]), place(begin[(f + 1) * n / out.size()]));
+      continue;
+    }
+    for (std::size_t s = 0; s < n; ++s) {
+      const std::size_t from = place(begin[s]);
+      const std::size_t size = place(begin[s + 1]) - from;
+      add(out[f], from + size * f / out.size(), from + size * (f + 1) / out.size());
+    }
+  }
+  std::erase_if(out,
+                [](const Fold& fold) { return fold.empty(); });  // of a recording without a usable sample
+  return out;
+}
+
+std::vector<Summary> fit_folds(const Structure& structure, const Data& data, const std::vector<Fold>& folds,
+                               const ChainOptions& options) {
+  std::vector<Summary> out;
+  for (const Fold& fold : folds) {
+    Data rest = data;
+    for (const Block& block : fold) {
+      const Index end = std::min(block.last + block.guard + 1, data.size());
+      for (Index k = std::max<Index>(block.first - block.guard, 0); k < end; ++k)
+        for (Index copy = k; copy < rest.weight.size(); copy += data.size()) rest.weight(copy) = 0;
+    }
+    out.push_back(fit(structure, rest, options));
+  }
+  return out;
 }
 
 }  // namespace flexor::identify

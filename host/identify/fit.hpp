@@ -22,8 +22,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -81,5 +79,40 @@ Summary fit(const Structure& structure, const Data& data, const ChainOptions& op
 
 // Samples whose error counts, in their order; of the recording's own alone, or of its copies too.
 std::vector<Eigen::Index> used_rows(const Data& data, bool own = false);
+
+// Covariance of fitted parameters. Rows: the used samples in order of time. `residual` r_k, `jacobian` d(predicted)/d(theta) of the free
+// parameters. delta: of the pseudo-Huber loss; infinite for plain least squares. `prior`: rows of the parameters that the fit holds near zero
+// beside them, or none.
+struct Uncertainty {
+  Eigen::MatrixXd covariance;
+  double condition = 0;
+  // Free parameters, by column, that the data cannot tell: a column of zeros, or the largest part of a
+  // direction whose singular value is below 1e-7 of the largest. The covariance is meaningless while there
+  // are any.
+  std::vector<int> undetermined;
+};
+
+Uncertainty uncertainty(const Eigen::VectorXd& residual, const Eigen::MatrixXd& jacobian, double delta,
+                        const Eigen::MatrixXd& prior);
+
+// Samples of one recording, both ends included, and how many on either side are not fitted.
+struct Block {
+  Eigen::Index first;
+  Eigen::Index last;
+  Eigen::Index guard;
+};
+using Fold = std::vector<Block>;
+
+// Cross-validation: which samples are left out together, the same for every candidate. Blocks of samples in time, six of each
+// recording, of two recordings the same parts, since they may be one motion; whole recordings where there are more than two. Beside
+// each block a guard of a second, a quarter of the block at most, is not fitted either.
+// `used`: the samples whose error counts, ascending; `begin`: the first sample of each recording, and the end.
+std::vector<Fold> folds_of(const std::vector<Eigen::Index>& used, const std::vector<Eigen::Index>& begin,
+                           double period_s);
+
+// A chain's fits to all but each fold: what `options` does not give (knots, a start, the width of the loss) comes from that part
+// alone, as the parameters do. Throws io::JobError when one cannot be fitted.
+std::vector<Summary> fit_folds(const Structure& structure, const Data& data, const std::vector<Fold>& folds,
+                               const ChainOptions& options);
 
 }  // namespace flexor::identify

@@ -5,10 +5,8 @@
 #include <ostream>
 #include <random>
 
-#include "host/identify/folds.hpp"
 #include "host/identify/identify_test.hpp"
 #include "host/identify/robust.hpp"
-#include "host/identify/uncertainty.hpp"
 #include "host/io/numbers.hpp"
 #include "host/io/refusal_test.hpp"
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "host/identify/joint_fit.hpp"
 #include "host/identify/readings.hpp"
@@ -28,11 +27,10 @@ constexpr double kTrembles = 5;     // mean steps: of white noise 96 % lie withi
 constexpr double kTrembles_counts = 6;
 
 struct Sensor {
-  std::string column;
-  std::string joint;
-  std::string unit;
+  model::Input input;  // named as its joint
   const std::vector<double>* value = nullptr;
-  model::Spread spread;
+
+  double span() const { return input.readings->span(); }
 };
 
 // The unit where the column states none: counts, if all readings may be a converter's.
@@ -44,8 +42,8 @@ bool may_be_counts(const std::vector<double>& readings) {
 bool only_trembles(const Sensor& s) {
   double steps = 0;
   for (std::size_t k = 1; k < s.value->size(); ++k) steps += std::abs((*s.value)[k] - (*s.value)[k - 1]);
-  return s.spread.span() <= kTrembles * steps / static_cast<double>(s.value->size() - 1) ||
-         (s.unit == "count" && s.spread.span() <= kTrembles_counts);
+  return s.span() <= kTrembles * steps / static_cast<double>(s.value->size() - 1) ||
+         (s.input.unit == "count" && s.span() <= kTrembles_counts);
 }
 
 std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vector<std::string>& joints,
@@ -59,16 +57,17 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vecto
         columns < joints.size() ? joints[columns] : model::joint_name(recording::cut_name(column.name).name);
     ++columns;
     if (joint == "-") continue;
-    Sensor sensor{column.name, joint, column.unit, &column.value, spread_of(column.value, kSpreadShares)};
-    if (sensor.unit.empty() && may_be_counts(column.value)) {
-      sensor.unit = "count";
+    Sensor sensor{{joint, column.name, column.unit, {}}, &column.value};
+    sensor.input.readings = spread_of(column.value, kSpreadShares);
+    if (column.unit.empty() && may_be_counts(column.value)) {
+      sensor.input.unit = "count";
       guessed += (guessed.empty() ? "" : ", ") + column.name;
     }
     if (only_trembles(sensor)) {
-      left_out.push_back(sensor.column);
+      left_out.push_back(column.name);
       warnings.push_back(
           fmt::format("{} hardly moves, by {:.5g} from {:.5g}: left out; is its strip connected?",
-                      sensor.column, sensor.spread.span(), sensor.spread.reading.front()));
+                      column.name, sensor.span(), sensor.input.readings->reading.front()));
     } else {
       out.push_back(std::move(sensor));
     }
@@ -85,7 +84,7 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vecto
         "open hand, then a fist, each for three seconds",
         log.source);
   const auto is_finger = [](const Sensor& s) {
-    return std::ranges::count(model::finger_names(), s.joint) > 0;
+    return std::ranges::count(model::finger_names(), s.input.name) > 0;
   };
   if (std::ranges::none_of(out, is_finger))
     warnings.push_back(
@@ -98,7 +97,7 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vecto
 void check_angles(const std::map<std::string, model::Ends>& angles, const std::vector<Sensor>& sensors) {
   for (const auto& [joint, at] : angles) {
     const bool is_sensed =
-        std::ranges::any_of(sensors, [&name = joint](const Sensor& s) { return s.joint == name; });
+        std::ranges::any_of(sensors, [&name = joint](const Sensor& s) { return s.input.name == name; });
     if (!is_sensed) throw io::InputError("--pose-angles {}: no column that moves is called so", joint);
     if (!(std::abs(at.fist_deg - at.open_deg) >= model::kLeastEnds_deg))
       throw io::InputError("--pose-angles {}: open hand and fist must be a degree apart or more", joint);
@@ -107,20 +106,16 @@ void check_angles(const std::map<std::string, model::Ends>& angles, const std::v
 
 void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
                const std::map<std::string, model::Ends>& angles) {
-  const std::string& joint = sensor.joint;
+  const std::string& joint = sensor.input.name;
   const auto told = angles.find(joint);
   const model::Ends at = told != angles.end() ? told->second : joint.starts_with("thumb") ? kThumb : kFinger;
-  model::Input input;
-  input.name = joint;
-  input.column = sensor.column;
-  input.unit = sensor.unit;
-  if (std::ranges::find(model::finger_names(), joint) != model::finger_names().end()) input.strip = joint;
+  model::Input input = sensor.input;
+  if (std::ranges::count(model::finger_names(), joint) > 0) input.strip = joint;
   const double span = std::abs(fist - open);
-  const bool counts = sensor.unit == "count";
+  const bool counts = input.unit == "count";
   input.valid_min = counts ? 1 : std::min(open, fist) - kBeyondPoses * span;
   input.valid_max = counts ? recording::adc_top(std::ranges::max(*sensor.value)) - 1
                            : std::max(open, fist) + kBeyondPoses * span;
-  input.readings = sensor.spread;
   const double gain = scale_to_counts(input);
   input.poses = model::Poses{gain * open, gain * fist};
   for (double& reading : input.readings->reading) reading *= gain;
@@ -141,7 +136,7 @@ Held held_in(const recording::Recording& log, const std::vector<Sensor>& sensors
   std::vector<model::Spread> spans;
   for (const Sensor& s : sensors) {
     readings.push_back(*s.value);
-    spans.push_back(s.spread);
+    spans.push_back(*s.input.readings);
   }
   const double period_s = (log.t_s.back() - log.t_s.front()) / static_cast<double>(log.t_s.size() - 1);
   Held out = poses_in(readings, period_s, spans, log.source);
@@ -153,8 +148,8 @@ Held held_in(const recording::Recording& log, const std::vector<Sensor>& sensors
 // Whether the sensor tells the poses apart; what speaks against it is said.
 bool tells_apart(const Sensor& sensor, std::size_t i, const Held& held, std::vector<std::string>& warnings) {
   const double span = std::abs(median(readings_in(held.fist, i)) - median(readings_in(held.open, i)));
-  if (span < kOtherPose * sensor.spread.span()) {
-    warnings.push_back(fmt::format("{} does not tell the two poses apart: left out", sensor.column));
+  if (span < kOtherPose * sensor.span()) {
+    warnings.push_back(fmt::format("{} does not tell the two poses apart: left out", sensor.input.column));
     return false;
   }
   bool is_one = true;
@@ -164,7 +159,8 @@ bool tells_apart(const Sensor& sensor, std::size_t i, const Held& held, std::vec
     is_one = is_one && apart <= kOneHold;
     if (apart <= kSameHold) continue;
     warnings.push_back(fmt::format("{}: the {} was held in ways that differ by {:.0f} % of the range{}",
-                                   sensor.column, pose, 100 * apart, apart > kOneHold ? ": left out" : ""));
+                                   sensor.input.column, pose, 100 * apart,
+                                   apart > kOneHold ? ": left out" : ""));
   }
   return is_one;
 }
@@ -175,7 +171,7 @@ void order(Held& held, FirstPose first, const std::vector<Sensor>& sensors,
   std::vector<std::string> fall;
   for (std::size_t i = 0; i < sensors.size(); ++i)
     if (median(readings_in(held.fist, i)) < median(readings_in(held.open, i)))
-      fall.push_back(sensors[i].column);
+      fall.push_back(sensors[i].input.column);
   if (first == FirstPose::unstated && !fall.empty()) {
     const bool all = fall.size() == sensors.size();
     warnings.push_back(
@@ -211,7 +207,7 @@ FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& 
       add_joint(out.model, sensors[i], median(readings_in(held.open, i)), median(readings_in(held.fist, i)),
                 options.angles);
     } else {
-      left_out.push_back(sensors[i].column);
+      left_out.push_back(sensors[i].input.column);
     }
   }
   if (left_out.size() > out.model.joints.size())

@@ -41,7 +41,7 @@ JointFit fit_of_one(const Session& session) {
   model::Model inputs;
   inputs.sample_period_s = kStep_s;
   inputs.inputs = {{"u", "u", "count", "", 1, 1022}};
-  return fit_joint({session}, inputs, {"index", {"u"}, "angle"}, "auto", {}, {});
+  return fit_joint({{session}, inputs, {"index", {"u"}, "angle"}}, "auto");
 }
 
 // Three minutes of poses, each held for up to six seconds; a part of what the reading gains comes with 1.5 seconds.

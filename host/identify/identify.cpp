@@ -14,7 +14,6 @@
 #include <set>
 #include <span>
 
-#include "host/identify/chain_fit.hpp"
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/joint_fit.hpp"
@@ -60,28 +59,27 @@ Samples sample_all(const std::vector<Take>& takes, const std::vector<Clock>& clo
   return out;
 }
 
+bool is_good(const recording::Aligned& a, std::size_t k) {
+  return a.gap[k] == 0 && a.input[k] >= a.valid.min && a.input[k] <= a.valid.max;
+}
+
 // The fitted part alone: the end that is held out is not even in memory here. Beside a part that is held out of the middle
 // the angles of a second are not fitted either.
 Session session_of(const JointSamples& take) {
-  const std::vector<recording::Aligned>& sensors = take.sensors;
   const recording::Aligned& first = take.own();
   const std::size_t size = first.held_end() < first.size() ? first.size() : first.holdout_begin;
   const auto guard = static_cast<std::size_t>(kBeside_s / first.period_s);
   const auto n = static_cast<Eigen::Index>(size);
   Session out;
-  out.input.resize(n, std::ssize(sensors));
-  for (std::size_t s = 0; s < sensors.size(); ++s) {
-    out.input.col(static_cast<Eigen::Index>(s)) =
-        Eigen::Map<const Eigen::VectorXd>(sensors[s].input.data(), n);
-  }
+  out.input.resize(n, std::ssize(take.sensors));
+  for (Eigen::Index s = 0; const recording::Aligned& sensor : take.sensors)
+    out.input.col(s++) = Eigen::Map<const Eigen::VectorXd>(sensor.input.data(), n);
   out.angle_deg = Eigen::Map<const Eigen::VectorXd>(first.angle_deg.data(), n);
   for (std::size_t k = 0; k < size; ++k) {
     const bool held =
         size > first.holdout_begin && k + guard >= first.holdout_begin && k < first.held_end() + guard;
-    const bool good = std::ranges::none_of(sensors, [&](const auto& s) {
-      return s.gap[k] != 0 || !(s.input[k] >= s.valid.min && s.input[k] <= s.valid.max);
-    });
-    out.use.push_back(good && !held);
+    out.use.push_back(!held &&
+                      std::ranges::all_of(take.sensors, [k](const auto& s) { return is_good(s, k); }));
   }
   return out;
 }
@@ -122,19 +120,16 @@ void add_inputs(const Options& options, const std::vector<Take>& takes, const Sa
   }
 }
 
-// Errors by the compensator and by the baselines.
-struct HeldOut {
-  std::vector<double> own;
-  std::map<std::string, std::vector<double>> baseline;  // by their names
-};
+// By the compensator, of the name "", and by the baselines.
+using Errors = std::map<std::string, std::vector<double>>;
 
 // Of what is held out; with `guessed` also where nothing was seen.
-HeldOut errors_of(std::span<const JointSamples> sampled, bool guessed = false) {
-  HeldOut out;
+Errors errors_of(std::span<const JointSamples> sampled, bool guessed = false) {
+  Errors out = {{"", {}}};
   for (const JointSamples& take : sampled) {
     const recording::Aligned& a = take.own();
     for (const auto& [name, estimates] : take.estimated_deg) {
-      std::vector<double>& errors = name.empty() ? out.own : out.baseline[name];
+      std::vector<double>& errors = out[name];
       for (std::size_t k = a.holdout_begin; k < a.held_end(); ++k)
         if (guessed || a.unseen[k] == 0) errors.push_back(estimates[k] - a.angle_deg[k]);
     }
@@ -201,15 +196,15 @@ model::Model start_model(const Options& options, const std::vector<Take>& takes,
 
 // A joint's baselines, as --structure gives them; one that cannot be fitted is refused.
 void add_baselines(const model::Model& inputs, const JointMap& map, const std::vector<Take>& takes,
-                   Sampled& sampled, std::map<std::string, model::Model> fitted,
-                   std::vector<std::string>& refusals) {
+                   Sampled& sampled, JointResult& joint) {
+  std::map<std::string, model::Model>& fitted = joint.baseline_models;
   for (const score::Baseline& one : score::kBaselines) {
     try {
       if (!fitted.contains(one.structure))
-        fitted[one.structure] = fit_baseline(sessions_of(sampled), inputs, map, one.structure).model;
+        fitted[one.structure] = fit_baseline({sessions_of(sampled), inputs, map}, one.structure).model;
       add_estimates(one.name, fitted.at(one.structure), takes, {&sampled, 1});
     } catch (const io::JobError& error) {
-      refusals.push_back(fmt::format("{}: {}", one.name, error.what()));
+      joint.baseline_refusals.push_back(fmt::format("{}: {}", one.name, error.what()));
     }
   }
 }
@@ -270,10 +265,10 @@ void warn_of_holdout(const Sampled& sampled, const JointResult& joint, std::vect
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
 }
 
-ScoreRow row_of(const std::string& name, const HeldOut& errors) {
-  ScoreRow out{name, errors.own.size(), score::rms(errors.own), {}};
-  for (const auto& [baseline, error_deg] : errors.baseline)
-    out.baseline_deg[baseline] = score::rms(error_deg);
+ScoreRow row_of(const std::string& name, const Errors& errors) {
+  ScoreRow out{name, errors.at("").size(), score::rms(errors.at("")), {}};
+  for (const auto& [baseline, error_deg] : errors)
+    if (!baseline.empty()) out.baseline_deg[baseline] = score::rms(error_deg);
   return out;
 }
 
@@ -301,17 +296,17 @@ bool alike(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 // Itself is no baseline, whatever it is called, and is named.
-score::Verdict judged(const Options& options, HeldOut errors,
-                      const std::vector<std::size_t>& part_ends = {}) {
+score::Verdict judged(const Options& options, Errors errors, const std::vector<std::size_t>& part_ends = {}) {
   std::string itself;
+  const std::vector<double> own = errors.extract("").mapped();
   for (const score::Baseline& one : score::kBaselines) {
-    const auto at = errors.baseline.find(one.name);
-    if (at == errors.baseline.end()) continue;
-    if (one.structure != options.structure && !alike(at->second, errors.own)) continue;
+    const auto at = errors.find(one.name);
+    if (at == errors.end()) continue;
+    if (one.structure != options.structure && !alike(at->second, own)) continue;
     if (itself.empty()) itself = one.name;
-    errors.baseline.erase(at);
+    errors.erase(at);
   }
-  score::Verdict out = score::judge(errors.own, errors.baseline, 1 / options.rate_hz, part_ends);
+  score::Verdict out = score::judge(own, errors, 1 / options.rate_hz, part_ends);
   out.itself = itself;
   return out;
 }
@@ -323,18 +318,18 @@ void score_joints(const Options& options, const std::vector<Take>& takes, Sample
   const std::vector<std::string> pairs = names_of(r.files);
   const auto score = [&](std::size_t j) {
     JointResult joint = r.joints[j];
-    add_baselines(inputs, options.map[j], takes, samples[j], joint.baseline_models, joint.baseline_refusals);
+    add_baselines(inputs, options.map[j], takes, samples[j], joint);
     joint.holdout = score_of(samples[j], "");
     joint.sooner_deg = rmse_deg(samples[j], true, -kLeadOff_s);
     joint.later_deg = rmse_deg(samples[j], true, kLeadOff_s);
     for (std::size_t p = 0; p < pairs.size(); ++p) {
-      const HeldOut errors = errors_of({&samples[j][p], 1});
-      if (!errors.own.empty()) joint.pairs.push_back(row_of(pairs[p], errors));
+      const Errors errors = errors_of({&samples[j][p], 1});
+      if (!errors.at("").empty()) joint.pairs.push_back(row_of(pairs[p], errors));
     }
-    HeldOut errors = errors_of(samples[j]);
-    if (errors.own.empty()) errors = errors_of(samples[j], true);  // as in the score
-    for (const auto& [name, error_deg] : errors.baseline)
-      joint.baselines.emplace(name, score_of(samples[j], name));
+    Errors errors = errors_of(samples[j]);
+    if (errors.at("").empty()) errors = errors_of(samples[j], true);  // as in the score
+    for (const auto& [name, error_deg] : errors)
+      if (!name.empty()) joint.baselines.emplace(name, score_of(samples[j], name));
     joint.verdict = judged(options, std::move(errors));
     joint.verdict.advises = !stuck.contains(joint.name);
     return joint;
@@ -546,9 +541,10 @@ void fit_joints(const Options& options, const std::vector<std::string>& structur
         model.joints.front().ends = ends[j];
         return options.room(model);
       };
-      static_cast<JointFit&>(out) = fit_joint(sessions, inputs, options.map[j], structures[j],
-                                              initial_of(options, options.map[j], sessions), progress(j),
-                                              options.room ? Room(room) : Room(), most);
+      const Task task{sessions, inputs, options.map[j], progress(j), options.room ? Room(room) : Room(),
+                      most};
+      static_cast<JointFit&>(out) =
+          fit_joint(task, structures[j], initial_of(options, options.map[j], sessions));
       out.model.joints.front().ends = ends[j];
       if (options.refit) out.structure = "gain and dead zone refitted";
       return out;
@@ -772,18 +768,17 @@ Samples without(Samples samples, const Unit& unit) {
 
 // A model that is fitted to the rest, with every choice made anew: of each joint what it errs by on the unit. Throws io::Cancelled where
 // it was stopped before it had tried all.
-std::vector<HeldOut> errors_without(const Unit& unit, const Options& options, const std::vector<Take>& takes,
-                                    const Samples& whole, const Step& step) {
+std::vector<Errors> errors_without(const Unit& unit, const Options& options, const std::vector<Take>& takes,
+                                   const Samples& whole, const Step& step) {
   Samples samples = without(whole, unit);
   Result one;
   fit_model(options, asked_for(options), takes, samples, step, one);
   add_estimates("", one.model, takes, samples);
   const model::Model inputs = start_model(options, takes, samples);
-  std::vector<HeldOut> out;
+  std::vector<Errors> out;
   for (std::size_t j = 0; j < one.joints.size(); ++j) {
     if (one.joints[j].untried > 0) throw io::Cancelled("stopped");
-    add_baselines(inputs, options.map[j], takes, samples[j], one.joints[j].baseline_models,
-                  one.joints[j].baseline_refusals);
+    add_baselines(inputs, options.map[j], takes, samples[j], one.joints[j]);
     out.push_back(errors_of(samples[j]));
   }
   return out;
@@ -795,7 +790,7 @@ void leave_out(const Options& options, const std::vector<Take>& takes, const Ste
   Options all = options;
   all.split = 1;
   const Samples whole = sample_all(takes, r.clocks, all);
-  std::vector<HeldOut> errors(r.joints.size());
+  std::vector<Errors> errors(r.joints.size(), {{"", {}}});
   std::vector<std::vector<std::size_t>> ends(r.joints.size());
   bool complete = true;
   for (std::size_t u = 0; u < units.size() && !r.leave_out_stopped; ++u) {
@@ -804,15 +799,13 @@ void leave_out(const Options& options, const std::vector<Take>& takes, const Ste
              step(u * of + done, units.size() * of, fmt::format("without {}: {}", units[u].name, what));
     };
     try {
-      const std::vector<HeldOut> found = errors_without(units[u], options, takes, whole, part);
+      const std::vector<Errors> found = errors_without(units[u], options, takes, whole, part);
       for (std::size_t j = 0; j < errors.size(); ++j) {
-        const HeldOut& more = found[j];
-        const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-        add(errors[j].own, more.own);
-        for (const auto& [name, error_deg] : more.baseline) add(errors[j].baseline[name], error_deg);
-        if (more.own.empty()) continue;  // nothing was measured there
-        r.joints[j].left_out.push_back(row_of(units[u].name, more));
-        ends[j].push_back(errors[j].own.size());
+        for (const auto& [name, more] : found[j])
+          errors[j][name].insert(errors[j][name].end(), more.begin(), more.end());
+        if (found[j].at("").empty()) continue;  // nothing was measured there
+        r.joints[j].left_out.push_back(row_of(units[u].name, found[j]));
+        ends[j].push_back(errors[j].at("").size());
       }
     } catch (const io::Cancelled&) {
       r.leave_out_stopped = true;
@@ -824,20 +817,17 @@ void leave_out(const Options& options, const std::vector<Take>& takes, const Ste
   if (r.leave_out_stopped)
     r.warnings.emplace_back("stopped before each part was left out: their verdict is missing");
   for (std::size_t j = 0; complete && !r.leave_out_stopped && j < errors.size(); ++j) {
-    HeldOut& held = errors[j];
-    if (held.own.size() < 2) continue;
-    std::erase_if(held.baseline, [&](const auto& one) { return one.second.size() != held.own.size(); });
+    const std::size_t size = errors[j].at("").size();
+    if (size < 2) continue;
+    std::erase_if(errors[j], [size](const auto& one) { return one.second.size() != size; });
     if (options.leave_out == LeaveOut::block) ends[j].clear();
-    r.joints[j].left_out_verdict = judged(options, std::move(held), ends[j]);
+    r.joints[j].left_out_verdict = judged(options, std::move(errors[j]), ends[j]);
   }
 }
 
 // Sensors beside the own one whose readings are missing or refused where its are good, so that each would hold the angle, or that
 // never change.
 void leave_out_lost(Samples& samples, Options& options, std::vector<std::string>& warnings) {
-  const auto is_good = [](const recording::Aligned& a, std::size_t k) {
-    return a.gap[k] == 0 && a.input[k] >= a.valid.min && a.input[k] <= a.valid.max;
-  };
   for (std::size_t j = 0; j < samples.size(); ++j) {
     std::vector<std::string>& sensors = options.map[j].sensors;
     for (std::size_t s = sensors.size() - 1; s > 0; --s) {
@@ -976,10 +966,10 @@ std::vector<LeftOut> leave_person_out(const Request& request, const std::vector<
   if (unit.pairs.empty() || unit.pairs.size() == takes.size())
     throw io::JobError("of this person, or of all others, no recording can be used");
   std::vector<LeftOut> out;
-  for (const HeldOut& errors :
+  for (const Errors& errors :
        errors_without(unit, options, takes, sample_all(takes, r.clocks, options), step)) {
     const std::string& joint = options.map[out.size()].joint;
-    if (errors.own.size() < 2) throw io::JobError(joint + ": nothing was measured there");
+    if (errors.at("").size() < 2) throw io::JobError(joint + ": nothing was measured there");
     out.push_back({row_of(joint, errors), judged(options, errors)});
   }
   return out;

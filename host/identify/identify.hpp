@@ -8,7 +8,7 @@
 // form with its parameters fitted.
 #pragma once
 
-#include <cstdint>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -144,6 +144,13 @@ std::vector<LeftOut> leave_person_out(const Request& request, const std::vector<
 model::Model fit_takes(std::vector<Take> takes, const Options& options, const Step& step = {});
 
 nlohmann::ordered_json to_json(const Result& result);
+
+// As files that its report is drawn from: results.json, scores.csv (every
+// RMSE in a row: of all that is held out, of each pair, of each part that was left out), and beside them for
+// the joint number N, from 1, samples-N.csv: t_s (since both logs of that pair run), pair (from 1), reading (of the own
+// sensor), measured_deg, estimated_deg, straight_line_deg, line_lead_deg (NaN: no such line could be fitted), gap, held_out.
+// Makes the folder if needed; every file appears whole or not at all. Throws io::InputError when it cannot be written.
+void save_results(const Result& result, const std::filesystem::path& folder);
 
 // For tables and messages.
 std::vector<std::string> names_of(const std::vector<PairFiles>& takes);

@@ -5,7 +5,6 @@
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/map_check.hpp"
-#include "host/identify/results.hpp"
 #include "host/io/json.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/correction.hpp"

@@ -166,6 +166,27 @@ class Hand : public testing::Test {
   const std::filesystem::path folder_ = temporary_.path();
 };
 
+// A glove of three fingers that bend between 0 and 90 degrees.
+constexpr double kTestPeriod_s = 0.05;
+constexpr double kTestStraight = 300;  // counts
+constexpr double kTestFist = 600;
+
+// Its curves bend, as strips' do.
+inline model::Model test_glove() {
+  model::Model m;
+  m.sample_period_s = kTestPeriod_s;
+  for (const std::string name : {"thumb", "index", "middle"}) {
+    m.inputs.push_back({name, name, "count", name, 1, 1022});
+    m.inputs.back().poses = model::Poses{kTestStraight, kTestFist};
+    m.inputs.back().readings = model::Spread{{0.02, 0.1, 0.5, 0.9, 0.98}, {302, 310, 450, 590, 598}};
+    m.blocks.push_back(
+        {{name}, name + "_curve", model::Curve{{200, 300, 450, 600, 700}, {-20, 0, 55, 90, 105}}});
+    m.blocks.push_back({{name + "_curve"}, name + "_angle", model::Saturation{-30, 110}});
+    m.joints.push_back({name, name + "_angle", 0});
+  }
+  return m;
+}
+
 // Of recordings that are not part of the repository.
 class RealRecordings : public testing::Test {
  protected:

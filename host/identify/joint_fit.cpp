@@ -7,10 +7,8 @@
 #include <cmath>
 
 #include "host/identify/additive_system.hpp"
-#include "host/identify/chain_fit.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/robust.hpp"
-#include "host/identify/structure_text.hpp"
 #include "host/io/io.hpp"
 #include "host/model/correction.hpp"
 #include "host/model/fixed_error.hpp"
@@ -102,18 +100,18 @@ void add_parameters(const Additive& fit, const std::vector<std::string>& sensors
   out.covariance = fit.covariance(order, order);
 }
 
-JointFit taken(const Additive& fit, const model::Model& inputs, const JointMap& joint) {
+JointFit taken(const Additive& fit, const Task& task) {
   JointFit out;
   out.structure = describe(fit.branches);
   out.text = text_of(fit.branches);
-  out.sensors = joint.sensors;
-  out.model = joint_model(inputs, fit, joint);
+  out.sensors = task.joint.sensors;
+  out.model = joint_model(task.inputs, fit, task.joint);
   out.hold_drift_deg = *fit.hold_drift_deg;
   static_cast<Fitted&>(out) = fit;
   out.cross_validated_deg = fit.cross_validated_deg;
   out.fold_loss = fit.plain_loss;
   out.limits = fit.branches.open ? 0 : 2;
-  add_parameters(fit, joint.sensors, out);
+  add_parameters(fit, out.sensors, out);
   return out;
 }
 
@@ -145,21 +143,20 @@ struct SumFit {
   Creeping creeping;
 };
 
-SumFit fit_sum(const Candidates& candidates, const std::vector<Session>& sessions, const model::Model& inputs,
-               const JointMap& joint, const Step& step, const Room& room, double most) {
+SumFit fit_sum(const Candidates& candidates, const Task& task) {
   std::optional<Additive> best;
   std::vector<std::string> refusals;
   std::size_t at = 0;  // of the rows
   const auto drift = [&](const Additive& fit) {
-    return hold_drift_deg(joint_model(inputs, fit, joint), sessions, joint.sensors);
+    return hold_drift_deg(joint_model(task.inputs, fit, task.joint), task.sessions, task.joint.sensors);
   };
   std::vector<std::pair<std::size_t, Additive>> creeping;  // and their rows
   // The best that can be worn, unless one is precise as well. What creeps is compared with it afterwards.
   const auto accept = [&](const Additive& fit) {
-    const model::Model model = joint_model(inputs, fit, joint);
+    const model::Model model = joint_model(task.inputs, fit, task.joint);
     const bool creeps = identify::creeps(fit.branches);
     refusals.push_back(refusal_of(model, creeps ? 0 : *fit.hold_drift_deg));
-    if (room && refusals.back().empty() && !(room(model) < most)) refusals.back() = kNoRoom;
+    if (refusals.back().empty() && !task.fits(model)) refusals.back() = kNoRoom;
     const bool worn = refusals.back().empty();
     if (worn) refusals.back() = imprecision_of(model);
     const bool precise = refusals.back().empty();
@@ -175,15 +172,15 @@ SumFit fit_sum(const Candidates& candidates, const std::vector<Session>& session
   };
   std::size_t untried = 0;
   const auto counted = [&](std::size_t done, std::size_t of, const std::string& what) {
-    if (!step || step(done, of, what)) return true;
+    if (!task.step || task.step(done, of, what)) return true;
     untried = of - std::max<std::size_t>(done, 1);
     return false;
   };
-  const std::vector<Additive> all = fit_additive(sessions, inputs.sample_period_s, joint.joint, candidates,
-                                                 drift, kMostDrift_deg, accept, counted);
-  if (!best) throw io::JobError("{}: {}", joint.joint, refusals.front());
-  SumFit sum{taken(*best, inputs, joint), {}};
-  for (const auto& [row, fit] : creeping) sum.creeping.emplace_back(row, taken(fit, inputs, joint));
+  const std::vector<Additive> all = fit_additive(task.sessions, task.inputs.sample_period_s, task.joint.joint,
+                                                 candidates, drift, accept, counted);
+  if (!best) throw io::JobError("{}: {}", task.joint.joint, refusals.front());
+  SumFit sum{taken(*best, task), {}};
+  for (const auto& [row, fit] : creeping) sum.creeping.emplace_back(row, taken(fit, task));
   JointFit& out = sum.still;
   out.untried = untried;
   for (const Additive& one : all) {
@@ -216,18 +213,17 @@ void choose(JointFit one, std::size_t row, const std::string& why, JointFit& bes
 // of: of those that pay the best.
 void let_creeping_compete(Creeping creeping, const std::vector<Session>& sessions, const JointFit& sum,
                           JointFit& best) {
-  std::optional<std::size_t> chosen;
-  for (std::size_t k = 0; k < creeping.size(); ++k) {
-    std::string& refusal = best.rows[creeping[k].first].refusal;
-    refusal = creep_refusal(creeping[k].second, best, sessions);
-    if (refusal.empty()) refusal = creep_refusal(creeping[k].second, sum, sessions);
-    if (refusal.empty() &&
-        (!chosen || mean(creeping[k].second.fold_loss) < mean(creeping[*chosen].second.fold_loss)))
-      chosen = k;
+  JointFit* chosen = nullptr;
+  std::size_t chosen_row = 0;
+  for (auto& [row, one] : creeping) {
+    std::string& refusal = best.rows[row].refusal;
+    refusal = creep_refusal(one, best, sessions);
+    if (refusal.empty()) refusal = creep_refusal(one, sum, sessions);
+    if (!refusal.empty() || (chosen != nullptr && mean(one.fold_loss) >= mean(chosen->fold_loss))) continue;
+    chosen = &one;
+    chosen_row = row;
   }
-  if (chosen)
-    choose(std::move(creeping[*chosen].second), creeping[*chosen].first,
-           "holds still where the sensor creeps", best);
+  if (chosen != nullptr) choose(std::move(*chosen), chosen_row, "holds still where the sensor creeps", best);
 }
 
 // Why this chain is not taken in place of `best`; empty: it is.
@@ -249,9 +245,7 @@ std::string chain_refusal(const JointFit& chain, const JointFit& best) {
 }
 
 // Chains beside the best sum, over the same folds.
-void let_chains_compete(const std::vector<Session>& sessions, const model::Model& inputs,
-                        const JointMap& joint, const Step& step, const Room& room, double most,
-                        JointFit& best, Creeping& creeping) {
+void let_chains_compete(const Task& task, JointFit& best, Creeping& creeping) {
   constexpr std::array<std::string_view, 9> kChains = {"line",
                                                        kPublishedForm,
                                                        "linear-dynamic",
@@ -262,7 +256,7 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
                                                        "curve > pair > saturation",
                                                        "curve > lti(1) > curve > saturation"};
   for (std::size_t k = 0; k < kChains.size(); ++k) {
-    if (step && !step(k, kChains.size(), fmt::format("{}: {}", joint.joint, kChains[k]))) {
+    if (task.step && !task.step(k, kChains.size(), fmt::format("{}: {}", task.joint.joint, kChains[k]))) {
       best.untried += kChains.size() - k;
       return;
     }
@@ -270,12 +264,12 @@ void let_chains_compete(const std::vector<Session>& sessions, const model::Model
     // What anybody would take first is validated however badly it fits.
     const bool is_baseline = kChains[k] == "line" || kChains[k] == kPublishedForm;
     try {
-      JointFit one = fit_chain(chain, sessions, inputs, joint, {},
-                               is_baseline ? HUGE_VAL : (1 + kMuchLarger) * best.cross_validated_deg, {});
+      JointFit one = fit_chain(chain, {task.sessions, task.inputs, task.joint}, {},
+                               is_baseline ? HUGE_VAL : (1 + kMuchLarger) * best.cross_validated_deg);
       if (is_baseline) best.baseline_models.emplace(kChains[k], one.model);
       CandidateRow& row = best.rows.emplace_back(one.row());
       row.refusal = chain_refusal(one, best);
-      if (row.refusal.empty() && room && !(room(one.model) < most)) row.refusal = kNoRoom;
+      if (row.refusal.empty() && !task.fits(one.model)) row.refusal = kNoRoom;
       row.chosen = false;
       if (row.refusal.empty() && one.creeps) {
         creeping.emplace_back(best.rows.size() - 1, std::move(one));
@@ -309,14 +303,11 @@ JointFit better(JointFit several, JointFit one, const std::string& name) {
   return out;
 }
 
-JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions, const model::Model& inputs,
-                       const JointMap& joint, const std::optional<Initial>& initial, const Step& step) {
-  JointFit out = fit_chain(chain, sessions, inputs, joint, initial, HUGE_VAL, step);
-  const std::string refusal = refusal_of(out);
-  if (!refusal.empty()) {
-    throw io::JobError("{}: {} cannot be worn: {}; try fewer poles, or a sum of curves", joint.joint,
+JointFit fit_one_chain(const Chain& chain, const Task& task, const std::optional<Initial>& initial) {
+  JointFit out = fit_chain(chain, task, initial);
+  if (const std::string refusal = refusal_of(out); !refusal.empty())
+    throw io::JobError("{}: {} cannot be worn: {}; try fewer poles, or a sum of curves", task.joint.joint,
                        text_of(chain), refusal);
-  }
   out.rows = {out.row()};
   out.rows.front().refusal = imprecision_of(out.model);
   return out;
@@ -324,10 +315,14 @@ JointFit fit_one_chain(const Chain& chain, const std::vector<Session>& sessions,
 
 // All sensors' readings in one, whose weights are fitted first, about where the own one is.
 struct Mix {
-  Mix(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint)
-      : model(own_inputs(inputs, joint)), one(model), sessions(sessions) {
+  explicit Mix(const Task& task)
+      : joint(task.joint),
+        model(own_inputs(task.inputs, joint)),
+        one(model),
+        map{joint.joint, {joint.joint + " mix"}, joint.reference},
+        sessions(task.sessions) {
     const Stack stack(sessions);
-    Eigen::VectorXd weight = mix_of(stack, inputs.sample_period_s);
+    Eigen::VectorXd weight = mix_of(stack, model.sample_period_s);
     std::ranges::sort(model.inputs, {}, [&](const model::Input& input) {
       return std::ranges::find(joint.sensors, input.name);
     });
@@ -344,61 +339,49 @@ struct Mix {
     for (std::size_t s = 0; s < gains.size(); ++s)
       sum.weights.push_back(weight(static_cast<Eigen::Index>(s)) / gains[s]);
     const auto [least, most] =
-        model::meet(sum.values(readings, inputs.sample_period_s), {-kMostCounts, kMostCounts});
+        model::meet(sum.values(readings, model.sample_period_s), {-kMostCounts, kMostCounts});
     one.inputs = {model.inputs.front()};
-    one.inputs.front().name = joint.joint + " mix";
+    one.inputs.front().name = map.sensors.front();
     one.inputs.front().valid_min = least;
     one.inputs.front().valid_max = most;
-    for (Session& session : this->sessions)
+    for (Session& session : sessions)
       session.input = ((session.input * weight).array() + sum.offset).matrix().eval();
   }
 
-  JointMap map(const JointMap& joint) const {
-    return {joint.joint, {one.inputs.front().name}, joint.reference};
-  }
-
   // Behind the sensors what was fitted behind their mix.
-  model::Model whole(const model::Model& fitted, const JointMap& joint) const {
+  model::Model whole(const model::Model& fitted) const {
     model::Model out = model;
-    out.blocks = {{joint.sensors, one.inputs.front().name, sum}};
+    out.blocks = {{joint.sensors, map.sensors.front(), sum}};
     append(fitted, out);
     for (std::size_t s = 0; s < gains.size(); ++s)
       if (gains[s] != 1) out = model::corrected(std::move(out), s, {gains[s], 0});
     return out;
   }
 
+  const JointMap& joint;
   model::Model model;  // of the sensors, the own one first
   model::Model one;    // of their mix
+  JointMap map;
   std::vector<double> gains;
   model::Sum sum;
   std::vector<Session> sessions;
 };
 
-// A chain of one sensor; of several it stands behind their mix.
-JointFit fit_baseline_chain(const Chain& chain, const std::vector<Session>& sessions,
-                            const model::Model& inputs, const JointMap& joint) {
-  if (joint.sensors.size() == 1) return fit_chain(chain, sessions, inputs, joint, {}, HUGE_VAL, {});
-  const Mix mix(sessions, inputs, joint);
-  JointFit out = fit_chain(chain, mix.sessions, mix.one, mix.map(joint), {}, HUGE_VAL, {});
-  out.model = mix.whole(out.model, joint);
-  return out;
-}
-
 // Then the structure as of one sensor.
-JointFit fit_mixed(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                   const std::string& structure, const std::optional<Initial>& initial, const Step& step,
-                   const Room& room, double most) {
-  const Mix mix(sessions, inputs, joint);
-  JointFit out = fit_joint(mix.sessions, mix.one, mix.map(joint), structure, initial, step, room, most);
-  out.model = mix.whole(out.model, joint);
-  out.sensors = joint.sensors;
+JointFit fit_mixed(const Task& task, const std::string& structure, const std::optional<Initial>& initial) {
+  const std::vector<std::string>& sensors = task.joint.sensors;
+  const Mix mix(task);
+  JointFit out =
+      fit_joint({mix.sessions, mix.one, mix.map, task.step, task.room, task.most}, structure, initial);
+  out.model = mix.whole(out.model);
+  out.sensors = sensors;
   out.structure = "mixed: " + out.structure;
   out.text = "mix > " + out.text;
   out.baseline_models.clear();  // of the mix
-  out.effective += static_cast<double>(joint.sensors.size() - 1);
-  for (std::size_t s = 0; s < joint.sensors.size(); ++s)
+  out.effective += static_cast<double>(sensors.size() - 1);
+  for (std::size_t s = 0; s < sensors.size(); ++s)
     out.parameters.push_back(
-        {"weight of " + joint.sensors[s], mix.sum.weights[s] * mix.gains[s] / mix.gains[0], 0, true});
+        {"weight of " + sensors[s], mix.sum.weights[s] * mix.gains[s] / mix.gains[0], 0, true});
   const auto all = std::ssize(out.parameters);
   out.covariance.conservativeResizeLike(Eigen::MatrixXd::Zero(all, all));
   CandidateRow& row = *std::ranges::find(out.rows, true, &CandidateRow::chosen);
@@ -497,24 +480,26 @@ void append(const model::Model& one, model::Model& model) {
   model.joints.insert(model.joints.end(), one.joints.begin(), one.joints.end());
 }
 
-JointFit fit_baseline(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                      const std::string& structure) {
-  const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
-  if (const auto* chain = std::get_if<Chain>(&wanted))
-    return fit_baseline_chain(*chain, sessions, inputs, joint);
-  return fit_joint(sessions, inputs, joint, structure, {}, {});
+// A chain of several sensors stands behind their mix.
+JointFit fit_baseline(const Task& task, const std::string& structure) {
+  const WantedStructure wanted = parse_structure(structure, task.joint.sensors.size());
+  const auto* chain = std::get_if<Chain>(&wanted);
+  if (chain == nullptr) return fit_joint(task, structure);
+  if (task.joint.sensors.size() == 1) return fit_chain(*chain, task);
+  const Mix mix(task);
+  JointFit out = fit_chain(*chain, {mix.sessions, mix.one, mix.map});
+  out.model = mix.whole(out.model);
+  return out;
 }
 
-JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                   const std::string& structure, const std::optional<Initial>& initial, const Step& step,
-                   const Room& room, double most) {
+JointFit fit_joint(const Task& task, const std::string& structure, const std::optional<Initial>& initial) {
+  const JointMap& joint = task.joint;
   const WantedStructure wanted = parse_structure(structure, joint.sensors.size());
   const auto rest = behind_mix(structure);
   const auto* chain = std::get_if<Chain>(&wanted);
   if (joint.sensors.size() > 1 && (rest || chain != nullptr))
-    return fit_mixed(sessions, inputs, joint, std::string(rest.value_or(structure)), initial, step, room,
-                     most);
-  if (chain != nullptr) return fit_one_chain(*chain, sessions, inputs, joint, initial, step);
+    return fit_mixed(task, std::string(rest.value_or(structure)), initial);
+  if (chain != nullptr) return fit_one_chain(*chain, task, initial);
   if (initial)
     throw InputError(
         "{}: initial values are a chain's, a sum of curves has one best fit: --structure "
@@ -528,17 +513,18 @@ JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inp
     throw InputError("{}: {} of {} sensors has more than the {} curves and motions that a model holds",
                      joint.joint, structure, joint.sensors.size(), model::kMaxTerms);
   }
-  SumFit sum = fit_sum(candidates, sessions, inputs, joint, step, room, most);
+  SumFit sum = fit_sum(candidates, task);
   JointFit out = sum.still;
   const bool has_chains = structure == "auto" && joint.sensors.size() == 1;
-  if (has_chains) let_chains_compete(sessions, inputs, joint, step, room, most, out, sum.creeping);
-  let_creeping_compete(std::move(sum.creeping), sessions, sum.still, out);
+  if (has_chains) let_chains_compete(task, out, sum.creeping);
+  let_creeping_compete(std::move(sum.creeping), task.sessions, sum.still, out);
   if (structure != "auto" || has_chains) return out;
-  std::vector<Session> own = sessions;
+  std::vector<Session> own = task.sessions;
   for (Session& session : own) session.input = session.input.leftCols(1).eval();
   const JointMap alone{joint.joint, {joint.sensors.front()}, joint.reference};
-  out = better(std::move(out), fit_mixed(sessions, inputs, joint, structure, {}, step, room, most), "mixed");
-  return better(std::move(out), fit_joint(own, inputs, alone, structure, {}, step, room, most),
+  out = better(std::move(out), fit_mixed(task, structure, {}), "mixed");
+  return better(std::move(out),
+                fit_joint({own, task.inputs, alone, task.step, task.room, task.most}, structure),
                 joint.sensors.front() + " alone");
 }
 

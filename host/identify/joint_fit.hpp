@@ -19,6 +19,7 @@
 #include "host/identify/additive.hpp"
 #include "host/identify/fit.hpp"
 #include "host/identify/joint_map.hpp"
+#include "host/identify/structure_text.hpp"
 #include "host/model/model.hpp"
 
 namespace flexor::identify {
@@ -58,16 +59,30 @@ struct JointFit : Fitted {
 // The share of a board's room that a model takes; empty: it runs on a PC.
 using Room = std::function<double(const model::Model&)>;
 
-// `inputs` is a model without blocks and joints; the sessions' columns are the joint's sensors; `structure` is the text of
-// structure_text.hpp. Where `step` stops the search of a sum, the best so far is taken, of one structure at least. Throws io::InputError and io::JobError.
-// `initial`: a start for the parameters of a chain that is asked for. Candidates of a search that take `most` of the room or more are passed over.
-JointFit fit_joint(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                   const std::string& structure, const std::optional<Initial>& initial, const Step& step,
-                   const Room& room = {}, double most = HUGE_VAL);
+// What a joint is fitted to.
+struct Task {
+  const std::vector<Session>& sessions;  // their columns are the joint's sensors
+  const model::Model& inputs;            // without blocks and joints
+  const JointMap& joint;
+  Step step = {};  // where it stops the search of a sum, the best so far is taken, of one structure at least
+  Room room = {};
+  double most = HUGE_VAL;  // candidates of a search that take so much of the room or more are passed over
+
+  bool fits(const model::Model& model) const { return !room || room(model) < most; }
+};
+
+// `structure` is the text of structure_text.hpp. Throws io::InputError and io::JobError.
+// `initial`: a start for the parameters of a chain that is asked for.
+JointFit fit_joint(const Task& task, const std::string& structure,
+                   const std::optional<Initial>& initial = {});
 
 // The same of a structure that nobody needs to wear.
-JointFit fit_baseline(const std::vector<Session>& sessions, const model::Model& inputs, const JointMap& joint,
-                      const std::string& structure);
+JointFit fit_baseline(const Task& task, const std::string& structure);
+
+// A chain of one sensor (chain_fit.cpp). `initial`: one start more for its parameters. Cross-validated only where the fitted error is
+// below `least_deg`: what another errs by on what it did not see. Throws io::JobError where the fit cannot be done.
+JointFit fit_chain(const Chain& wanted, const Task& task, const std::optional<Initial>& initial = {},
+                   double least_deg = HUGE_VAL);
 
 // Why `one`, which creeps back after its sensor, is not worth more than the best that holds still; empty: it is. While the finger
 // itself holds still its error may wander by half as much again.

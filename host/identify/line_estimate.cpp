@@ -100,11 +100,8 @@ Eigen::MatrixXd covariance_of(const Case& s, const Window& window) {
 }
 
 double error_of(const model::Joint& joint) {
-  if (!joint.accuracy) return kUnknownError_deg;
-  double square = 0;
-  for (const double e : joint.accuracy->standard_error_deg)
-    square += e * e / static_cast<double>(joint.accuracy->standard_error_deg.size());
-  return std::max(kLeastModelError_deg, std::sqrt(square));
+  return joint.accuracy ? std::max(kLeastModelError_deg, joint.accuracy->root_mean_square())
+                        : kUnknownError_deg;
 }
 
 // Angles of the seen joints, each over the grid.

@@ -57,18 +57,16 @@ struct Relation {
 };
 
 Relation relation(const std::vector<double>& x, const std::vector<double>& y) {
-  const auto n = static_cast<double>(x.size());
-  double sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
-  for (std::size_t k = 0; k < x.size(); ++k) {
-    sx += x[k];
-    sy += y[k];
-    sxx += x[k] * x[k];
-    sxy += x[k] * y[k];
-    syy += y[k] * y[k];
-  }
-  const double xx = sxx - sx * sx / n;
-  const double xy = sxy - sx * sy / n;
-  const double yy = syy - sy * sy / n;
+  if (x.empty()) return {};
+  const auto off_mean = [](const std::vector<double>& values) -> Eigen::VectorXd {
+    const Eigen::Map<const Eigen::ArrayXd> all(values.data(), std::ssize(values));
+    return all - all.mean();
+  };
+  const Eigen::VectorXd dx = off_mean(x);
+  const Eigen::VectorXd dy = off_mean(y);
+  const double xx = dx.squaredNorm();
+  const double xy = dx.dot(dy);
+  const double yy = dy.squaredNorm();
   if (!(xx > 0 && yy > 0)) return {};
   return {xy / xx, xy / std::sqrt(xx * yy)};
 }

@@ -1,11 +1,18 @@
-#include "host/identify/monotone.hpp"
-
+// The prior that a sensor's angle does not turn back.
+//
+// Of one sensor, from a turn on while more and more plays begin to move: the angle goes on rising or falling with the reading, but
+// where it goes back by more than ten standard errors, which is beyond doubt. Where it goes back by less it may not,
+// which is the quadratic programme
+//   min_w (w - free)' (gram + penalty) (w - free),   gain w >= 0 there.
+// Solved by its dual. A way back is judged as a whole: it is sure where any part of it is. The
+// smoothness of the curves is in the error (B. Silverman, JRSS B 47 (1985) 1), in the scale of the bootstrap.
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
+#include "host/identify/additive_system.hpp"
 #include "host/io/numbers.hpp"
 
 namespace flexor::identify {

@@ -290,39 +290,33 @@ void Predictor::go_on(const model::Saturation& limits, VectorXd& theta) {
 }
 
 model::Channel Predictor::channel(const VectorXd& theta) const {
-  const auto list = [](const VectorXd& v) { return std::vector<double>(v.begin(), v.end()); };
+  const auto part = [&](int at, int count) {
+    return std::vector<double>(theta.begin() + at, theta.begin() + at + count);
+  };
   model::Channel c;
   if (structure_.dead_zone) {
     const double lower = theta(layout_.dead_zone);
     c.dead_zone = model::DeadZone{lower, lower + theta(layout_.dead_zone + 1)};
   }
-  if (structure_.plays > 0) {
-    c.hysteresis = model::Hysteresis{list(theta.segment(layout_.radii, structure_.plays)),
-                                     list(theta.segment(layout_.weights, structure_.plays))};
-  }
-  if (structure_.input_knots > 0) {
-    c.input_curve =
-        model::Curve{knots_.input, list(theta.segment(layout_.input_curve, structure_.input_knots))};
-  }
+  if (structure_.plays > 0)
+    c.hysteresis =
+        model::Hysteresis{part(layout_.radii, structure_.plays), part(layout_.weights, structure_.plays)};
+  if (structure_.input_knots > 0)
+    c.input_curve = model::Curve{knots_.input, part(layout_.input_curve, structure_.input_knots)};
   if (layout_.affine >= 0) {
     c.lti.gain = theta(layout_.affine);
     c.lti.offset = theta(layout_.affine + 1);
   }
-  if (structure_.pair) {
+  if (structure_.pair)
     c.pair = model::PolePair{std::exp(theta(layout_.log_rates)), theta(layout_.log_rates + 1),
-                             list(theta.segment(layout_.taps, 2))};
-  }
+                             part(layout_.taps, 2)};
   for (int i = 0; i < (structure_.pair ? 0 : structure_.order); ++i) {
     c.lti.poles_rad_s.push_back(-std::exp(theta(layout_.log_rates + i)));
     c.lti.taps.push_back(i == 0 ? 0 : theta(layout_.taps + i - 1));
   }
-  if (structure_.output_knots > 0) {
-    c.output_curve =
-        model::Curve{knots_.output, list(theta.segment(layout_.output_curve, structure_.output_knots))};
-  }
-  if (structure_.saturation) {
-    c.saturation = {theta(layout_.saturation), theta(layout_.saturation + 1)};
-  }
+  if (structure_.output_knots > 0)
+    c.output_curve = model::Curve{knots_.output, part(layout_.output_curve, structure_.output_knots)};
+  if (structure_.saturation) c.saturation = {theta(layout_.saturation), theta(layout_.saturation + 1)};
   return c;
 }
 

@@ -2,13 +2,8 @@
 #include "host/identify/recalibrate_files.hpp"
 
 #include <fmt/format.h>
-#include <gtest/gtest.h>
 
-#include <cmath>
-#include <functional>
-
-#include "host/identify/test_glove.hpp"
-#include "host/io/refusal_test.hpp"
+#include "host/identify/identify_test.hpp"
 
 namespace flexor::identify {
 namespace {

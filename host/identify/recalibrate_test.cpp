@@ -1,19 +1,35 @@
 #include "host/identify/recalibrate.hpp"
 
-#include <gtest/gtest.h>
-
 #include <array>
 #include <cstdlib>
+#include <numbers>
 
-#include "host/identify/readings.hpp"
-#include "host/identify/test_glove.hpp"
-#include "host/io/refusal_test.hpp"
+#include "host/identify/identify_test.hpp"
 #include "host/model/compensator.hpp"
 
 namespace flexor::identify {
 namespace {
 
 using Corrections = std::vector<model::Correction>;
+
+// Readings of one sensor as it was made: cycles of four seconds, each end reached to within `scatter` of the span.
+std::vector<double> test_cycles(double cycles, double scatter, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  const double span = kTestFist - kTestStraight;
+  std::vector<double> out;
+  double low = kTestStraight + scatter * span * normal(random);
+  double high = kTestFist + scatter * span * normal(random);
+  const int half = static_cast<int>(2 / kTestPeriod_s);
+  for (int k = 0; k < static_cast<int>(2 * cycles * half); ++k) {
+    if (k > 0 && k % half == 0) {
+      double& end = (k / half) % 2 == 0 ? high : low;
+      end = (&end == &low ? kTestStraight : kTestFist) + scatter * span * normal(random);
+    }
+    const double phase = static_cast<double>(k) / half * std::numbers::pi;
+    out.push_back(low + (high - low) * (0.5 - 0.5 * std::cos(phase)) + normal(random));
+  }
+  return out;
+}
 
 RecalibrationRequest worn(const Corrections& moved, double cycles, double scatter, unsigned seed) {
   std::mt19937 random(seed);
@@ -49,7 +65,7 @@ double left(const Recalibration& r, const Corrections& moved) {
 // So many lines, of which the first says `what`.
 void expect_says(const std::vector<std::string>& lines, const std::string& what, std::size_t count = 1) {
   ASSERT_EQ(lines.size(), count) << what;
-  EXPECT_NE(lines[0].find(what), std::string::npos) << lines[0];
+  EXPECT_TRUE(has(lines[0], what)) << lines[0];
 }
 
 const Corrections kShifted = {{1, 40}, {1, -50}, {1, 25}};

@@ -1,11 +1,10 @@
-#include "host/identify/results.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 #include <span>
 
+#include "host/identify/identify.hpp"
 #include "host/identify/readings.hpp"
 #include "host/identify/robust.hpp"
 #include "host/io/io.hpp"
@@ -21,7 +20,7 @@ Json parameters_json(const std::vector<Parameter>& parameters) {
     const double reach = score::kNormal95 * p.standard_error;
     out.push_back({{"name", p.name},
                    {"value", p.value},
-                   {"initial", p.initial ? Json(*p.initial) : Json(nullptr)},
+                   {"initial", p.initial},
                    {"standard_error", p.refused ? Json(nullptr) : Json(p.standard_error)},
                    {"interval95", p.refused ? Json(nullptr) : Json({p.value - reach, p.value + reach})}});
   }
@@ -235,13 +234,12 @@ Json to_json(const Result& r) {
       Json one = {
           {"structure", row.structure},
           {"chosen", row.chosen},
-          {"cross_validated_rmse_deg",
-           row.cross_validated_deg ? Json(*row.cross_validated_deg) : Json(nullptr)},
+          {"cross_validated_rmse_deg", row.cross_validated_deg},
           {"fitted_rmse_deg", std::isnan(row.fitted_rmse_deg) ? Json(nullptr) : Json(row.fitted_rmse_deg)},
-          {"fold_loss", row.fold_loss ? Json(*row.fold_loss) : Json(nullptr)},
+          {"fold_loss", row.fold_loss},
           {"fold_loss_se", row.fold_loss ? Json(row.fold_loss_se) : Json(nullptr)},
           {"effective_parameters", row.parameters},
-          {"hold_drift_deg", row.hold_drift_deg ? Json(*row.hold_drift_deg) : Json(nullptr)}};
+          {"hold_drift_deg", row.hold_drift_deg}};
       if (!row.refusal.empty()) one["refusal"] = row.refusal;
       rows.push_back(std::move(one));
     }

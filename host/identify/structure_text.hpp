@@ -24,7 +24,6 @@
 #include <string>
 #include <string_view>
 #include <variant>
-#include <vector>
 
 #include "host/identify/additive.hpp"
 #include "host/identify/predictor.hpp"

@@ -15,6 +15,14 @@ namespace flexor::model {
 using Kind = std::variant<Gain FLEXOR_BLOCKS(FLEXOR_KIND)>;
 #undef FLEXOR_KIND
 
+// A variant of T<K> for each kind K.
+template <template <class> class T, class Variant>
+struct EachOf;
+template <template <class> class T, class... K>
+struct EachOf<T, std::variant<K...>> {
+  using type = std::variant<T<K>...>;
+};
+
 // In a document.
 template <class K>
 inline constexpr const char* kTypeOf = nullptr;

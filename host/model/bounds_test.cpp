@@ -1,8 +1,6 @@
 // What a document may hold: numbers that a hand could have.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "host/io/refusal_test.hpp"
 #include "host/model/channel.hpp"
 #include "host/model/random_model.hpp"
@@ -53,6 +51,8 @@ std::vector<Absurd> absurd_numbers() {
           {"/inputs/0/valid_max", 1e-300, "a: input"},
           {"/inputs/0/valid_max", 0, "a: input"},
           {"/inputs/0/strip", "toe", "a: input"},
+          {"/inputs/0/readings", {{"share", {0.5, 0.1}}, {"reading", {1, 2}}}, "a: input: readings"},
+          {"/inputs/0/readings", {{"share", {0.1, 0.5}}, {"reading", {2, 2}}}, "a: input: readings"},
           {"/joints/0/rest_deg", 4000, "index: joint: rest_deg"},
           {"/blocks/0/upper", kHuge, "index dead zone: dead_zone"},
           {"/blocks/1/radii", {kHuge}, "index hysteresis: hysteresis"},

@@ -29,9 +29,8 @@ Compensator<Arithmetic>::Compensator(const Model& model) {
     for (std::size_t i = 0; i < model.inputs.size(); ++i)
       refinement_.push_back(static_cast<std::uint8_t>(fixed.signals[i].fraction - core::kInputFraction));
     const auto node_of = [&](std::size_t b) {
-      return std::visit(
-          []<class K>(const FixedCoefficients<K>& one) -> Node { return detail::Node<K, Arithmetic>{one.c}; },
-          fixed.blocks[b]);
+      return std::visit([]<class K>(const FixedCoefficients<K>& one) -> Node { return NodeOf<K>{one.c}; },
+                        fixed.blocks[b]);
     };
     build(fixed.graph, node_of, [&](std::size_t signal) { return fixed.signals[signal].fraction; });
     for (std::size_t j = 0; j < model.joints.size(); ++j)
@@ -44,7 +43,7 @@ Compensator<Arithmetic>::Compensator(const Model& model) {
     const auto node_of = [&](std::size_t b) {
       return std::visit(
           [&]<class K>(const K& kind) -> Node {
-            return detail::Node<K, Arithmetic>{kind.template floating<Number>(model.sample_period_s)};
+            return NodeOf<K>{kind.template floating<Number>(model.sample_period_s)};
           },
           model.blocks[b].kind);
     };

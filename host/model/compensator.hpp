@@ -39,13 +39,6 @@ struct Node {
   decltype(state_of(&c)) state{};
 };
 
-template <class Arithmetic, class Variant>
-struct NodesOf;
-template <class Arithmetic, class... K>
-struct NodesOf<Arithmetic, std::variant<K...>> {
-  using type = std::variant<Node<K, Arithmetic>...>;
-};
-
 }  // namespace detail
 
 template <class Arithmetic>
@@ -72,7 +65,9 @@ class Compensator {
 
  private:
   using Number = typename Arithmetic::Number;
-  using Node = typename detail::NodesOf<Arithmetic, Kind>::type;
+  template <class K>
+  using NodeOf = detail::Node<K, Arithmetic>;
+  using Node = typename EachOf<NodeOf, Kind>::type;
   static constexpr bool kFixed = std::is_same_v<Arithmetic, FixedArithmetic>;
 
   struct Block {

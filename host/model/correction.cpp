@@ -36,11 +36,6 @@ bool between_rails(const Input& input, const Poses& poses) {
          std::max(poses.open, poses.fist) <= input.valid_max;
 }
 
-Model checked(Model model) {
-  check(model);
-  return model;
-}
-
 }  // namespace
 
 Correction correction_of(const Model& model, std::size_t input) {
@@ -68,13 +63,12 @@ Model corrected(Model model, std::size_t at, const Correction& correction) {
   if (input.unit != "count") {
     input.valid_min = now(input.valid_min);
     input.valid_max = now(input.valid_max);
-    return checked(std::move(model));
   }
   // A pose beyond the converter's rails is none that a board could be zeroed by.
-  for (std::optional<Poses>* pose : {&input.poses, &input.turns}) {
-    if (*pose && !between_rails(input, **pose)) pose->reset();
-  }
-  return checked(std::move(model));
+  for (std::optional<Poses>* pose : {&input.poses, &input.turns})
+    if (*pose && input.unit == "count" && !between_rails(input, **pose)) pose->reset();
+  check(model);
+  return model;
 }
 
 Folded folded(Model model) {

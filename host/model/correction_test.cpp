@@ -73,16 +73,6 @@ TEST(Correction, AGainOfNothingIsRefused) {
   EXPECT_THROW((void)corrected(falling("count"), 0, {-1, 900}), io::InputError);
 }
 
-TEST(Readings, ThatAreNoneAreRefused) {
-  Model m = falling("count");
-  m.inputs[0].readings = Spread{{0.5, 0.1}, {1, 2}};
-  EXPECT_THROW(check(m), io::InputError);
-  m.inputs[0].readings = Spread{{0.1, 0.5}, {2, 2}};
-  EXPECT_THROW(check(m), io::InputError);
-  m.inputs[0].readings = Spread{{0.1, 0.5}, {2, 3}};
-  EXPECT_NO_THROW(check(m));
-}
-
 // A limit between two steps of Q5: both arithmetics refuse the same readings.
 TEST(Correction, FixedPointRefusesWhatDoubleRefusesAtLimitsBetweenItsSteps) {
   Model m = falling("V");

@@ -4,16 +4,15 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 namespace flexor::model {
+namespace {
 
 Eigen::MatrixXd chain_matrix(const Eigen::VectorXd& rates_rad_s) {
-  const auto n = rates_rad_s.size();
-  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    a(i, i) = -rates_rad_s(i);
-    if (i > 0) a(i, i - 1) = rates_rad_s(i);
-  }
+  Eigen::MatrixXd a = (-rates_rad_s).asDiagonal();
+  a.diagonal(-1) = rates_rad_s.tail(rates_rad_s.size() - 1);
   return a;
 }
+
+}  // namespace
 
 ZeroOrderHold zero_order_hold(const Eigen::VectorXd& rates_rad_s, double period_s) {
   assert(period_s > 0 && rates_rad_s.minCoeff() > 0);

@@ -12,10 +12,7 @@ struct ZeroOrderHold {
   Eigen::VectorXd input;
 };
 
-// A of x_1' = a_1 (w - x_1), x_i' = a_i (x_{i-1} - x_i); rates_rad_s are the a_i > 0, 1 to 3 of them.
-Eigen::MatrixXd chain_matrix(const Eigen::VectorXd& rates_rad_s);
-
-// period_s > 0.
+// Of x_1' = a_1 (w - x_1), x_i' = a_i (x_{i-1} - x_i); rates_rad_s are the a_i > 0, 1 to 3 of them. period_s > 0.
 ZeroOrderHold zero_order_hold(const Eigen::VectorXd& rates_rad_s, double period_s);
 
 // d exp(a + h da)/dh at h = 0: exp([a da; 0 a]) = [exp(a) L; 0 exp(a)], of which L.

@@ -128,10 +128,7 @@ class Search {
 
 double allowed_fixed_error_deg(const Joint& joint) {
   constexpr double kShare = 0.1;
-  double squares = 0;
-  for (const double error_deg : joint.accuracy.value_or(Accuracy{}).standard_error_deg)
-    squares += error_deg * error_deg / static_cast<double>(joint.accuracy->standard_error_deg.size());
-  return std::max(kFixedError_deg, kShare * std::sqrt(squares));
+  return std::max(kFixedError_deg, kShare * joint.accuracy.value_or(Accuracy{}).root_mean_square());
 }
 
 std::vector<double> worst_fixed_error_deg(const Model& model, const ErrorSearch& search) {

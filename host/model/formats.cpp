@@ -23,20 +23,6 @@ bool keeps_fraction(const Kind& kind) {
   return std::visit([](const auto& k) { return k.kKeepsFraction; }, kind);
 }
 
-int most_fraction(const Kind& kind, const FixedSignal& in) {
-  return std::visit(
-      [&](const auto& k) {
-        if constexpr (requires { k.most_fraction(in); }) {
-          return k.most_fraction(in);
-        } else {
-          return kMostFraction;
-        }
-      },
-      kind);
-}
-
-std::string input_place(const Input& input) { return fmt::format("{}: input", input.name); }
-
 Interval held_values(const Graph& graph, const std::vector<Together>& needs, std::size_t signal) {
   return needs[signal].need ? meet(graph.values[signal], needs[signal].need->values) : graph.values[signal];
 }
@@ -89,7 +75,7 @@ FixedModel::FixedModel(const Model& model) : graph(model) {
   };
   for (std::size_t i = 0; i < count; ++i) {
     const Input& input = model.inputs[i];
-    const FixedFormat format{input_place(input)};
+    const FixedFormat format{fmt::format("{}: input", input.name)};
     // Of the steps of Q5 those within, as double has them: rounded to the nearest, a limit would let in one that it refuses.
     constexpr double kSteps = 1 << core::kInputFraction;
     valid_min.push_back(
@@ -111,7 +97,9 @@ FixedModel::FixedModel(const Model& model) : graph(model) {
     const Interval held = values(count + b);
     // Only an lti gives no more fraction bits than are needed: its direct form has those of an angle.
     const int needed = std::holds_alternative<Lti>(block.kind) ? most(count + b) : kMostFraction;
-    const int high = std::min({needed, needs[count + b].most, most_fraction(block.kind, in)});
+    const auto* curve = std::get_if<Curve>(&block.kind);
+    const int high =
+        std::min({needed, needs[count + b].most, curve != nullptr ? curve->most_fraction() : kMostFraction});
     if (keeps_fraction(block.kind) && std::ldexp(held.magnitude(), in.fraction) > 32767.5) {
       format.does_not_fit(fmt::format("its signal ({:.6g})", held.magnitude()));
     }

@@ -15,18 +15,7 @@ struct FixedCoefficients {
   typename K::Fixed c;
 };
 
-namespace detail {
-
-template <class Variant>
-struct FixedOf;
-template <class... K>
-struct FixedOf<std::variant<K...>> {
-  using type = std::variant<FixedCoefficients<K>...>;
-};
-
-}  // namespace detail
-
-using FixedKind = detail::FixedOf<Kind>::type;
+using FixedKind = EachOf<FixedCoefficients, Kind>::type;
 
 // Signals are int16, round(value 2^fraction). Each fraction is the largest that holds all values that matter:
 // from the joints back, a block says what it needs of its input (Need); what lies beyond saturates and changes

@@ -14,6 +14,9 @@ constexpr double kHold_s = 0.25;
 constexpr double kGuardSpeed_deg_s = 200;
 
 std::int16_t q4(double deg) { return static_cast<std::int16_t>(std::lround(deg * 16)); }
+std::int16_t q5(double reading) {
+  return static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -1023.0, 1023.0)));
+}
 
 // The monitor counts to 255, which rates above 127 Hz reach in less than kStuck_s.
 std::uint8_t samples(double lasts_s, const Model& model, double least) {
@@ -30,10 +33,8 @@ sensor::GuardSettings guard_at_rest(const Model& model, double rest_deg) {
 // beyond which another hand or a strip that has drifted reads, too.
 void add_strip(const std::function<double(double)>& sensor, const Input& input,
                sensor::Calibration& calibration, sensor::MonitorSettings& monitor) {
-  for (std::size_t k = 0; k < sensor::kKnots; ++k) {
-    const double u = sensor(16.0 * static_cast<double>(k));
-    calibration.alpha[k] = static_cast<std::int16_t>(std::lround(32 * std::clamp(u, -1023.0, 1023.0)));
-  }
+  for (std::size_t k = 0; k < sensor::kKnots; ++k)
+    calibration.alpha[k] = q5(sensor(16.0 * static_cast<double>(k)));
   const auto accepted = [&](int n) {
     const double u = calibration(static_cast<std::uint16_t>(n)) / 32.0;
     return u >= input.valid_min && u <= input.valid_max;
@@ -48,14 +49,6 @@ void add_strip(const std::function<double(double)>& sensor, const Input& input,
   }
   monitor.low = static_cast<std::uint16_t>(std::max(low - 1, 0) / 2);
   monitor.high = static_cast<std::uint16_t>((std::min(high + 2, sensor::kAdcTop + 1) + sensor::kAdcTop) / 2);
-}
-
-sensor::Poses poses_of(const Input& input) {
-  if (!input.poses) return {0, 0};
-  const auto q5 = [](double reading) {
-    return static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -1023.0, 1023.0)));
-  };
-  return {q5(input.poses->open), q5(input.poses->fist)};
 }
 
 }  // namespace
@@ -81,16 +74,15 @@ GloveTables glove_tables(const Model& model, const Sensors& sensor) {
     monitor.stuck_samples = samples(kStuck_s, model, 2);
     out.guard[i] = guard_at_rest(model, 0);
     if (wiring.input[i]) {
-      add_strip(sensor[i], model.inputs[*wiring.input[i]], out.calibration[i], monitor);
-      out.poses[i] = poses_of(model.inputs[*wiring.input[i]]);
+      const Input& input = model.inputs[*wiring.input[i]];
+      add_strip(sensor[i], input, out.calibration[i], monitor);
+      if (input.poses) out.poses[i] = {q5(input.poses->open), q5(input.poses->fist)};
     } else {
       monitor.high = 0;  // no strip: open, always
     }
     for (const std::size_t strip : wiring.strips[i])
       out.strips[i] = static_cast<std::uint8_t>(out.strips[i] | 1U << strip);
-    if (!wiring.joint[i]) continue;
-    const Joint& joint = model.joints[*wiring.joint[i]];
-    out.guard[i] = guard_of(model, joint);
+    if (wiring.joint[i]) out.guard[i] = guard_of(model, model.joints[*wiring.joint[i]]);
   }
   return out;
 }

@@ -80,7 +80,7 @@ Interval Curve::values(std::span<const Interval> in, double) const {
   return out;
 }
 
-int Curve::most_fraction(const FixedSignal&) const {
+int Curve::most_fraction() const {
   const double height = Interval{std::ranges::min(y), std::ranges::max(y)}.magnitude();
   double rise = 0;
   for (std::size_t i = 1; i < y.size(); ++i) rise = std::max(rise, std::abs(y[i] - y[i - 1]));

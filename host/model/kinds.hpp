@@ -175,7 +175,7 @@ struct Curve {
   Interval values(std::span<const Interval> in, double period_s) const;
   Need need(const FixedSignal&, const Need&) const { return {{x.front(), x.back()}, kMostFraction, true}; }
   // No more fraction bits of the output than its slopes allow.
-  int most_fraction(const FixedSignal& in) const;
+  int most_fraction() const;
   template <class Real>
   Floating<Real> floating(double) const {
     Floating<Real> c{};

@@ -3,15 +3,21 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/model/kinds.hpp"
+
 namespace flexor::model {
 namespace {
 
 constexpr double kForgotten = 1e-9;
 
-Interval scaled(const Lti& lti, const Interval& in) {
-  const double a = lti.gain * in.min + lti.offset;
-  const double b = lti.gain * in.max + lti.offset;
-  return {std::min(a, b), std::max(a, b)};
+Interval scaled(const Lti& lti, const Interval& in) { return Gain{lti.gain, lti.offset}.values({{in}}, 0); }
+
+// As many as are left at this period: the last is dropped where a sample forgets it altogether, since its state then equals the
+// one before.
+Eigen::VectorXd rates_of(const Lti& lti, double period_s) {
+  const auto n = std::ssize(lti.poles_rad_s);
+  const bool is_forgotten = n > 1 && std::exp(lti.poles_rad_s.back() * period_s) < kForgotten;
+  return -Eigen::Map<const Eigen::VectorXd>(lti.poles_rad_s.data(), is_forgotten ? n - 1 : n);
 }
 
 // The gain is m / 2^shift relative to the change of fraction from the input's to Q20; the largest shift for
@@ -47,34 +53,24 @@ Interval Lti::values(std::span<const Interval> in, double) const {
   return {w.min - reach, w.max + reach};
 }
 
-int Lti::order_at(double period_s) const {
-  const auto n = static_cast<int>(poles_rad_s.size());
-  return n > 1 && std::exp(poles_rad_s.back() * period_s) < kForgotten ? n - 1 : n;
-}
-
-namespace detail {
-
-PaddedLti pad(const Lti& lti, double period_s, int order) {
-  PaddedLti out{Eigen::VectorXd::Zero(order), Eigen::MatrixXd::Zero(order, order),
-                Eigen::VectorXd::Zero(order)};
-  const Eigen::Index n = lti.order_at(period_s);
+Lti::Padded Lti::padded_at(double period_s) const {
+  Padded out;
+  const Eigen::VectorXd rates = rates_of(*this, period_s);
+  const Eigen::Index n = rates.size();
   if (n == 0) {
     out.tap(0) = 1;  // y = w
     return out;
   }
-  Eigen::VectorXd rates(n);
-  for (Eigen::Index i = 0; i < n; ++i) rates(i) = -lti.poles_rad_s[static_cast<std::size_t>(i)];
   const ZeroOrderHold hold = zero_order_hold(rates, period_s);
-  const Eigen::Index first = order - n;
   out.input_weight.tail(n) = hold.input;
   out.chain_weight.bottomRightCorner(n, n).triangularView<Eigen::StrictlyLower>() = hold.transition;
-  if (!lti.taps.empty()) {
-    out.tap(0) = lti.taps[0];
-    for (Eigen::Index i = 1; i < n; ++i) out.tap(first + i) = lti.taps[static_cast<std::size_t>(i)];
-  }
+  if (taps.empty()) return out;
+  out.tap(0) = taps[0];
+  out.tap.tail(n - 1) = Eigen::Map<const Eigen::VectorXd>(taps.data() + 1, n - 1);
   return out;
 }
 
+namespace detail {
 namespace {
 
 // What is left of anything after so many samples cannot be told: direct forms forget within a few.
@@ -225,12 +221,9 @@ std::optional<Direct> direct_form(const Lti& lti, double top, double upper_deg, 
   const bool plain = lti.offset == 0 && lti.gain > 0 && !lti.poles_rad_s.empty() &&
                      std::ranges::all_of(lti.taps, [](double tap) { return tap == 0; });
   if (!plain) return std::nullopt;
-  Eigen::VectorXd rates(lti.order_at(period_s));
+  const Eigen::VectorXd rates = rates_of(lti, period_s);
   double echoes = 1;
-  for (Eigen::Index i = 0; i < rates.size(); ++i) {
-    rates(i) = -lti.poles_rad_s[static_cast<std::size_t>(i)];
-    echoes /= 1 - std::exp(-rates(i) * period_s);
-  }
+  for (const double rate : rates) echoes /= 1 - std::exp(-rate * period_s);
   if (std::ldexp(echoes, -core::kOutputFraction - 1) > kFixedError_deg) return std::nullopt;  // most chains
   return DirectSearch(lti.gain, rates, top, upper_deg, period_s).best();
 }
@@ -240,7 +233,6 @@ std::optional<Direct> direct_form(const Lti& lti, double top, double upper_deg, 
 Lti::Fixed Lti::fixed(const FixedBlock& block) const {
   // Q20 in int32 holds |value| < 2048, for every state and for every difference of two.
   constexpr double kStateLimit = 2047;
-  constexpr int kOrder = compensator::kMaxOrder;
   const FixedSignal& in = block.in[0];
   const Interval w = scaled(*this, in.values);
   if (w.width() >= kStateLimit || std::abs(offset) + w.magnitude() >= kStateLimit ||
@@ -254,7 +246,7 @@ Lti::Fixed Lti::fixed(const FixedBlock& block) const {
   c.gain_shift = static_cast<std::int8_t>(shift);
   c.offset = static_cast<std::int32_t>(std::lround(std::ldexp(offset, core::kStateFraction)));
   c.output_shift = static_cast<std::uint8_t>(core::kStateFraction - block.out.fraction);
-  const auto padded = detail::pad(*this, block.period_s, kOrder);
+  const Padded padded = padded_at(block.period_s);
   c.tap_fraction =
       static_cast<std::uint8_t>(block.fraction("a tap", padded.tap.cwiseAbs().maxCoeff(), 1, 15));
   for (int i = 0; i < kOrder; ++i) {

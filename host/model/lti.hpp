@@ -44,26 +44,34 @@ struct Lti {
   Interval values(std::span<const Interval> in, double period_s) const;
   Need need(const FixedSignal& in, const Need&) const { return {in.values, kMostFraction, false}; }
   template <class Real>
-  Floating<Real> floating(double period_s) const;
+  Floating<Real> floating(double period_s) const {
+    const Padded padded = padded_at(period_s);
+    Floating<Real> c{};
+    c.gain = static_cast<Real>(gain);
+    c.offset = static_cast<Real>(offset);
+    for (int i = 0; i < kOrder; ++i) {
+      c.input_weight[i] = static_cast<Real>(padded.input_weight(i));
+      c.tap[i] = static_cast<Real>(padded.tap(i));
+      for (int j = 0; j < i; ++j)
+        c.chain_weight[compensator::chain_index(i, j)] = static_cast<Real>(padded.chain_weight(i, j));
+    }
+    return c;
+  }
   Fixed fixed(const FixedBlock& block) const;
   bool operator==(const Lti&) const = default;
 
-  // Poles that are left at this period: the last is dropped where a sample forgets it altogether, since its
-  // state then equals the one before.
-  int order_at(double period_s) const;
+ private:
+  // The chain padded in front: a chain of n < kOrder lags uses the last n, the others stay at their start value and have no weight.
+  static constexpr int kOrder = compensator::kMaxOrder;
+  struct Padded {
+    Eigen::Vector<double, kOrder> input_weight = Eigen::Vector<double, kOrder>::Zero();
+    Eigen::Matrix<double, kOrder, kOrder> chain_weight = Eigen::Matrix<double, kOrder, kOrder>::Zero();
+    Eigen::Vector<double, kOrder> tap = Eigen::Vector<double, kOrder>::Zero();
+  };
+  Padded padded_at(double period_s) const;
 };
 
 namespace detail {
-
-// The chain padded in front to `order` states: a chain of n < order lags uses the last n, the others stay at
-// their start value and have no weight.
-struct PaddedLti {
-  Eigen::VectorXd input_weight;  // order
-  Eigen::MatrixXd chain_weight;  // order x order, strictly lower
-  Eigen::VectorXd tap;           // order
-};
-
-PaddedLti pad(const Lti& lti, double period_s, int order);
 
 // Coefficients of compensator::DirectForm and the most that it can be from double, degrees: for every
 // sequence of inputs in Q5 from 0 to `top`, as long as the angle stays below `upper_deg`. None where that
@@ -77,22 +85,5 @@ struct Direct {
 std::optional<Direct> direct_form(const Lti& lti, double top, double upper_deg, double period_s);
 
 }  // namespace detail
-
-template <class Real>
-Lti::Floating<Real> Lti::floating(double period_s) const {
-  constexpr int kOrder = compensator::kMaxOrder;
-  const detail::PaddedLti padded = detail::pad(*this, period_s, kOrder);
-  Floating<Real> c{};
-  c.gain = static_cast<Real>(gain);
-  c.offset = static_cast<Real>(offset);
-  for (int i = 0; i < kOrder; ++i) {
-    c.input_weight[i] = static_cast<Real>(padded.input_weight(i));
-    c.tap[i] = static_cast<Real>(padded.tap(i));
-    for (int j = 0; j < i; ++j) {
-      c.chain_weight[compensator::chain_index(i, j)] = static_cast<Real>(padded.chain_weight(i, j));
-    }
-  }
-  return c;
-}
 
 }  // namespace flexor::model

@@ -163,13 +163,6 @@ Call call(const Coefficients&) {
       "a function for MATLAB does not have one of the model's kinds of block yet: matlab.cpp");
 }
 
-std::string sum_text(const Sum::Floating<double>& c, const std::vector<std::size_t>& from) {
-  std::string out = fmt::format("{}", c.offset);
-  for (std::size_t i = 0; i < from.size(); ++i)
-    out += fmt::format(" + {} * s(ok, {})", c.weight[i], from[i] + 1);
-  return out;
-}
-
 // One block: which samples it follows, and its signal there. Signals count from one.
 template <class Coefficients>
 std::string step_text(const Coefficients& c, std::size_t block, std::size_t signal,
@@ -181,7 +174,10 @@ std::string step_text(const Coefficients& c, std::size_t block, std::size_t sign
       fmt::format("bad(:, {}) = {};\n", signal, from.size() == 1 ? bad : fmt::format("first_of({})", bad));
   out += fmt::format("ok = bad(:, {}) == 0;\n", signal);
   if constexpr (std::is_same_v<Coefficients, Sum::Floating<double>>) {
-    return out + fmt::format("s(ok, {}) = {};\n", signal, sum_text(c, from));
+    out += fmt::format("s(ok, {}) = {}", signal, c.offset);
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      out += fmt::format(" + {} * s(ok, {})", c.weight[i], columns[i]);
+    return out + ";\n";
   } else {
     const auto [function, arguments] = call(c);
     if constexpr (requires { typename Coefficients::State; }) {

@@ -26,20 +26,18 @@ void check_name(const std::string& name, const std::string& what) {
   }
 }
 
-void check_poses(const Input& input, const std::optional<Poses>& poses, const char* name) {
+void check_poses(const Place& place, const Input& input, const std::optional<Poses>& poses,
+                 const char* name) {
   if (!poses) return;
   const auto& [open, fist] = *poses;
-  const Place place{fmt::format("{}: input", input.name), 0};
   const double low = std::min(open, fist);
   const double high = std::max(open, fist);
   place.require(low < high && low >= input.valid_min && high <= input.valid_max,
                 fmt::format("{}: \"open\" and \"fist\" must be two readings within the valid range", name));
 }
 
-void check_readings(const Input& input) {
-  if (!input.readings) return;
-  const auto& [share, reading] = *input.readings;
-  const Place place{fmt::format("{}: input", input.name), 0};
+void check_readings(const Place& place, const Spread& spread) {
+  const auto& [share, reading] = spread;
   place.require(share.size() >= 2 && share.size() == reading.size() && share.size() <= kMaxKnots,
                 fmt::format("readings: 2 to {} shares, and as many readings", kMaxKnots));
   place.readings(reading);
@@ -63,9 +61,9 @@ void check_input(const Input& input) {
       std::max(kMinRange, kMinRelativeRange * std::max(std::abs(input.valid_min), std::abs(input.valid_max)));
   place.require(input.valid_max - input.valid_min >= least,
                 fmt::format("valid_min and valid_max must be at least {:.3g} apart", least));
-  check_poses(input, input.poses, "poses");
-  check_poses(input, input.turns, "turns");
-  check_readings(input);
+  check_poses(place, input, input.poses, "poses");
+  check_poses(place, input, input.turns, "turns");
+  if (input.readings) check_readings(place, *input.readings);
 }
 
 void check_accuracy(const Place& place, const Accuracy& accuracy) {
@@ -146,9 +144,55 @@ void check_provenance(const Model& model, const std::string& source) {
   for (const auto& [name, one] : joints.items()) check_error(one, source + ": fit: joints: " + name);
 }
 
+// The blocks before a joint as a tree, the joint at its root: what each takes stands indented below it. A signal
+// that was shown before is only named.
+class Diagram {
+ public:
+  explicit Diagram(const Model& m) : model_(m), graph_(m), shown_(graph_.values.size(), false) {}
+
+  std::string text() {
+    for (std::size_t j = 0; j < model_.joints.size(); ++j) {
+      out_ += fmt::format("\n{}, rests at {:.1f} deg\n", model_.joints[j].name, model_.joints[j].rest_deg);
+      branch(graph_.joint[j], "", true);
+    }
+    return std::move(out_);
+  }
+
+ private:
+  void branch(std::size_t signal, const std::string& indent, bool last) {
+    const std::string stem = indent + (last ? "└─ " : "├─ ");
+    if (signal < model_.inputs.size()) return leaf(stem, model_.inputs[signal]);
+    const std::size_t b = signal - model_.inputs.size();
+    const Block& block = model_.blocks[b];
+    out_ += shown_[signal] ? fmt::format("{}{} (above)\n", stem, block.to)
+                           : fmt::format("{}{}: {}\n", stem, type_of(block.kind), text_of(block.kind));
+    if (shown_[signal]) return;
+    shown_[signal] = true;
+    for (const std::size_t from : graph_.from[b])
+      branch(from, indent + (last ? "   " : "│  "), from == graph_.from[b].back());
+  }
+
+  void leaf(const std::string& stem, const Input& input) {
+    out_ += fmt::format(
+        "{}{}{}, valid {:g} to {:g}\n", stem, input.column.empty() ? input.name : input.column,
+        input.unit.empty() ? "" : fmt::format(" ({})", input.unit), input.valid_min, input.valid_max);
+  }
+
+  const Model& model_;
+  Graph graph_;
+  std::vector<bool> shown_;
+  std::string out_;
+};
+
 }  // namespace
 
 double Accuracy::at(double angle) const { return io::interpolate(angle_deg, standard_error_deg, angle); }
+
+double Accuracy::root_mean_square() const {
+  double square = 0;
+  for (const double e : standard_error_deg) square += e * e / static_cast<double>(standard_error_deg.size());
+  return std::sqrt(square);
+}
 
 const std::vector<std::string>& finger_names() {
   static const std::vector<std::string> names = {"thumb", "index", "middle", "ring", "pinky"};
@@ -301,6 +345,23 @@ std::string schema_json() {
   for (const std::string& name : finger_names()) strips.push_back(name);
   out["properties"]["inputs"]["items"]["properties"]["strip"]["enum"] = strips;
   return io::dump(out);
+}
+
+std::string diagram(const Model& m) {
+  std::string out = fmt::format(
+      "{}: {}\n{:g} ms a sample, {} input(s), {} block(s), {} joint(s), schema {}, written by {}\n",
+      io::one_line(m.name), io::one_line(m.description), 1000 * m.sample_period_s, m.inputs.size(),
+      m.blocks.size(), m.joints.size(), kSchemaVersion, io::one_line(m.written_by));
+  out += Diagram(m).text();
+  const auto joints = m.fit.value("joints", Json::object());
+  for (const auto& [joint, fit] : joints.items()) {
+    const auto rmse_deg = fit.value(Json::json_pointer("/holdout/rmse_deg"), Json());
+    if (!rmse_deg.is_number()) continue;
+    out += fmt::format("\nheld-out error of {} {:.2f} deg RMSE when it was fitted{}\n", io::one_line(joint),
+                       rmse_deg.get<double>(),
+                       fit.contains("untried_structures") ? ", by a search that was stopped" : "");
+  }
+  return out;
 }
 
 Model from_json(const std::string& text, const std::string& source) {

@@ -104,6 +104,7 @@ struct Accuracy {
                       required("standard_error_deg", &Accuracy::standard_error_deg, Bounds{1, kMaxKnots}));
   }
   double at(double angle) const;
+  double root_mean_square() const;
   bool operator==(const Accuracy&) const = default;
 };
 
@@ -199,6 +200,9 @@ std::string to_json(const Model& model);
 
 // JSON Schema of the document, from the tables that read it. What compares numbers or names is checked on reading alone.
 std::string schema_json();
+
+// In words: its blocks as a tree before each joint, their limits, and what it erred by.
+std::string diagram(const Model& model);
 
 // `source` names the text in errors. Throws io::InputError.
 Model from_json(const std::string& text, const std::string& source);

@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 
 #include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
 #include "host/model/channel.hpp"
-#include "host/model/diagram.hpp"
 
 namespace flexor::model {
 namespace {
@@ -85,22 +85,12 @@ TEST(Model, ASavedDocumentLoadsEqual) {
   fs::remove(path);
 }
 
-TEST(Model, EveryKindRoundTripsUnderItsName) {
-  const Model m = example();
-  std::vector<std::string> types;
-  for (const Block& block : m.blocks) {
-    Json json;
-    write_object(block, json);
-    io::JsonReader reader(json, "block");
-    Block again;
-    read_object(reader, again);
-    EXPECT_EQ(again, block) << json.dump();
-    reader.done();
-    EXPECT_FALSE(text_of(block.kind).empty()) << json.dump();
-    types.push_back(type_of(block.kind));
+TEST(Model, EveryKindHasANameOfItsOwnAndItsMembersInWords) {
+  std::set<std::string> types;
+  for (const Block& block : example().blocks) {
+    EXPECT_FALSE(text_of(block.kind).empty()) << type_of(block.kind);
+    types.insert(type_of(block.kind));
   }
-  std::ranges::sort(types);
-  types.erase(std::unique(types.begin(), types.end()), types.end());
   EXPECT_EQ(types.size(), std::variant_size_v<Kind>) << "a kind is missing above, or two have one name";
 }
 

@@ -48,43 +48,23 @@ class RandomModel : Draw {
   }
 
  private:
-  template <class K, std::size_t kAt = 0>
-  static constexpr std::size_t place() {
-    if constexpr (std::is_same_v<K, std::variant_alternative_t<kAt, Kind>>) {
-      return kAt;
-    } else {
-      return place<K, kAt + 1>();
-    }
-  }
-  template <class K>
-  static constexpr std::size_t kPlace = place<K>();
-
-  // Of the kind with this place in Kind, for a signal with these values.
-  Kind kind(std::size_t at, const Interval& in) {
+  // Any, for a signal with these values.
+  Kind kind(const Interval& in) {
     // Of signals in farad, volt, count or ohm; a block may have swallowed all of it.
     const double largest = std::max(in.magnitude(), 1e-12);
-    switch (at) {
-      case kPlace<Gain>:
-        return Gain{sign() * std::min(wide(1e-3, 1e3), kMaxSignal / largest), sign() * uniform(0, largest)};
-      case kPlace<DeadZone>:
-        return dead_zone(largest);
-      case kPlace<Curve>:
-        return Curve{knots(largest), ordinates()};
-      case kPlace<Play>:
-        return Play{coin() ? 0 : uniform(0, largest)};
-      case kPlace<Hysteresis>:
-        return hysteresis(largest);
-      case kPlace<Lti>:
-        return lti(largest);
-      case kPlace<Lag>:
-        return Lag{rate(kMinPoleTimesPeriod)};
-      case kPlace<PolePair>:
-        return PolePair{rate(1e-4), coin() ? uniform(0.01, 0.999) : 0.01, {tap(), tap()}};
-      case kPlace<Saturation>:
-        return Saturation{-angle_size(), angle_size()};
-      default:
-        return sum();
-    }
+    const Kind all[] = {
+        Gain{sign() * std::min(wide(1e-3, 1e3), kMaxSignal / largest), sign() * uniform(0, largest)},
+        dead_zone(largest),
+        Curve{knots(largest), ordinates()},
+        Play{coin() ? 0 : uniform(0, largest)},
+        hysteresis(largest),
+        lti(largest),
+        Lag{rate(kMinPoleTimesPeriod)},
+        PolePair{rate(1e-4), coin() ? uniform(0.01, 0.999) : 0.01, {tap(), tap()}},
+        Saturation{-angle_size(), angle_size()},
+        sum()};
+    static_assert(std::size(all) == std::variant_size_v<Kind>, "each kind");
+    return all[below(static_cast<int>(std::size(all)))];
   }
 
   void add_input() {
@@ -104,9 +84,8 @@ class RandomModel : Draw {
   // A block that would take valid readings past the bounds is drawn again; a play never does.
   void add_any_block() {
     const auto from = static_cast<std::size_t>(below(static_cast<int>(signals_.size())));
-    constexpr auto kKinds = static_cast<int>(std::variant_size_v<Kind>);
     for (int attempt = 0; attempt < 10; ++attempt) {
-      const Kind drawn = kind(static_cast<std::size_t>(below(kKinds)), signals_[from].second);
+      const Kind drawn = kind(signals_[from].second);
       const bool limits = std::holds_alternative<Saturation>(drawn);
       if (limits && signals_[from].second.magnitude() > kMaxUnlimited_deg) continue;
       if (add_block(from, drawn)) return;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "host/model/channel.hpp"
+#include "host/io/numbers.hpp"
 
 namespace flexor::model {
 namespace {
@@ -28,30 +28,27 @@ double square(double x) { return x * x; }
 
 using Doubles = sensor::RealTracking<double>;
 
-struct Bend {
-  double middle;
-  double half;
+struct Bends {
+  std::vector<double> middle;
+  std::vector<double> half;
 };
 
-std::vector<Bend> whole_bends(const std::vector<std::vector<double>>& recordings, double sample_period_s,
-                              const Poses& poses) {
+Bends whole_bends(const std::vector<std::vector<double>>& recordings, double sample_period_s,
+                  const Poses& poses) {
   const TrackedRange range{poses, 1, 0, 0};
   const auto strip = tracked_strip<Doubles>(range, {});
   const std::size_t every = static_cast<std::size_t>(samples_per_tick(sample_period_s));
-  std::vector<Bend> out;
+  Bends out;
   for (const std::vector<double>& readings : recordings) {
     sensor::Tracker<Doubles> tracker;
     for (std::size_t k = 0; k < readings.size(); k += every) {
       tracker.observe({}, strip, readings[k]);
-      if (tracker.has_bend()) out.push_back({tracker.bend_middle(), tracker.bend_half()});
+      if (!tracker.has_bend()) continue;
+      out.middle.push_back(tracker.bend_middle());
+      out.half.push_back(tracker.bend_half());
     }
   }
   return out;
-}
-
-double median_of(std::vector<Bend> bends, double Bend::*member) {
-  std::ranges::sort(bends, {}, member);
-  return bends[bends.size() / 2].*member;
 }
 
 std::int16_t number_of(double reading, const sensor::Tracker<sensor::FixedTracking>&) {
@@ -98,10 +95,10 @@ std::optional<Poses> turns_of(const std::vector<std::vector<double>>& recordings
   constexpr std::size_t kLeast = 3;
   Poses turns = poses;
   for (int round = 0; round < 2; ++round) {  // which bends are whole depends on where they turn
-    const std::vector<Bend> bends = whole_bends(recordings, sample_period_s, turns);
-    if (bends.size() < kLeast) return {};
-    const double middle = median_of(bends, &Bend::middle);
-    const double half = std::copysign(median_of(bends, &Bend::half), poses.fist - poses.open);
+    const Bends bends = whole_bends(recordings, sample_period_s, turns);
+    if (bends.half.size() < kLeast) return {};
+    const double middle = io::median(bends.middle);
+    const double half = std::copysign(io::median(bends.half), poses.fist - poses.open);
     turns = {middle - half, middle + half};
   }
   return turns;
@@ -204,12 +201,7 @@ template class Trackers<FloatArithmetic>;
 template class Trackers<DoubleArithmetic>;
 
 template sensor::TrackerSettings<sensor::FixedTracking> tracker_settings(const TrackingPrior&);
-template sensor::TrackerSettings<sensor::RealTracking<double>> tracker_settings(const TrackingPrior&);
 template sensor::TrackedStrip<sensor::FixedTracking> tracked_strip(const std::optional<TrackedRange>&,
                                                                    const TrackingPrior&);
-template sensor::TrackedStrip<sensor::RealTracking<float>> tracked_strip(const std::optional<TrackedRange>&,
-                                                                         const TrackingPrior&);
-template sensor::TrackedStrip<sensor::RealTracking<double>> tracked_strip(const std::optional<TrackedRange>&,
-                                                                          const TrackingPrior&);
 
 }  // namespace flexor::model

@@ -47,11 +47,8 @@ template <class A>
 sensor::TrackedStrip<A> tracked_strip(const std::optional<TrackedRange>& range, const TrackingPrior& prior);
 
 extern template sensor::TrackerSettings<sensor::FixedTracking> tracker_settings(const TrackingPrior&);
-extern template sensor::TrackerSettings<sensor::RealTracking<double>> tracker_settings(const TrackingPrior&);
 extern template sensor::TrackedStrip<sensor::FixedTracking> tracked_strip(const std::optional<TrackedRange>&,
                                                                           const TrackingPrior&);
-extern template sensor::TrackedStrip<sensor::RealTracking<double>> tracked_strip(
-    const std::optional<TrackedRange>&, const TrackingPrior&);
 
 // Samples a tick.
 int samples_per_tick(double sample_period_s);

@@ -13,14 +13,13 @@ namespace {
 std::string finger_part(const std::string& joint) { return joint.substr(0, joint.find('_')); }
 
 std::optional<std::size_t> joint_of(const Model& model, const std::string& finger) {
-  for (const std::string& wanted : {finger, finger + "_mcp"}) {
-    const auto it = std::ranges::find(model.joints, wanted, &Joint::name);
-    if (it != model.joints.end()) return static_cast<std::size_t>(it - model.joints.begin());
-  }
-  const auto it = std::ranges::find_if(model.joints,
-                                       [&](const Joint& joint) { return finger_part(joint.name) == finger; });
-  if (it == model.joints.end()) return std::nullopt;
-  return static_cast<std::size_t>(it - model.joints.begin());
+  const auto rank = [&](const Joint& joint) {
+    if (joint.name == finger) return 0;
+    return joint.name == finger + "_mcp" ? 1 : finger_part(joint.name) == finger ? 2 : 3;
+  };
+  const auto best = std::ranges::min_element(model.joints, {}, rank);
+  if (rank(*best) == 3) return std::nullopt;
+  return static_cast<std::size_t>(best - model.joints.begin());
 }
 
 std::size_t index_of(const std::string& finger) {

@@ -11,7 +11,6 @@
 #include "host/identify/estimator.hpp"
 #include "host/io/fuzz_json.hpp"
 #include "host/io/json.hpp"
-#include "host/model/diagram.hpp"
 #include "host/model/random_model.hpp"
 #include "host/study/boards.hpp"
 #include "host/study/catalogue.hpp"

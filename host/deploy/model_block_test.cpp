@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <rapidcheck.h>
 
 #include <cmath>
 
@@ -94,20 +93,6 @@ void expect_equal(const Glove& glove, unsigned seed, int samples) {
   }
 }
 
-TEST(ModelBlock, RandomModelsGiveTheHostsBits) {
-  int compared = 0;
-  EXPECT_TRUE(rc::check([&] {
-    const auto seed = *rc::gen::resize(rc::kNominalSize, rc::gen::inRange(0U, 1U << 30));
-    const double rate_hz = *rc::gen::element(10.0, 20.0, 50.0, 100.0);
-    const Glove glove = glove_of(model::RandomGlove(seed).make(), rate_hz);
-    if (!is_deployable(glove)) return;
-    ++compared;
-    expect_equal(glove, seed, 300);
-    RC_ASSERT(!testing::Test::HasFatalFailure());
-  }));
-  EXPECT_GT(compared, 50);
-}
-
 // A board that was flashed with this version reads what a later program sends. Where these bytes change, so does
 // compensator::kGraphVersion.
 TEST(ModelBlock, TheLayoutIsThatOfItsVersion) {
@@ -115,9 +100,7 @@ TEST(ModelBlock, TheLayoutIsThatOfItsVersion) {
   const Bytes part = model_block(glove_for({}, published, {})).bytes;
   EXPECT_EQ(compensator::kGraphVersion, 4);
   EXPECT_EQ(part.size(), 251U);
-  std::uint16_t crc = 0;
-  for (const std::uint8_t byte : part) crc = core::crc16_add(crc, byte);
-  EXPECT_EQ(crc, 20786);
+  EXPECT_EQ(core::crc16(part.data(), 251), 20786);
 }
 
 TEST(ModelBlock, EveryKindOfBlockGivesTheHostsBits) {

@@ -63,7 +63,9 @@ class Flash : public OnUsb {
   void flash_one(int number) const {
     const fs::path dump = folder_ / fmt::format("flash{}", number);
     UsbBoard board({.bootloader = boot(), .program = folder_ / "before/glove.hex", .flash = dump});
-    EXPECT_EQ(json_of({"flash", image(), "--port", board.port()}).at("baud"), 115200);
+    const Finished r = flexor({"flash", image(), "--port", board.port(), "--json"});
+    ASSERT_EQ(r.status, 0) << r.err;  // on a thread: nothing may be thrown
+    EXPECT_EQ(nlohmann::json::parse(r.out).at("baud"), 115200);
     std::this_thread::sleep_for(std::chrono::milliseconds(1000));
     EXPECT_GT(board.finish(), 3) << "the image does not run";
     expect_written(dump, boot());

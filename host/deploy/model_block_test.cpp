@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <rapidcheck.h>
 
 #include <cmath>
 
@@ -91,6 +92,20 @@ void expect_equal(const Glove& glove, unsigned seed, int samples) {
     compare(in_flash, "in flash");
     if (testing::Test::HasFatalFailure()) return;
   }
+}
+
+TEST(ModelBlock, RandomModelsGiveTheHostsBits) {
+  int compared = 0;
+  EXPECT_TRUE(rc::check([&] {
+    const auto seed = *rc::gen::resize(rc::kNominalSize, rc::gen::inRange(0U, 1U << 30));
+    const double rate_hz = *rc::gen::element(10.0, 20.0, 50.0, 100.0);
+    const Glove glove = glove_of(model::RandomGlove(seed).make(), rate_hz);
+    if (!is_deployable(glove)) return;
+    ++compared;
+    expect_equal(glove, seed, 300);
+    RC_ASSERT(!testing::Test::HasFatalFailure());
+  }));
+  EXPECT_GT(compared, 50);
 }
 
 // A board that was flashed with this version reads what a later program sends. Where these bytes change, so does

@@ -29,8 +29,8 @@ TEST_F(Interrupted, AtAnyInstantACommandEndsInOneLineAndLeavesNothing) {
   std::mt19937 random(2019);
   for (const std::string command :
        {"track video.mp4 --joints joints.json --out o/a.csv --preview o/p.mp4 --report o/r",
-        "identify --sensor simulated_glove.csv --reference simulated_camera.csv --structure linear --model o/m.json "
-        "--report o/r",
+        "identify --sensor simulated_glove.csv --reference simulated_camera.csv --structure linear "
+        "--model o/m.json --report o/r",
         "deploy hw.json --out o/d", "experiment --gestures 1 --trials 2 --out o/e"}) {
     fs::create_directory(path("o"));
     const auto begin = std::chrono::steady_clock::now();

@@ -69,6 +69,9 @@ class Bench : public testing::Test {
  protected:
   void SetUp() override { FLEXOR_NEEDS_TERMINALS(); }
   fs::path file(const char* name) const { return folder_.path() / name; }
+  std::vector<std::string> record(const Worn& worn) const {
+    return {"record", file("log.csv"), "--port", worn.bench.port(), "--readings", "--for", "6"};
+  }
   io::TemporaryFolder folder_;
 };
 
@@ -82,10 +85,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 
 TEST_F(Bench, RecordSeesReadingsThatFollowTheFingersAndTheHandGoesOn) {
   Worn worn(options(), "calibration");
-  const Finished r = flexor({"record", file("log.csv").string(), "--port", worn.bench.port(), "--readings",
-                             "--for", "6", "--json"});
-  ASSERT_EQ(r.exit, 0) << r.err;
-  const auto said = nlohmann::json::parse(r.out);
+  const nlohmann::json said = json_of(record(worn));
   EXPECT_EQ(said.at("torn"), 0);
   const recording::Recording log = recording::read_csv(file("log.csv"), {"thumb_count", "index_count"});
   EXPECT_GT(log.t_s.size(), 45U) << "10 Hz";
@@ -141,10 +141,7 @@ TEST_F(Bench, IsUnpluggedAndPluggedInAgainUnderTheSameName) {
     in.unplugged = false;
     EXPECT_EQ(worn.change(in).port, file("glove").string());
   });
-  const Finished r = flexor({"record", file("log.csv").string(), "--port", worn.bench.port(), "--readings",
-                             "--for", "6", "--json"});
-  ASSERT_EQ(r.exit, 0) << r.err;
-  const auto said = nlohmann::json::parse(r.out);
+  const nlohmann::json said = json_of(record(worn));
   EXPECT_EQ(said.at("unplugged"), 1);
   EXPECT_GT(said.at("rows"), 15);
   EXPECT_LT(said.at("rows"), 55);

@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <deque>
-#include <filesystem>
 #include <numeric>
 #include <random>
 #include <tuple>
@@ -15,15 +14,12 @@
 #include "cosim/built_images_test.hpp"
 #include "cosim/radio_ear.hpp"
 #include "host/deploy/images.hpp"
-#include "host/deploy/send.hpp"
 #include "host/io/io.hpp"
 #include "host/study/boards.hpp"
 #include "runtime/link/hand_end.hpp"
 
 namespace flexor::cosim {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double kBound_deg_s = 400;  // of the set-point, in the safe hand
 
@@ -452,71 +448,6 @@ TEST(Link, ASlowRadioIsNoOutage) {
     EXPECT_GE(radio.follows, 0.95) << one_way_s;
     EXPECT_LE(radio.lost, 0.05) << one_way_s << ": each turn comes when the next frame does";
   }
-}
-
-// A glove on a cable, as the sender has it: a line of 9600 baud that loses frames of either direction.
-class Cable {
- public:
-  Cable(Board& board, double loss, unsigned seed) : board_(board), loss_(loss), random_(seed) {
-    board.on_byte = [this](Cycles, std::uint8_t byte) {
-      frame_.push_back(byte);
-      if (byte != link::kDelimiter) return;
-      if (!lost()) came_.insert(came_.end(), frame_.begin(), frame_.end());
-      frame_.clear();
-    };
-    board.on_sample = [this](Cycles, int channel) {
-      return 450 + 20 * channel + static_cast<int>(random_() % 100);
-    };
-  }
-
-  deploy::Line line() {
-    return {[this](std::span<const std::uint8_t> bytes) {
-              constexpr Cycles kByte = 10 * 1000 * kCyclesPerMs / 9600;
-              const bool gone = lost();
-              Cycles at = board_.now();
-              for (const std::uint8_t byte : bytes) {
-                at += kByte;
-                if (!gone) board_.receive(at, byte);
-              }
-              board_.run_until(at);
-            },
-            [this](double timeout_s) { return read(timeout_s); },
-            [this] { return static_cast<double>(board_.now()) / kCyclesPerMs / 1000; }};
-  }
-
- private:
-  bool lost() { return std::generate_canonical<double, 32>(random_) < loss_; }
-  std::vector<std::uint8_t> read(double timeout_s) {
-    const Cycles end = board_.now() + static_cast<Cycles>(timeout_s * 1000 * kCyclesPerMs);
-    while (came_.empty() && board_.now() < end) board_.run_until(board_.now() + kCyclesPerMs);
-    return std::exchange(came_, {});
-  }
-
-  Board& board_;
-  double loss_;
-  std::mt19937 random_;
-  std::vector<std::uint8_t> frame_;
-  std::vector<std::uint8_t> came_;
-};
-
-deploy::Glove data_glove(double rest_deg = 0) {
-  deploy::Glove glove =
-      deploy::glove_for(parameters(), study::compensator("published-hw", 10).model, study::bench_key());
-  for (auto& joint : glove.model.joints) joint.rest_deg += rest_deg;
-  return glove;
-}
-
-TEST(Send, ALineThatLosesThirtyPercentIsOvercomeFiftyTimesOfFifty) {
-  const Firmware firmware{deploy::glove_flash(data_glove())};
-  Board board(firmware);
-  double worst_s = 0;
-  for (unsigned k = 0; k < 50; ++k) {
-    Cable cable(board, 0.3, k);
-    const deploy::Sent sent = deploy::send_model(cable.line(), data_glove(k % 2 == 0 ? 1 : 0), {});
-    worst_s = std::max(worst_s, sent.took_s);
-  }
-  std::printf("worst of 50: %.1f s\n", worst_s);
-  EXPECT_LT(worst_s, 5);
 }
 
 // The total error of six gestures, each compensator, within 5 % of the twin's, same trials.

@@ -64,7 +64,7 @@ class Flash : public OnUsb {
     const fs::path dump = folder_ / fmt::format("flash{}", number);
     UsbBoard board({.bootloader = boot(), .program = folder_ / "before/glove.hex", .flash = dump});
     const Finished r = flexor({"flash", image(), "--port", board.port(), "--json"});
-    ASSERT_EQ(r.exit, 0) << r.err;
+    ASSERT_EQ(r.status, 0) << r.err;  // on a thread: nothing may be thrown
     EXPECT_EQ(nlohmann::json::parse(r.out).at("baud"), 115200);
     std::this_thread::sleep_for(std::chrono::milliseconds(1000));
     EXPECT_GT(board.finish(), 3) << "the image does not run";
@@ -85,9 +85,7 @@ TEST_F(Flash, TwentyOfTwentyAreWrittenComparedAndRun) {
 TEST_F(Flash, AnOldBootloaderIsFoundAtItsRate) {
   const fs::path dump = folder_ / "flash";
   UsbBoard board({.bootloader = kOldBootloader, .flash = dump});
-  const Finished r = flexor({"flash", (folder_ / "new").string(), "--port", board.port(), "--json"});
-  ASSERT_EQ(r.exit, 0) << r.err;
-  EXPECT_EQ(nlohmann::json::parse(r.out).at("baud"), 57600);
+  EXPECT_EQ(json_of({"flash", folder_ / "new", "--port", board.port()}).at("baud"), 57600);
   board.finish();
   expect_written(dump, kOldBootloader);
 }
@@ -144,7 +142,7 @@ TEST_F(Flash, AnInterruptSaysWhatTheBoardHoldsAndASecondRunMends) {
       fs::absolute(FLEXOR_PROGRAM).string(), image(), board.port(), err);
   (void)std::system(command.c_str());
   EXPECT_NE(io::read_file(err).find("run the same command again"), std::string::npos) << io::read_file(err);
-  EXPECT_EQ(flexor({"flash", image(), "--port", board.port()}).exit, 0);
+  EXPECT_EQ(flexor({"flash", image(), "--port", board.port()}).status, 0);
   board.finish();
   expect_written(dump, boot());
 }
@@ -155,8 +153,7 @@ class Pair : public Flash {
   void SetUp() override {
     Flash::SetUp();
     if (IsSkipped()) return;
-    deploy::Glove glove = published();
-    glove.key = key_;
+    const deploy::Glove glove = glove_of("published_hw", key_);
     write(folder_ / "pair/glove.hex", deploy::glove_flash(glove));
     write(folder_ / "pair/hand.hex", deploy::hand_flash(deploy::safe_hand({}, glove.model, key_)));
   }
@@ -192,7 +189,7 @@ TEST_F(Pair, TwoBoardsGetANewKeyAndRunOn) {
   UsbBoard hand(board("hand"));
   const fs::path file = folder_ / "pair.key";
   const Finished r = flexor({"pair", "--glove", glove.port(), "--hand", hand.port(), "--out", file});
-  ASSERT_EQ(r.exit, 0) << r.err;
+  ASSERT_EQ(r.status, 0) << r.err;
   std::this_thread::sleep_for(std::chrono::milliseconds(1000));
   EXPECT_GT(glove.finish(), 3);
   EXPECT_GT(hand.finish(), 100);
@@ -218,7 +215,7 @@ TEST_F(Pair, AHandThatFailsIsSaidWithTheCommandThatMends) {
   }
   UsbBoard hand(board("hand"));
   const Finished r = flexor({"pair", "--key", file, "--glove", glove.port(), "--hand", hand.port()});
-  EXPECT_EQ(r.exit, 0) << r.err;
+  EXPECT_EQ(r.status, 0) << r.err;
   glove.finish();
   hand.finish();
   for (const char* name : {"glove", "hand"}) expect_key(key_of(name), deploy::load_key(file));
@@ -249,19 +246,11 @@ TEST_F(Pair, WhatChangedInADeploymentIsSentAndTheBoardSaysWhatItHolds) {
   changed.output = deploy::Output::text;
   write(folder_ / "changed/glove.hex", deploy::glove_flash(changed));
   UsbBoard glove(board("glove"));
-  const auto ask = [&] {
-    const Finished r = flexor({"ports", "--ask", "--port", glove.port(), "--json"});
-    EXPECT_EQ(r.exit, 0) << r.err;
-    return nlohmann::json::parse(r.out).at("ports").at(0);
-  };
+  const auto ask = [&] { return json_of({"ports", "--ask", "--port", glove.port()}).at("ports").at(0); };
   const nlohmann::json before = ask();
   EXPECT_EQ(before.at("board"), "glove");
   EXPECT_TRUE(before.at("is_our_image"));
-  const auto sent = [&] {
-    const Finished r = flexor({"send", folder_ / "changed", "--port", glove.port(), "--json"});
-    EXPECT_EQ(r.exit, 0) << r.err;
-    return nlohmann::json::parse(r.out).at("sent");
-  };
+  const auto sent = [&] { return json_of({"send", folder_ / "changed", "--port", glove.port()}).at("sent"); };
   EXPECT_EQ(sent(), nlohmann::json::array({"settings", "key", "model"}));
   const nlohmann::json after = ask();
   EXPECT_NE(after.at("settings_crc16"), before.at("settings_crc16"));
@@ -336,9 +325,7 @@ TEST_F(SendThroughBootloader, TheBoardRunsTheNewModelAndThenTheNext) {
     glove.model = with_curves(published().model, scale);
     const fs::path model = folder_ / "model.json";
     model::save(glove.model, model);
-    const Finished r = flexor({"send", model.string(), "--port", board.port(), "--json"});
-    ASSERT_EQ(r.exit, 0) << r.err;
-    const nlohmann::json said = nlohmann::json::parse(r.out);
+    const nlohmann::json said = json_of({"send", model, "--port", board.port()});
     EXPECT_EQ(said.at("bootloader"), true);
     EXPECT_FALSE(said.contains("pieces"));
     std::printf("%d bytes through the bootloader: %.1f s\n", said.at("bytes").get<int>(),
@@ -357,9 +344,7 @@ TEST_F(SendThroughBootloader, TheBoardRunsTheNewModelAndThenTheNext) {
 TEST_F(Flash, MonitorReadsWhatAHandSaysOfItsFingers) {
   write(folder_ / "hand.hex", deploy::hand_flash({}));
   UsbBoard board({.bootloader = boot(), .program = folder_ / "hand.hex"});
-  const Finished r = flexor({"monitor", "--port", board.port(), "--for", "3", "--json"});
-  ASSERT_EQ(r.exit, 0) << r.err;
-  const nlohmann::json said = nlohmann::json::parse(r.out);
+  const nlohmann::json said = json_of({"monitor", "--port", board.port(), "--for", "3"});
   EXPECT_EQ(said.at("format"), "a hand's telemetry");
   EXPECT_NEAR(said.at("rate_hz").get<double>(), 2, 0.7);
   EXPECT_EQ(said.at("torn"), 0);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -13,21 +14,24 @@
 
 namespace flexor::cosim {
 
-struct Finished {
-  int exit = 0;
-  std::string out;
-  std::string err;
-};
+using Finished = io::ProcessResult;
 
 inline Finished flexor(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), std::filesystem::absolute(FLEXOR_PROGRAM).string());
-  const io::ProcessResult result = io::run_process(arguments);
-  return {result.status, result.out, result.err};
+  return io::run_process(arguments);
+}
+
+// What it prints with --json.
+inline nlohmann::json json_of(std::vector<std::string> arguments) {
+  arguments.emplace_back("--json");
+  const Finished r = flexor(arguments);
+  EXPECT_EQ(r.status, 0) << r.err;
+  return nlohmann::json::parse(r.out, nullptr, false);
 }
 
 // The last thing on standard error is one line of the program's with these words.
 inline void expect_says(const Finished& r, int exit, const std::string& says) {
-  EXPECT_EQ(r.exit, exit) << r.err;
+  EXPECT_EQ(r.status, exit) << r.err;
   const std::size_t from = r.err.rfind("flexor: ");
   const std::string last = r.err.substr(from == std::string::npos ? 0 : from);
   EXPECT_NE(last.find(says), std::string::npos) << r.err;

@@ -187,11 +187,7 @@ class Motors {
 
 deploy::GloveFigures replay(const deploy::Glove& glove, const Counts& counts,
                             std::vector<std::string>* messages) {
-  return replay({deploy::glove_flash(glove), deploy::glove_image().symbols}, glove, counts, messages);
-}
-
-deploy::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
-                            std::vector<std::string>* messages) {
+  const Firmware firmware{deploy::glove_flash(glove), deploy::glove_image().symbols};
   deploy::GloveFigures result;
   Expected host(glove);
   std::deque<std::array<std::string, 2>> expected;
@@ -200,9 +196,7 @@ deploy::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove
   Cycles step_begin = 0;
   Cycles sampled = 0;
   Board board(firmware);
-  const auto now_read = [&]() -> const std::array<int, deploy::kFingers>& {
-    return counts[std::min(result.samples, counts.size() - 1)];
-  };
+  const auto now_read = [&]() -> const auto& { return counts[std::min(result.samples, counts.size() - 1)]; };
   board.on_sample = [&](Cycles, int channel) {
     return counts_of(glove, now_read(), channel, result.samples);
   };

@@ -12,11 +12,8 @@ namespace flexor::cosim {
 using study::Counts;
 
 // Replays `counts` as ADC readings at the model's rate; every byte that the board sends is compared with what
-// the host would send. `messages`, if not null, gets all frames or lines. firmware: in the place of the
-// glove's own.
+// the host would send. `messages`, if not null, gets all frames or lines.
 deploy::GloveFigures replay(const deploy::Glove& glove, const Counts& counts,
-                            std::vector<std::string>* messages = nullptr);
-deploy::GloveFigures replay(const Firmware& firmware, const deploy::Glove& glove, const Counts& counts,
                             std::vector<std::string>* messages = nullptr);
 
 // Readings all over the range: ramps, steps, noise, dead sensors.

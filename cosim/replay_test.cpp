@@ -6,10 +6,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
-#include "cosim/compiled.hpp"
 #include "host/deploy/images.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/wiring.hpp"
@@ -437,61 +434,6 @@ TEST_F(Replay, AZeroedGloveReadsAsTheModelsGloveDid) {
   board.power_off(board.now() + 100 * kCyclesPerMs);
   run_s(1);
   EXPECT_NEAR(index_deg(60), expected_deg, 1.5) << "it is kept";
-}
-
-// runtime/link/golden.txt once more, this time its angles, encoded by the microcontroller.
-TEST_F(Replay, TheMicrocontrollerSpeaksTheGoldenVectors) {
-  std::ifstream file(std::string(FLEXOR_SOURCE_DIR) + "/runtime/link/golden.txt");
-  std::string program =
-      "#include <avr/io.h>\n#include \"runtime/link/messages.hpp\"\n#include "
-      "\"runtime/link/session.hpp\"\nusing namespace flexor::link;\n"
-      "static void send(uint32_t counter, bool listens, uint16_t time, const int16_t* angle, const "
-      "SensorStatus* "
-      "status, uint8_t joints, const Key* key) {\n"
-      "  Packet packet;\n  uint8_t wire[kMaxWire];\n"
-      "  const uint8_t bytes = put_angles(time, angle, status, joints, packet.body());\n"
-      "  const uint8_t size = packet.seal({Type::angles, false, listens, counter}, bytes, key, wire);\n"
-      "  for (uint8_t i = 0; i < size; ++i) GPIOR0 = wire[i];\n}\nint main() {\n";
-  std::string expected;
-  const auto bytes_text = [](const std::string& hex) {
-    std::string out;
-    for (std::size_t i = 0; i < hex.size(); i += 2) out += "0x" + hex.substr(i, 2) + ",";
-    return out;
-  };
-  for (std::string line; std::getline(file, line);) {
-    std::istringstream fields(line);
-    std::string what, pair, nonce, counter, listens, time, joints, wire;
-    fields >> what >> pair >> nonce >> counter >> listens >> time >> joints >> wire;
-    if (what != "angles") continue;
-    expected += wire;
-    std::string angles, statuses;
-    int count = 0;
-    std::istringstream list(joints);
-    for (std::string joint; std::getline(list, joint, ','); ++count) {
-      const auto slash = joint.find('/');
-      angles += joint.substr(0, slash) + ",";
-      statuses += "static_cast<SensorStatus>(" + joint.substr(slash + 1) + "),";
-    }
-    program += fmt::format("  {{ const int16_t a[] = {{{}}};\n    const SensorStatus s[] = {{{}}};\n", angles,
-                           statuses);
-    if (pair != "-") {
-      program += fmt::format(
-          "    const Key pair = {{{{{}}}}}; const Nonce nonce = {{{{{}}}}}; Session session;\n"
-          "    session.start(nonce); session.derive(pair); session.derive(pair);\n",
-          bytes_text(pair), bytes_text(nonce));
-    }
-    program += fmt::format("    send({}UL, {}, {}U, a, s, {}, {}); }}\n", counter, listens, time, count,
-                           pair != "-" ? "&session.key()" : "nullptr");
-  }
-  program += "  for (;;) {}\n}\n";
-  io::write_file(folder_ / "golden.cpp", program);
-  const Firmware firmware = compiled({"avr-g++", "-mmcu=atmega328p", "-Os", "-std=c++14",
-                                      "-I" FLEXOR_SOURCE_DIR, (folder_ / "golden.cpp").string()});
-  Board board(firmware);
-  std::string sent;
-  board.on_marker = [&](Cycles, std::uint8_t byte) { sent += fmt::format("{:02x}", byte); };
-  board.run_until(100 * kCyclesPerMs);
-  EXPECT_EQ(sent, expected);
 }
 
 }  // namespace

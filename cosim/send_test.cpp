@@ -24,18 +24,13 @@ class SendOverUsb : public OnUsb {
   void SetUp() override {
     OnUsb::SetUp();
     if (IsSkipped()) return;
-    write(folder_ / "glove.hex", deploy::glove_flash(of(kBefore)));
+    write(folder_ / "glove.hex", deploy::glove_flash(glove_of(kBefore, key_)));
     deploy::write_key(folder_ / "pair.key", key_);
   }
 
   static constexpr const char* kBefore = "published_hw";
   static constexpr const char* kAfter = "published_wiener";
 
-  deploy::Glove of(const std::string& model) const {
-    deploy::Glove glove = glove_of(model);
-    glove.key = key_;
-    return glove;
-  }
   // It keeps its EEPROM from one start to the next.
   UsbBoardSetup board(std::optional<long> unplugged_after = {}) const {
     return {.bootloader = boot(),
@@ -57,7 +52,7 @@ class SendOverUsb : public OnUsb {
   // The board's frames after a start beside what the host computes with this model.
   Compared compare(const std::string& port, const std::string& model) const {
     constexpr std::size_t kSamples = 45;
-    const deploy::Glove glove = of(model);
+    const deploy::Glove glove = glove_of(model, key_);
     model::HostChain chain(deploy::chain_parts(glove));
     std::vector<link::Frame> expected;
     for (std::size_t k = 0; k < kSamples; ++k) {
@@ -108,7 +103,7 @@ TEST_F(SendOverUsb, TheNewModelRunsWithinFiveSecondsAndAfterARestart) {
   const auto begin = Clock::now();
   const Finished r = send(helper.port(), {"--json"});
   const std::chrono::duration<double> took_s = Clock::now() - begin;
-  ASSERT_EQ(r.exit, 0) << r.err;
+  ASSERT_EQ(r.status, 0) << r.err;
   EXPECT_LT(took_s.count(), 5) << "with the bootloader's second";
   const auto json = nlohmann::json::parse(r.out);
   EXPECT_GT(json.at("took_s"), 1.0) << "9600 baud are not quicker";
@@ -131,7 +126,7 @@ TEST_F(SendOverUsb, APlugPulledOnTheWayLeavesTheOldModelAndASecondRunMends) {
     expect_runs(again.port(), kBefore);
   }
   UsbBoard helper(board());
-  EXPECT_EQ(send(helper.port()).exit, 0);
+  EXPECT_EQ(send(helper.port()).status, 0);
   expect_runs(helper.port(), kAfter);
 }
 
@@ -151,9 +146,9 @@ TEST_F(SendOverUsb, OfManyAtOnceOneGetsThePortAndTheBoardIsReachableAfterwards) 
       std::vector<std::jthread> threads;
       for (Finished& one : all) threads.emplace_back([&] { one = send(helper.port()); });
     }
-    EXPECT_EQ(std::ranges::count(all, 0, &Finished::exit), 1) << round;
+    EXPECT_EQ(std::ranges::count(all, 0, &Finished::status), 1) << round;
     for (const Finished& one : all) {
-      if (one.exit != 0) expect_says(one, 2, "another flexor listens to it");
+      if (one.status != 0) expect_says(one, 2, "another flexor listens to it");
     }
     expect_runs(helper.port(), kAfter);
   }

@@ -175,8 +175,8 @@ class OnUsb : public testing::Test {
   static std::string path_of(const std::string& model) {
     return std::string(FLEXOR_SOURCE_DIR) + "/models/" + model + ".json";
   }
-  static deploy::Glove glove_of(const std::string& model) {
-    return deploy::glove_for({}, model::load(path_of(model)), {});
+  static deploy::Glove glove_of(const std::string& model, const deploy::Key& key = {}) {
+    return deploy::glove_for({}, model::load(path_of(model)), key);
   }
   static void write(const std::filesystem::path& hex, const deploy::FlashContent& content) {
     std::filesystem::create_directories(hex.parent_path());

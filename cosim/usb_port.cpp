@@ -18,10 +18,10 @@
 
 namespace flexor::cosim {
 UsbPort::UsbPort() {
-  terminal_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  terminal_ = io::Descriptor(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   std::array<char, 128> name{};
-  if (terminal_ < 0 || grantpt(terminal_) != 0 || unlockpt(terminal_) != 0 ||
-      ptsname_r(terminal_, name.data(), name.size()) != 0)
+  if (!terminal_ || grantpt(terminal_.number()) != 0 || unlockpt(terminal_.number()) != 0 ||
+      ptsname_r(terminal_.number(), name.data(), name.size()) != 0)
     throw io::JobError("pseudo-terminal: {}", std::strerror(errno));
   name_ = name.data();
   // Until it was opened and closed once, the terminal does not say that nobody has it open.
@@ -31,18 +31,13 @@ UsbPort::UsbPort() {
   cfmakeraw(&raw);
   tcsetattr(once, TCSANOW, &raw);
   close(once);
-  openings_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
-  if (openings_ < 0 || inotify_add_watch(openings_, name_.c_str(), IN_OPEN | IN_CLOSE) < 0)
+  openings_ = io::Descriptor(inotify_init1(IN_NONBLOCK | IN_CLOEXEC));
+  if (!openings_ || inotify_add_watch(openings_.number(), name_.c_str(), IN_OPEN | IN_CLOSE) < 0)
     throw io::JobError("{}: inotify: {}", name_, std::strerror(errno));
 }
 
-UsbPort::~UsbPort() {
-  close(openings_);
-  close(terminal_);
-}
-
 bool UsbPort::is_open() const {
-  pollfd end{terminal_, 0, 0};
+  pollfd end{terminal_.number(), 0, 0};
   return ::poll(&end, 1, 0) == 0;
 }
 
@@ -52,7 +47,7 @@ bool UsbPort::was_opened() {
   const bool open = is_open();
   alignas(inotify_event) std::array<char, 4096> buffer{};
   bool out = false;
-  const ssize_t n = ::read(openings_, buffer.data(), buffer.size());
+  const ssize_t n = ::read(openings_.number(), buffer.data(), buffer.size());
   inotify_event event{};
   for (ssize_t at = 0; at < n; at += static_cast<ssize_t>(sizeof(event)) + event.len) {
     std::memcpy(&event, buffer.data() + at, sizeof(event));
@@ -67,18 +62,18 @@ bool UsbPort::was_opened() {
 
 std::vector<std::uint8_t> UsbPort::read() {
   std::array<std::uint8_t, 1024> buffer{};
-  const ssize_t n = ::read(terminal_, buffer.data(), buffer.size());
+  const ssize_t n = ::read(terminal_.number(), buffer.data(), buffer.size());
   return {buffer.begin(), buffer.begin() + std::max<ssize_t>(n, 0)};
 }
 
 std::size_t UsbPort::write(std::string_view bytes) {
-  const ssize_t n = ::write(terminal_, bytes.data(), bytes.size());
+  const ssize_t n = ::write(terminal_.number(), bytes.data(), bytes.size());
   return n > 0 ? static_cast<std::size_t>(n) : 0;
 }
 
 double UsbPort::baud() const {
   termios settings{};
-  if (tcgetattr(terminal_, &settings) != 0) return 0;
+  if (tcgetattr(terminal_.number(), &settings) != 0) return 0;
   boost::asio::serial_port_base::baud_rate rate;
   boost::system::error_code unknown;
   rate.load(settings, unknown);

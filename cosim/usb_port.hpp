@@ -6,15 +6,14 @@
 #include <string_view>
 #include <vector>
 
+#include "host/io/descriptor.hpp"
+
 namespace flexor::cosim {
 
 class UsbPort {
  public:
   // Throws io::JobError.
   UsbPort();
-  ~UsbPort();
-  UsbPort(const UsbPort&) = delete;
-  UsbPort& operator=(const UsbPort&) = delete;
 
   const std::string& name() const { return name_; }
 
@@ -34,10 +33,10 @@ class UsbPort {
   std::uint8_t on_the_wire(std::uint8_t byte, double board_baud) const;
 
  private:
-  int terminal_ = -1;
+  io::Descriptor terminal_;
   std::string name_;
-  int openings_ = -1;  // inotify of the port
-  int open_by_ = 0;    // so many, as far as the events say
+  io::Descriptor openings_;  // inotify of the port
+  int open_by_ = 0;          // so many, as far as the events say
   bool was_open_ = false;
 };
 

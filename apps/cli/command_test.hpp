@@ -22,7 +22,6 @@
 namespace flexor::cli {
 
 namespace fs = std::filesystem;
-using Arguments = std::vector<std::string>;
 
 inline std::string content(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -62,11 +61,6 @@ class Command : public testing::Test {
 
   // For a shell.
   static std::string quoted(const std::string& word) { return "'" + word + "'"; }
-  static std::string quoted(const Arguments& words) {
-    std::string out;
-    for (const std::string& word : words) out += quoted(word) + " ";
-    return out;
-  }
 
   // The inputs that one of the programs for tests writes.
   void make(const std::string& program) const {
@@ -102,13 +96,13 @@ class Command : public testing::Test {
   }
 
   // What it prints: one JSON object, nothing before it, nothing after it, and none among the messages.
-  static nlohmann::ordered_json json_of(const Finished& r) {
+  static Json json_of(const Finished& r) {
     EXPECT_EQ(r.exit, 0) << r.err;
     EXPECT_EQ(r.err.find('{'), std::string::npos) << "the object is no log";
     EXPECT_TRUE(r.out.starts_with('{') && r.out.ends_with("}\n")) << r.out.substr(0, 500);
-    return nlohmann::ordered_json::parse(r.out, nullptr, false);
+    return Json::parse(r.out, nullptr, false);
   }
-  nlohmann::ordered_json json_of(const std::string& arguments) const { return json_of(run(arguments)); }
+  Json json_of(const std::string& arguments) const { return json_of(run(arguments)); }
 
   // Exit status, one line that has `expected`, and no file that was not there before.
   void expect_refused(const std::string& arguments, int exit, const std::string& expected) const {
@@ -125,19 +119,6 @@ class Command : public testing::Test {
   const io::TemporaryFolder temporary_;
   const fs::path folder_ = temporary_.path();
   fs::path runs_in_ = folder_;
-};
-
-// With its arguments as words.
-class CommandOfWords : public Command {
- protected:
-  pid_t start(const Arguments& arguments) const { return Command::start(quoted(arguments)); }
-  Finished run(const Arguments& arguments) const { return wait(start(arguments)); }
-  nlohmann::ordered_json json_of(const Arguments& arguments) const {
-    return Command::json_of(run(arguments));
-  }
-  void expect_refused(const Arguments& arguments, const std::string& expected) const {
-    Command::expect_refused(quoted(arguments), 2, expected);
-  }
 };
 
 }  // namespace flexor::cli

@@ -29,8 +29,8 @@ class DeployFaults : public Command {
   }
 
   // The published model with its text changed.
-  std::string model(const std::string& name, const std::function<void(nlohmann::ordered_json&)>& edit) const {
-    auto json = nlohmann::ordered_json::parse(content(kPublished));
+  std::string model(const std::string& name, const std::function<void(Json&)>& edit) const {
+    auto json = Json::parse(content(kPublished));
     edit(json);
     write(path(name), json.dump());
     return path(name);
@@ -50,12 +50,12 @@ std::string without_digest(const std::string& text) {
 
 TEST_F(DeployFaults, AModelsNameIsNeverCompiledNorMarkup) {
   write(path("k"), kKey + "\n");
-  const std::string hostile = model("hostile.json", [](nlohmann::ordered_json& m) {
+  const std::string hostile = model("hostile.json", [](Json& m) {
     m["name"] = "x */ \\\n#error compiled\n?\?/\n<script>alert(1)</script> '\"`$(touch gone)`";
     m["description"] = "*/\n#error compiled";
     for (auto& input : m["inputs"]) input["column"] = "<script>\n#error_alpha";
   });
-  const std::string harmless = model("harmless.json", [](nlohmann::ordered_json& m) { m["name"] = "x"; });
+  const std::string harmless = model("harmless.json", [](Json& m) { m["name"] = "x"; });
   ASSERT_EQ(deploy(harmless, "--key k --out one").exit, 0) << content(path("stderr"));
   ASSERT_EQ(deploy(hostile, "--key k --out two").exit, 0) << content(path("stderr"));
   const std::string data = "/arduino/Flexor/src/glove_data.h";
@@ -151,7 +151,7 @@ TEST_F(DeployFaults, WhatMightHaveBeenAKeyIsNeverReplaced) {
 
 TEST_F(DeployFaults, AModelInAnotherUnitNeedsACalibrationThatSaysIt) {
   const auto in = [&](const char* unit, const char* column) {
-    return model("m.json", [&](nlohmann::ordered_json& m) {
+    return model("m.json", [&](Json& m) {
       for (auto& input : m["inputs"]) {
         input["unit"] = unit;
         input["column"] = column;

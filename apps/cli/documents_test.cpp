@@ -16,11 +16,11 @@ const std::string kJoints = quoted(FLEXOR_SOURCE_DIR "/models/joints/paper_hand.
 
 class Documents : public Command {
  protected:
-  int run(const std::string& arguments) {
-    const Finished r = Command::run(arguments);
-    out_ = r.out;
-    err_ = r.err;
-    return r.exit;
+  // Its one object, which io takes for a document.
+  Json document(const std::string& arguments) const {
+    const Finished r = run(arguments + " --json");
+    (void)json_of(r);
+    return io::parse_json(r.out, "standard output");
   }
 
   // How many files, or those of `kinds`; each is UTF-8, and its JSON such that we read it.
@@ -36,9 +36,6 @@ class Documents : public Command {
     }
     return out;
   }
-
-  std::string out_;
-  std::string err_;
 };
 
 TEST_F(Documents, HostileJsonIsRefusedInOneLineWhereverJsonIsRead) {
@@ -96,28 +93,18 @@ TEST_F(Documents, FilesWhoseNamesAreLatin1) {
         "t_s,thumb_alpha,index_alpha,middle_alpha,ring_alpha,pinky_alpha\n0,50,60,70,80,90\n0.1,51,61,71,81,"
         "91\n");
   write(name + "_a.csv", "t_s,a_deg\n0,1\n1,2\n2,3\n");
-  const std::string files = "--sensor " + name + ".csv --reference " + name + "_camera.csv";
-  for (const std::string& command : {
-           "align " + files + " --out out_" + name + ".csv --json",
-           "identify " + files + " --structure linear --model m_" + name + ".json --report r_" + name +
-               " --json",
-           "show " + name + "_hw.json --json",
-           "apply " + name + "_hw.json " + name + "_log.csv --json",
-           "score " + name + "_a.csv " + name + "_a.csv --json",
-           "experiment --trials 1 --gestures " + name + "_gesture.json --compensators raw," + name +
-               "_hw.json --out e_" + name + " --json",
-           "track " + name + ".mp4 --joints " + name + "_joints.json --out a_" + name + ".csv --preview p_" +
-               name + ".mp4 --report t_" + name + " --json",
-           "track --setup " + name + ".mp4 --joints " + name + "_joints.json --out s_" + name + ".png --json",
-           "deploy " + name + "_hw.json --recording " + name + "_log.csv --out d_" + name + " --json",
-           "latency --edges 2 --compensator " + name + "_hw.json --out l_" + name + " --json",
-           "camera calibrate board?.png --out lens_" + name + ".json --json",
-           "export " + name + "_a.csv --to mcap --out x_" + name + ".mcap --json",
-       }) {
-    EXPECT_EQ(run(command), 0) << command << "\n" << err_;
-    EXPECT_NO_THROW((void)io::parse_json(out_, "standard output")) << command << "\n" << out_.substr(0, 500);
-    EXPECT_TRUE(out_.starts_with('{') && out_.ends_with("}\n")) << command;
-    EXPECT_EQ(err_.find('{'), std::string::npos) << command << ": the object is no log";
+  for (std::string command :
+       {"align --sensor @.csv --reference @_camera.csv --out out_@.csv",
+        "identify --sensor @.csv --reference @_camera.csv --structure linear --model m_@.json --report r_@",
+        "show @_hw.json", "apply @_hw.json @_log.csv", "score @_a.csv @_a.csv",
+        "experiment --trials 1 --gestures @_gesture.json --compensators raw,@_hw.json --out e_@",
+        "track @.mp4 --joints @_joints.json --out a_@.csv --preview p_@.mp4 --report t_@",
+        "track --setup @.mp4 --joints @_joints.json --out s_@.png",
+        "deploy @_hw.json --recording @_log.csv --out d_@",
+        "latency --edges 2 --compensator @_hw.json --out l_@",
+        "camera calibrate board?.png --out lens_@.json", "export @_a.csv --to mcap --out x_@.mcap"}) {
+    for (std::size_t at; (at = command.find('@')) != command.npos;) command.replace(at, 1, name);
+    EXPECT_NO_THROW((void)document(command)) << command;
   }
   EXPECT_GE(documents_below(folder_, {".json", ".html", ".svg"}), 10);
 }
@@ -132,21 +119,17 @@ TEST_F(Documents, ALogWhoseHeaderIsLatin1) {
   renamed("simulated_glove.csv", "Zeit(ms),Phase,F\xfchler_adc");
   renamed("simulated_camera.csv", "Time(ms),Winkel \xb0");
   const std::string files = "--sensor simulated_glove.csv --reference simulated_camera.csv ";
-  EXPECT_EQ(run("identify " + files + "--structure linear --model m.json --report r --json"), 0) << err_;
-  const auto json = io::parse_json(out_, "standard output");
+  (void)document("identify " + files + "--structure linear --model m.json --report r");
   EXPECT_EQ(io::parse_json(content(folder_ / "m.json"), "m.json").at("inputs")[0].at("column"),
             "F\u00fchler_adc");
-  EXPECT_EQ(run("apply m.json simulated_glove.csv --json"), 0) << err_;
-  EXPECT_NO_THROW((void)io::parse_json(out_, "standard output"));
-  EXPECT_EQ(run("align " + files + "--out a.csv --json"), 0) << err_;
-  EXPECT_NO_THROW((void)io::parse_json(out_, "standard output"));
+  (void)document("apply m.json simulated_glove.csv");
+  (void)document("align " + files + "--out a.csv");
   EXPECT_TRUE(content(folder_ / "a.csv").starts_with("t_s,F\u00fchler_adc,Winkel \u00b0,gap\n"));
   EXPECT_NE(content(folder_ / "r/report.html").find("F\u00fchler_adc"), std::string::npos);
   EXPECT_GE(documents_below(folder_ / "r"), 5);
   // A terminal in Latin-1 may name the column so; that is told at once.
-  EXPECT_EQ(run("identify " + files + "--input 'F\xfchler_adc' --structure linear --model n.json"), 2);
-  EXPECT_NE(err_.find("there are: Zeit(ms), Phase, F\u00fchler_adc"), std::string::npos) << err_;
-  EXPECT_EQ(std::count(err_.begin(), err_.end(), '\n'), 1) << err_;
+  expect_refused("identify " + files + "--input 'F\xfchler_adc' --structure linear --model n.json", 2,
+                 "there are: Zeit(ms), Phase, F\u00fchler_adc");
 }
 
 }  // namespace documents_test

@@ -15,7 +15,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-class ExperimentFaults : public CommandOfWords {
+class ExperimentFaults : public Command {
  protected:
   // Waits until `what` holds; false after a minute.
   static bool until(const std::function<bool()>& what) {
@@ -49,21 +49,16 @@ class ExperimentFaults : public CommandOfWords {
       out += file.lexically_relative(run).string() + "\n" + content(file) + "\n";
     return out;
   }
-
-  static Arguments into(Arguments arguments, const std::string& folder) {
-    arguments.insert(arguments.end(), {"--out", folder});
-    return arguments;
-  }
 };
 
-const Arguments kSmall = {"experiment", "--gestures", "4", "--compensators", "raw", "--trials", "48"};
+const std::string kSmall = "experiment --gestures 4 --compensators raw --trials 48 --out ";
 
 // At random instants; FLEXOR_KILLS: how many.
 TEST_F(ExperimentFaults, KilledAtRandomItGoesOnToTheSameBytes) {
-  const Arguments arguments = {"experiment",       "--gestures", "2,4", "--compensators",
-                               "raw,published-hw", "--trials",   "200", "--scenarios"};
+  const std::string arguments =
+      "experiment --gestures 2,4 --compensators raw,published-hw --trials 200 --scenarios --out ";
   const auto begin = Clock::now();
-  ASSERT_EQ(run(into(arguments, path("whole"))).exit, 0);
+  ASSERT_EQ(run(arguments + "whole").exit, 0);
   const double whole_s = seconds_since(begin);
   const std::string whole = kept(path("whole"));
   ASSERT_NE(whole.find("results.json"), std::string::npos);
@@ -72,7 +67,7 @@ TEST_F(ExperimentFaults, KilledAtRandomItGoesOnToTheSameBytes) {
   std::mt19937 random(static_cast<unsigned>(count));
   std::uniform_real_distribution<double> share(0, 1);
   for (int killed = 0; killed <= count;) {
-    const pid_t child = start(into(arguments, path("killed")));
+    const pid_t child = start(arguments + "killed");
     // Half of the lives are short: many of them make one run. The last is not cut off.
     const double life_s = share(random) * whole_s * (killed % 2 == 0 ? 1 : 3.0 / count);
     std::this_thread::sleep_for(std::chrono::duration<double>(life_s));
@@ -86,21 +81,15 @@ TEST_F(ExperimentFaults, KilledAtRandomItGoesOnToTheSameBytes) {
   }
 }
 
-Arguments small(const Arguments& more) {
-  Arguments out = {"experiment", "--gestures", "4", "--compensators", "raw", "--trials", "1"};
-  out.insert(out.end(), more.begin(), more.end());
-  return out;
-}
-
 // What a kill, a power cut or a full disk can leave of a folder: each is taken up to the undisturbed end.
 TEST_F(ExperimentFaults, EveryTornStateOfTheFolderIsTakenUp) {
-  ASSERT_EQ(run(into(kSmall, path("run"))).exit, 0);
+  ASSERT_EQ(run(kSmall + "run").exit, 0);
   const std::string whole = kept(path("run"));
   const std::string csv = content(path("run/trials.csv"));
   const std::string header = csv.substr(0, csv.find('\n') + 1);
   const std::string settings = content(path("run/run.json"));
   const auto goes_on = [&](const std::string& state) {
-    const Finished r = run(into(kSmall, path("run")));
+    const Finished r = run(kSmall + "run");
     EXPECT_EQ(r.exit, 0) << state << ": " << r.err;
     EXPECT_EQ(kept(path("run")), whole) << state;
     EXPECT_FALSE(fs::exists(path("run/lock"))) << state;
@@ -131,39 +120,40 @@ TEST_F(ExperimentFaults, EveryTornStateOfTheFolderIsTakenUp) {
 }
 
 TEST_F(ExperimentFaults, TrialsOfSomebodyElseAreNotTouched) {
-  ASSERT_EQ(run(into(kSmall, path("run"))).exit, 0);
+  ASSERT_EQ(run(kSmall + "run").exit, 0);
   const std::string csv = content(path("run/trials.csv"));
-  expect_refused(into(small({"--seed", "2"}), path("run")), "choose another folder");
+  expect_refused("experiment --gestures 4 --compensators raw --trials 1 --seed 2 --out run", 2,
+                 "choose another folder");
   fs::remove(path("run/run.json"));
-  expect_refused(into(kSmall, path("run")), "no run.json");
+  expect_refused(kSmall + "run", 2, "no run.json");
   EXPECT_EQ(content(path("run/trials.csv")), csv);
   fs::create_directories(path("other"));
   std::ofstream(path("other/trials.csv")) << "patient,dose\n1,2\n";
-  expect_refused(into(kSmall, path("other")), "its columns are not those");
+  expect_refused(kSmall + "other", 2, "its columns are not those");
   EXPECT_EQ(content(path("other/trials.csv")), "patient,dose\n1,2\n");
   fs::create_directories(path("odd/trials.csv"));
-  expect_refused(into(kSmall, path("odd")), "no ordinary file");
+  expect_refused(kSmall + "odd", 2, "no ordinary file");
   fs::create_directories(path("locked/lock"));
-  expect_refused(into(kSmall, path("locked")), "lock: cannot be written");
+  expect_refused(kSmall + "locked", 2, "lock: cannot be written");
 }
 
 TEST_F(ExperimentFaults, ASecondRunInTheFolderFailsAtOnceAndSaysWhoIsThere) {
-  const Arguments many = {"experiment", "--gestures", "4", "--compensators", "raw", "--trials", "100000000"};
-  const pid_t first = start(into(many, path("run")));
+  const std::string many = "experiment --gestures 4 --compensators raw --trials 100000000 --out run";
+  const pid_t first = start(many);
   ASSERT_TRUE(until([&] { return content(path("run/lock")).ends_with("\n"); }));
   ASSERT_TRUE(until([&] { return fs::exists(path("run/trials.csv")); }));
   fs::rename(path("stderr"), path("stderr_of_first"));  // the first goes on writing to it
   fs::rename(path("stdout"), path("stdout_of_first"));
-  const Finished second = run(into(many, path("run")));
+  const Finished second = run(many);
   EXPECT_EQ(second.exit, 2) << second.err;
   EXPECT_EQ(lines(second.err), 1) << second.err;
   EXPECT_NE(second.err.find("process " + std::to_string(first) + " on "), std::string::npos) << second.err;
-  const Finished other = run(into(kSmall, path("run")));  // other settings: also no business there now
+  const Finished other = run(kSmall + "run");  // other settings: also no business there now
   EXPECT_EQ(other.exit, 2);
   EXPECT_NE(other.err.find("another run works in this folder"), std::string::npos) << other.err;
   ::kill(first, SIGKILL);
   (void)wait(first);
-  const pid_t third = start(into(many, path("run")));  // a dead run's lock is nobody's
+  const pid_t third = start(many);  // a dead run's lock is nobody's
   ASSERT_TRUE(
       until([&] { return content(path("run/lock")).find(std::to_string(third)) != std::string::npos; }));
   ::kill(third, SIGTERM);
@@ -173,11 +163,10 @@ TEST_F(ExperimentFaults, ASecondRunInTheFolderFailsAtOnceAndSaysWhoIsThere) {
 // Ctrl-C, SIGTERM and a terminal that is closed: gone soon, by that signal, with one line that says what is kept; the same command ends
 // as if nothing had been.
 TEST_F(ExperimentFaults, StoppedItSaysWhatIsKeptAndGoesOnFromThere) {
-  const Arguments arguments = {"experiment",   "--gestures", "2,4", "--compensators",
-                               "published-hw", "--trials",   "2000"};
-  ASSERT_EQ(run(into(arguments, path("whole"))).exit, 0);
+  const std::string arguments = "experiment --gestures 2,4 --compensators published-hw --trials 2000 --out ";
+  ASSERT_EQ(run(arguments + "whole").exit, 0);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    const pid_t child = start(into(arguments, path("run")));
+    const pid_t child = start(arguments + "run");
     ASSERT_TRUE(until([&] {
       std::error_code error;
       return fs::file_size(path("run/trials.csv"), error) > 20000 && !error;
@@ -186,13 +175,13 @@ TEST_F(ExperimentFaults, StoppedItSaysWhatIsKeptAndGoesOnFromThere) {
     const Finished r = wait(child);
     EXPECT_EQ(r.signal, signal) << r.err;
     const std::string csv = content(path("run/trials.csv"));
-    EXPECT_EQ(last_line(r.err), "flexor: stopped: " + std::to_string(lines(csv) - 1) +
-                                    " of 4000 trials are kept in " + path("run") +
-                                    ", and the same command goes on from there");
+    EXPECT_EQ(last_line(r.err),
+              "flexor: stopped: " + std::to_string(lines(csv) - 1) +
+                  " of 4000 trials are kept in run, and the same command goes on from there");
     EXPECT_EQ(r.out, "");
     EXPECT_FALSE(fs::exists(path("run/lock")));
     EXPECT_EQ(std::distance(fs::directory_iterator(path("tmp")), {}), 0) << "temporary files are left";
-    const Finished again = run(into(arguments, path("run")));
+    const Finished again = run(arguments + "run");
     EXPECT_EQ(again.exit, 0) << again.err;
     EXPECT_EQ(kept(path("run")), kept(path("whole")));
     fs::remove_all(path("run"));
@@ -200,9 +189,8 @@ TEST_F(ExperimentFaults, StoppedItSaysWhatIsKeptAndGoesOnFromThere) {
 }
 
 TEST_F(ExperimentFaults, StoppedOnBoardsItGoesOnFromThere) {
-  const Arguments arguments = {"experiment",     "--engine",     "avr",      "--gestures", "4",
-                               "--compensators", "published-hw", "--trials", "40"};
-  const pid_t child = start(into(arguments, path("run")));
+  const pid_t child =
+      start("experiment --engine avr --gestures 4 --compensators published-hw --trials 40 --out run");
   ASSERT_TRUE(until([&] { return lines(content(path("run/trials.csv"))) > 1; }));
   ::kill(child, SIGINT);
   const Finished r = wait(child);
@@ -211,14 +199,12 @@ TEST_F(ExperimentFaults, StoppedOnBoardsItGoesOnFromThere) {
   EXPECT_EQ(std::distance(fs::directory_iterator(path("tmp")), {}), 0) << "temporary files are left";
 }
 
-const Arguments kMany = {"experiment", "--gestures", "4", "--compensators", "raw", "--trials", "600"};
-
 // No file may grow beyond 64 KB: writes fail half way, as on a full disk.
 TEST_F(ExperimentFaults, WithoutRoomItStopsAndLosesNothing) {
-  ASSERT_EQ(run(into(kMany, path("whole"))).exit, 0);
+  const std::string many = "experiment --gestures 4 --compensators raw --trials 600 --out ";
+  ASSERT_EQ(run(many + "whole").exit, 0);
   ASSERT_GT(fs::file_size(path("whole/trials.csv")), 100000U);
-  const Finished full =
-      Command::run(quoted(into(kMany, path("run"))), "/dev/null", "trap '' XFSZ; ulimit -f 128;");
+  const Finished full = run(many + "run", "/dev/null", "trap '' XFSZ; ulimit -f 128;");
   EXPECT_EQ(full.exit, 1);
   EXPECT_EQ(lines(full.err), 1) << full.err;
   const std::string csv = content(path("run/trials.csv"));
@@ -229,13 +215,12 @@ TEST_F(ExperimentFaults, WithoutRoomItStopsAndLosesNothing) {
   EXPECT_GT(csv.size(), 30000U);
   EXPECT_TRUE(csv.ends_with('\n'));
   EXPECT_TRUE(content(path("whole/trials.csv")).starts_with(csv));
-  EXPECT_EQ(run(into(kMany, path("run"))).exit, 0);
+  EXPECT_EQ(run(many + "run").exit, 0);
   EXPECT_EQ(kept(path("run")), kept(path("whole")));
 }
 
 TEST_F(ExperimentFaults, TheLargestNumberOfTrialsTakesNoMoreMemoryThanAFew) {
-  const pid_t child =
-      start({"experiment", "--gestures", "1-6", "--trials", "2147483647", "--out", path("run")});
+  const pid_t child = start("experiment --gestures 1-6 --trials 2147483647 --out run");
   ASSERT_TRUE(until([&] { return lines(content(path("run/trials.csv"))) > 200; }));
   std::ifstream status("/proc/" + std::to_string(child) + "/status");
   long peak_kB = 0;
@@ -254,25 +239,21 @@ TEST_F(ExperimentFaults, TwoModelsOfOneStemAreToldApart) {
     fs::create_directories(path(folder));
     fs::copy_file(FLEXOR_SOURCE_DIR "/models/published_hw.json", path(std::string(folder) + "/model.json"));
   }
-  const std::string a = path("a/model.json");
-  const std::string b = path("b/model.json");
-  const auto cells =
-      json_of({"experiment", "--gestures", "4", "--trials", "1", "--json", "--compensators", a + "," + b})
-          .at("cells");
-  EXPECT_EQ(cells.at(0).at("compensator"), a);
-  EXPECT_EQ(cells.at(1).at("compensator"), b);
-  EXPECT_EQ(cells.at(0).at("difference_deg_s").at(b).at("mean"), 0);
+  const std::string experiment = "experiment --gestures 4 --trials 1 --json --compensators ";
+  const auto cells = json_of(experiment + "a/model.json,b/model.json").at("cells");
+  EXPECT_EQ(cells.at(0).at("compensator"), "a/model.json");
+  EXPECT_EQ(cells.at(1).at("compensator"), "b/model.json");
+  EXPECT_EQ(cells.at(0).at("difference_deg_s").at("b/model.json").at("mean"), 0);
   // A file is not the article's compensator because of its name.
-  fs::copy_file(a, path("raw.json"));
-  const auto raw = json_of(
-      {"experiment", "--gestures", "4", "--trials", "1", "--json", "--compensators", path("raw.json")});
+  fs::copy_file(path("a/model.json"), path("raw.json"));
+  const auto raw = json_of(experiment + path("raw.json"));
   EXPECT_TRUE(raw.at("cells").at(0).at("published_deg_s").is_null());
 }
 
 TEST_F(ExperimentFaults, TheDistanceIsOfTheGesturesThatWerePlayed) {
-  const auto json = json_of({"experiment", "--trials", "2", "--gestures", "1", "--json"});
+  const auto json = json_of("experiment --trials 2 --gestures 1 --json");
   EXPECT_TRUE(json.at("log_rms").at("gestures_1_to_4").is_null());
-  EXPECT_EQ(json.at("log_rms").at("fitted").at("gestures"), nlohmann::ordered_json({1}));
+  EXPECT_EQ(json.at("log_rms").at("fitted").at("gestures"), Json({1}));
 }
 
 }  // namespace experiment_faults_test

@@ -10,24 +10,23 @@
 namespace flexor::cli {
 namespace from_test {
 
-class From : public CommandOfWords {
+class From : public Command {
  protected:
   // A recording of a second and a half, 50 rows a second.
-  std::string log() const {
+  From() {
     std::ofstream file(path("log.csv"));
     file.precision(12);
     file << "time (ms),index (count),middle (count)\n";
     for (int k = 0; k <= 75; ++k)
       file << 7000 + 20 * k << ',' << 400 + k << ',' << 512 + std::round(100 * std::sin(0.1 * k)) << '\n';
-    return path("log.csv");
   }
 };
 
 TEST_F(From, ARecordingIsRecordedAsItWas) {
   const auto begin = std::chrono::steady_clock::now();
-  const Finished r = run({"record", path("again.csv"), "--from", log(), "--json"});
+  const Finished r = run("record again.csv --from log.csv --json");
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  const auto said = Command::json_of(r);
+  const auto said = json_of(r);
   EXPECT_GT(took.count(), 1.5);
   EXPECT_LT(took.count(), 10);
   EXPECT_EQ(said.at("rows"), 76);
@@ -35,7 +34,7 @@ TEST_F(From, ARecordingIsRecordedAsItWas) {
   EXPECT_EQ(said.at("board_restarts"), 0);
   EXPECT_TRUE(said.at("port").is_null() && said.at("baud").is_null() && said.at("format").is_null());
   EXPECT_NE(said.at("source").get<std::string>().find("76 rows in 1.5 s"), std::string::npos);
-  const recording::Recording first = recording::read_csv(log(), {});
+  const recording::Recording first = recording::read_csv(path("log.csv"), {});
   const recording::Recording again = recording::read_csv(path("again.csv"), {});
   ASSERT_EQ(again.t_s.size(), first.t_s.size());
   for (std::size_t k = 0; k < first.t_s.size(); ++k)
@@ -47,7 +46,7 @@ TEST_F(From, ARecordingIsRecordedAsItWas) {
 }
 
 TEST_F(From, ARecordingIsShownFaster) {
-  const auto said = json_of({"monitor", "--from", log(), "--speed", "10", "--json"});
+  const auto said = json_of("monitor --from log.csv --speed 10 --json");
   EXPECT_EQ(said.at("columns").size(), 2U);
   EXPECT_EQ(said.at("columns")[0].at("now"), 475);
   EXPECT_EQ(said.at("columns")[0].at("least"), 400);
@@ -57,7 +56,7 @@ TEST_F(From, ARecordingIsShownFaster) {
 // On a terminal a bar is drawn over the one before, by escapes of ours; those of a name are none.
 TEST_F(From, AMonitorDrawsWithItsOwnEscapesAlone) {
   FLEXOR_NEEDS_TERMINALS();
-  std::ofstream(path("log.csv")) << "t_s,in\xc2\x9b\x32Jdex\n0,1\n0.1,2\n0.2,3\n";
+  write("log.csv", "t_s,in\xc2\x9b\x32Jdex\n0,1\n0.1,2\n0.2,3\n");
   const io::Terminal screen;
   const int terminal = ::open(screen.name().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
   io::Process monitor(FLEXOR_PROGRAM, {"flexor", "monitor", "--from", path("log.csv")},
@@ -71,7 +70,7 @@ TEST_F(From, AMonitorDrawsWithItsOwnEscapesAlone) {
 }
 
 TEST_F(From, TheTwinsGlove) {
-  const auto said = json_of({"record", path("twin.csv"), "--from", "twin", "--for", "4", "--json"});
+  const auto said = json_of("record twin.csv --from twin --for 4 --json");
   EXPECT_EQ(said.at("columns").size(), 5U);
   EXPECT_NEAR(said.at("rows").get<double>(), 401, 12);
   const recording::Recording log = recording::read_csv(path("twin.csv"), {});
@@ -85,17 +84,14 @@ TEST_F(From, TheTwinsGlove) {
 
 TEST_F(From, AVideoOfAHand) {
   make(FLEXOR_TEST_INPUTS);
-  EXPECT_EQ(json_of({"record", path("angles.csv"), "--from", path("video.mp4"), "--joints",
-                     path("joints.json"), "--json"})
-                .at("rows"),
-            20);
+  EXPECT_EQ(json_of("record angles.csv --from video.mp4 --joints joints.json --json").at("rows"), 20);
   const recording::Recording log = recording::read_csv(path("angles.csv"), {});
   const std::vector<double>& index = log.column("index_mcp_deg").value;
   for (std::size_t k = 0; k < index.size(); ++k) {
     EXPECT_NEAR(index[k], 10 + static_cast<double>(k), 1);
     EXPECT_NEAR(log.t_s[k], static_cast<double>(k) / 30, 2e-3);
   }
-  const Finished shown = run({"monitor", "--from", path("video.mp4"), "--joints", "paper_hand"});
+  const Finished shown = run("monitor --from video.mp4 --joints paper_hand");
   EXPECT_EQ(shown.exit, 0) << shown.err;
   EXPECT_NE(shown.out.find("index_mcp_deg"), std::string::npos);
   EXPECT_EQ(shown.out.find("_quality"), std::string::npos);
@@ -103,7 +99,7 @@ TEST_F(From, AVideoOfAHand) {
 
 TEST_F(From, BothSimulatedBoards) {
   FLEXOR_NEEDS_TERMINALS();
-  const auto said = json_of({"record", path("boards.csv"), "--from", "boards", "--for", "2", "--json"});
+  const auto said = json_of("record boards.csv --from boards --for 2 --json");
   EXPECT_EQ(said.at("columns")[1], "index_deg");
   EXPECT_NEAR(said.at("rows").get<double>(), 21, 5);
   EXPECT_NE(said.at("source").get<std::string>().find("Flexor's frames"), std::string::npos);
@@ -113,20 +109,21 @@ TEST_F(From, BothSimulatedBoards) {
 }
 
 TEST_F(From, WhatDoesNotFitIsRefused) {
-  expect_refused({"monitor", "--from", log(), "--port", "/dev/null"}, "excludes");
-  expect_refused({"record", path("x.csv"), "--from", "twin", "--baud", "9600"}, "excludes");
-  expect_refused({"monitor", "--from", path("none.csv")}, "no such file");
-  expect_refused({"ports", "--ask", "--port", path("none")}, "no such port");
-  expect_refused({"monitor", "--from", path("none.mp4"), "--joints", "paper_hand"}, "none.mp4");
-  expect_refused({"monitor", "--from", path("none.mp4")}, "needs --joints");
-  expect_refused({"monitor", "--from", "twin", "--joints", "paper_hand"}, "no camera");
-  expect_refused({"monitor", "--from", "twin", "--readings"}, "--readings is for");
-  expect_refused({"monitor", "--from", "twin", "--speed", "2"}, "for recordings");
-  expect_refused({"monitor", "--from", log(), "--speed", "0"}, "must lie between");
-  expect_refused({"monitor", "--joints", "paper_hand"}, "requires --from");
-  io::write_file(path("timeless.csv"), "index,middle\n1,2\n3,4\n");
-  expect_refused({"record", path("x.csv"), "--from", path("timeless.csv")}, "no time column");
-  EXPECT_FALSE(fs::exists(path("x.csv")));
+  write("timeless.csv", "index,middle\n1,2\n3,4\n");
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"monitor --from log.csv --port /dev/null", "excludes"},
+      {"record x.csv --from twin --baud 9600", "excludes"},
+      {"monitor --from none.csv", "no such file"},
+      {"ports --ask --port none", "no such port"},
+      {"monitor --from none.mp4 --joints paper_hand", "none.mp4"},
+      {"monitor --from none.mp4", "needs --joints"},
+      {"monitor --from twin --joints paper_hand", "no camera"},
+      {"monitor --from twin --readings", "--readings is for"},
+      {"monitor --from twin --speed 2", "for recordings"},
+      {"monitor --from log.csv --speed 0", "must lie between"},
+      {"monitor --joints paper_hand", "requires --from"},
+      {"record x.csv --from timeless.csv", "no time column"}};
+  for (const auto& [arguments, reason] : cases) expect_refused(arguments, 2, reason);
 }
 
 }  // namespace from_test

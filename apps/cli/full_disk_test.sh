@@ -51,10 +51,21 @@ used() { find "$disk" -type f ! -name ballast -printf '%b\n' | awk '{n += $1} EN
 
 try() { "$@" >"$work/out" 2>"$work/err" </dev/null; }
 
+# refused FREE WHOLE COMMAND...: with FREE of the WHOLE pages that it takes.
+refused() {
+  local status free="$1 of $2 pages free"
+  shift 2
+  try "$@"
+  status=$?
+  [ "$status" = 1 ] || fail "exit $status instead of 1, $free: $*"
+  says_full || fail "not one line on the full disk, $free: $*"
+  no_temporaries || fail "temporaries left, $free: $*"
+}
+
 # file NAME COMMAND...: NAME on the disk is the output, beside an older NAME: with no page free, and with one page too few: the
 # last byte counts. FREE, in pages, is instead of this, where a run is dear.
 file() {
-  local name=$1 whole=0 free status before
+  local name=$1 whole=0 free before
   shift
   if [ -z "${FREE:-}" ]; then
     rm -rf "${disk:?}"/*
@@ -66,19 +77,15 @@ file() {
     echo old >"$disk/$name"
     fill "$free"
     before=$(listing)
-    try "$@"
-    status=$?
-    [ "$status" = 1 ] || fail "exit $status instead of 1, $free of $whole pages free: $*"
-    says_full || fail "not one line on the full disk, $free of $whole pages free: $*"
+    refused "$free" "$whole" "$@"
     [ "$(listing)" = "$before" ] || fail "not as before, $free of $whole pages free: $* $(listing)"
-    no_temporaries || fail "temporaries left, $free of $whole pages free: $*"
   done
 }
 
 # folder COMMAND...: files go into $disk/new. With no page free, and with one too few for the last of them; or with FREE pages.
 # With START, a folder, new is a copy of it. What was written with room is in $work/whole afterwards.
 folder() {
-  local whole=0 free status
+  local whole=0 free
   begin() {
     rm -rf "${disk:?}"/*
     mkdir "$disk/new"
@@ -95,11 +102,7 @@ folder() {
   for free in ${FREE:-0 $((whole - 1))}; do
     begin
     fill "$free"
-    try "$@"
-    status=$?
-    [ "$status" = 1 ] || fail "exit $status instead of 1, $free of $whole pages free: $*"
-    says_full || fail "not one line on the full disk, $free of $whole pages free: $*"
-    no_temporaries || fail "temporaries left, $free of $whole pages free: $*"
+    refused "$free" "$whole" "$@"
     [ ! -e "$disk/new/report.html" ] || fail "a report, though it is not whole, $free of $whole pages free: $*"
   done
 }

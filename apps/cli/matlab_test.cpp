@@ -5,7 +5,9 @@
 namespace flexor::cli {
 namespace matlab_test {
 
-class Matlab : public CommandOfWords {
+const std::string kPublished = fs::absolute(FLEXOR_SOURCE_DIR "/models/published_hw.json").string();
+
+class Matlab : public Command {
  protected:
   std::string octave(const std::string& program) const {
     write("program.m", program);
@@ -20,7 +22,6 @@ class Matlab : public CommandOfWords {
     std::mt19937 random(7);
     std::string csv = "t_s";
     std::string matrix;
-    Arguments apply = {"apply", "model.json", "log.csv", "--json"};
     for (std::size_t i = 0; i < m.inputs.size(); ++i) csv += fmt::format(",u{}", i);
     for (int k = 0; k < rows; ++k) {
       csv += fmt::format("\n{}", k * m.sample_period_s);
@@ -36,7 +37,7 @@ class Matlab : public CommandOfWords {
     write("log.csv", csv + "\n");
     write("readings.txt", matrix);
     model::save(m, path("model.json"));
-    const Finished r = run(apply);
+    const Finished r = run("apply model.json log.csv --json");
     EXPECT_TRUE(r.exit == 0 || r.exit == 3) << r.err;
     return r.out;
   }
@@ -46,8 +47,8 @@ class Matlab : public CommandOfWords {
       m.inputs[i].column = fmt::format("u{}", i);
       m.inputs[i].unit = "";
     }
-    const auto json = nlohmann::ordered_json::parse(applied(m, rows));
-    ASSERT_EQ(run({"export", "model.json", "--to", "matlab", "--out", "glove.m"}).exit, 0);
+    const auto json = Json::parse(applied(m, rows));
+    ASSERT_EQ(run("export model.json --to matlab --out glove.m").exit, 0);
     // The whole recording at once, and in two parts.
     std::istringstream found(
         octave("r = load('readings.txt'); [a, s] = glove(r); [a1, s1, c] = glove(r(1:100, :)); a2 = "
@@ -72,8 +73,8 @@ class Matlab : public CommandOfWords {
 TEST_F(Matlab, TheShippedModelsGiveTheAnglesOfApply) {
   SKIP_WITHOUT_OCTAVE();
   for (const char* name : {"published_hw", "published_wiener"})
-    expect_same_angles(
-        model::load(fs::absolute(FLEXOR_SOURCE_DIR) / "models" / (std::string(name) + ".json")), 2000);
+    expect_same_angles(model::load(fs::path(FLEXOR_SOURCE_DIR) / "models" / (std::string(name) + ".json")),
+                       2000);
 }
 
 TEST_F(Matlab, AnyModelGivesTheAnglesOfApply) {
@@ -91,10 +92,7 @@ TEST_F(Matlab, AnyModelGivesTheAnglesOfApply) {
 
 TEST_F(Matlab, WhatIsNotANumberIsHeld) {
   SKIP_WITHOUT_OCTAVE();
-  ASSERT_EQ(run({"export", (fs::absolute(FLEXOR_SOURCE_DIR) / "models/published_hw.json").string(), "--to",
-                 "matlab", "--out", "glove.m"})
-                .exit,
-            0);
+  ASSERT_EQ(run("export " + kPublished + " --to matlab --out glove.m").exit, 0);
   EXPECT_EQ(
       octave("[a, s] = glove([50 50 50 50 50; 60 nan 60 60 60]); printf('%d', s(2, :), a(1, 2) == a(2, 2));\n"
              "try, glove([1 2]), catch e, printf(' %s', e.message), end\n"),
@@ -102,18 +100,17 @@ TEST_F(Matlab, WhatIsNotANumberIsHeld) {
 }
 
 TEST_F(Matlab, RefusesWhatMatlabCannotCall) {
-  const std::string model = (fs::absolute(FLEXOR_SOURCE_DIR) / "models/published_hw.json").string();
-  const auto refuse = [&](const std::string& out, const std::string& expected) {
-    expect_refused({"export", model, "--to", "matlab", "--out", out}, expected);
-  };
-  refuse("glove.txt", "ends in .m");
-  refuse("my-glove.m", "the first a letter");
-  refuse("1glove.m", "the first a letter");
-  refuse("max.m", "another name, as my_max");
-  refuse("while.m", "another name, as my_while");
-  refuse("lti.m", "another name, as my_lti");
-  expect_refused({"export", model, model, "--to", "matlab", "--out", "a.m"}, "not expected");
-  expect_refused({"export", model, "--to", "matlab", "--names", "a=b", "--out", "a.m"}, "leave it out");
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"--out glove.txt", "ends in .m"},
+      {"--out my-glove.m", "the first a letter"},
+      {"--out 1glove.m", "the first a letter"},
+      {"--out max.m", "another name, as my_max"},
+      {"--out while.m", "another name, as my_while"},
+      {"--out lti.m", "another name, as my_lti"},
+      {kPublished + " --out a.m", "not expected"},
+      {"--names a=b --out a.m", "leave it out"}};
+  for (const auto& [options, reason] : cases)
+    expect_refused("export " + kPublished + " --to matlab " + options, 2, reason);
 }
 
 }  // namespace matlab_test

@@ -6,20 +6,20 @@
 namespace flexor::cli {
 namespace memory_test {
 
-class Memory : public CommandOfWords {
+class Memory : public Command {
  protected:
-  static double megabytes(const std::vector<std::string>& files) {
+  double megabytes(const std::vector<std::string>& files) const {
     double sum = 0;
-    for (const std::string& f : files) sum += static_cast<double>(fs::file_size(f)) / 1e6;
+    for (const std::string& f : files) sum += static_cast<double>(fs::file_size(path(f))) / 1e6;
     return sum;
   }
 
   // Bounded memory, and an end that a program may have: done, failed, or refused; never killed.
-  void expect_bounded(const Arguments& arguments, const std::vector<std::string>& inputs) const {
+  void expect_bounded(const std::string& arguments, const std::vector<std::string>& inputs) const {
     const Finished r = run(arguments);
-    EXPECT_LE(r.peak_mb, 200 + 3 * megabytes(inputs)) << arguments.front();
-    EXPECT_EQ(r.signal, 0) << arguments.front();
-    EXPECT_LE(r.exit, 2) << arguments.front();
+    EXPECT_LE(r.peak_mb, 200 + 3 * megabytes(inputs)) << arguments;
+    EXPECT_EQ(r.signal, 0) << arguments;
+    EXPECT_LE(r.exit, 2) << arguments;
   }
 
   // A finger between 10 and 80 degrees, never twice the same.
@@ -38,26 +38,20 @@ class Memory : public CommandOfWords {
       const double t = time_of(k);
       out << t << "," << std::round(scale * angle_at(std::fmod(t, 1e6)) * 100) / 100 << "\n";
     }
-    return path(name);
+    return name;
   }
 
   void expect_all_bounded(const std::string& glove, const std::string& camera) const {
     const std::vector<std::string> both = {glove, camera};
-    const std::vector<std::string> pair = {"--sensor", glove, "--reference", camera};
-    const auto with = [&](std::vector<std::string> command, const std::vector<std::string>& more) {
-      command.insert(command.end(), pair.begin(), pair.end());
-      command.insert(command.end(), more.begin(), more.end());
-      return command;
-    };
-    expect_bounded(with({"align"}, {"--out", path("aligned.csv")}), both);
-    expect_bounded(with({"identify"}, {"--structure", "linear-dynamic", "--model", path("m.json")}), both);
-    expect_bounded({"score", camera, camera}, both);
-    const std::string model = fs::absolute(FLEXOR_SOURCE_DIR "/models/published_hw.json");
-    std::vector<std::string> apply = {"apply", model, glove};
-    for (int i = 0; i < 5; ++i) apply.insert(apply.end(), {"--input", "index_alpha"});
+    const std::string pair = " --sensor " + glove + " --reference " + camera;
+    expect_bounded("align --out aligned.csv" + pair, both);
+    expect_bounded("identify --structure linear-dynamic --model m.json" + pair, both);
+    expect_bounded("score " + camera + " " + camera, both);
+    std::string apply =
+        "apply " + quoted(fs::absolute(FLEXOR_SOURCE_DIR "/models/published_hw.json")) + " " + glove;
+    for (int i = 0; i < 5; ++i) apply += " --input index_alpha";
     expect_bounded(apply, both);
-    apply.emplace_back("--json");
-    expect_bounded(apply, both);
+    expect_bounded(apply + " --json", both);
   }
 };
 
@@ -71,8 +65,8 @@ TEST_F(Memory, AnHourAtAHundredHertz) {
 TEST_F(Memory, AnExportHasNoMoreOfALongRecordingThanOfAShortOne) {
   const std::string brief = log("brief.csv", "index_deg", 3000, 1, [](int k) { return 0.01 * k; });
   const std::string hour = log("hour.csv", "index_deg", 360000, 1, [](int k) { return 0.01 * k; });
-  const Finished little = run({"export", brief, "--to", "mcap", "--out", path("brief.mcap")});
-  const Finished much = run({"export", hour, "--to", "mcap", "--out", path("hour.mcap")});
+  const Finished little = run("export " + brief + " --to mcap --out brief.mcap");
+  const Finished much = run("export " + hour + " --to mcap --out hour.mcap");
   EXPECT_EQ(little.exit + much.exit, 0);
   EXPECT_LE(much.peak_mb, little.peak_mb + 8);
 }

@@ -42,12 +42,9 @@ class ReportTest : public testing::Test {
   }
 
   // Whatever stands in the place of a value: text on the page, or one line.
-  void expect_no_harm(const nlohmann::ordered_json& whole,
-                      const nlohmann::ordered_json::json_pointer& at) const {
+  void expect_no_harm(const Json& whole, const Json::json_pointer& at) const {
     const auto& here = whole.at(at);
-    for (const nlohmann::ordered_json& value :
-         {nlohmann::ordered_json::object(),
-          here.is_primitive() ? nlohmann::ordered_json("<script>../x") : nlohmann::ordered_json::array()}) {
+    for (const Json& value : {Json::object(), here.is_primitive() ? Json("<script>../x") : Json::array()}) {
       auto json = whole;
       json[at] = value;
       io::write_file(folder_ / "results.json", json.dump());
@@ -73,8 +70,7 @@ class ReportTest : public testing::Test {
     }
     report::render(folder_, nullptr, true);
     EXPECT_EQ(files(), first);
-    expect_no_harm(nlohmann::ordered_json::parse(read("results.json")),
-                   nlohmann::ordered_json::json_pointer());
+    expect_no_harm(Json::parse(read("results.json")), Json::json_pointer());
     io::write_file(folder_ / "results.json", first.at("results.json"));
     report::render(folder_);
     EXPECT_TRUE(first.contains("report.html"));
@@ -92,13 +88,13 @@ class ReportTest : public testing::Test {
 };
 
 // Every text in `json` but the kind of job, spoilt; names of members, too, where they are fingers.
-void spoil(nlohmann::ordered_json& json, const std::string& evil, const std::string& key = "") {
+void spoil(Json& json, const std::string& evil, const std::string& key = "") {
   if (json.is_string() && key != "kind") json = json.get<std::string>() + evil;
   if (json.is_array()) {
     for (auto& element : json) spoil(element, evil);
   }
   if (!json.is_object()) return;
-  auto out = nlohmann::ordered_json::object();
+  auto out = Json::object();
   for (auto& [name, value] : json.items()) {
     spoil(value, evil, name);
     out[name == "index" ? name + evil : name] = value;
@@ -126,7 +122,7 @@ class HandReport : public ReportTest {
     result_ = identify::identify_files(r, {});
   }
 
-  nlohmann::ordered_json results() const { return nlohmann::ordered_json::parse(read("results.json")); }
+  Json results() const { return Json::parse(read("results.json")); }
 
   identify::Result result_;
 };
@@ -217,7 +213,7 @@ TEST_F(HandReport, AChainHasItsTransferFunction) {
   auto json = results();
   json.at("joints").front()["iterations"] = 4;
   json.at("joints").front()["start"] = 3;
-  auto& parameters = json.at("joints").front().at("parameters") = nlohmann::ordered_json::array();
+  auto& parameters = json.at("joints").front().at("parameters") = Json::array();
   for (const auto& [name, value] :
        {std::pair("pole 1 (rad/s)", -10.0), {"pole 2 (rad/s)", -2.0}, {"tap 1", 0.25}})
     parameters.push_back({{"name", name}, {"value", value}, {"standard_error", nullptr}});
@@ -292,7 +288,7 @@ TEST_F(ExperimentReport, NoTextOfASentFolderIsACommand) {
   study::save_results(p, study::run(p, {}), {}, folder_);
   const fs::path proof = folder_ / "proof";
   const std::string evil = "'; system(\"touch '" + proof.string() + "'\"); set ylabel 'x";
-  auto json = nlohmann::ordered_json::parse(read("results.json"));
+  auto json = Json::parse(read("results.json"));
   spoil(json, evil);
   io::write_file(folder_ / "results.json", json.dump());
   for (const auto& entry : fs::directory_iterator(folder_ / "traces")) {

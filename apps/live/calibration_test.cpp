@@ -188,7 +188,7 @@ TEST_F(Guided, ASessionThatWasTamperedWithIsRefusedInOneLine) {
        {R"(5)", R"({"step": "glove"})",
         R"({"step": "motion", "reference": "marks", "joints": "/dev/zero", "rate_hz": 0, "attempt": 1})",
         R"({"step": "identify", "reference": "marks", "joints": "", "rate_hz": 10, "attempt": 1})"}) {
-    session.calibration = nlohmann::ordered_json::parse(wrong);
+    session.calibration = Json::parse(wrong);
     EXPECT_THROW(Calibration::resumed(session, sessions_.folder(session)), io::InputError) << wrong;
   }
   const auto folder = sessions_.folder(session);
@@ -228,9 +228,9 @@ TEST_F(Guided, AMarkerlessReferenceStatesItsOwnError) {
   EXPECT_FALSE(request.contains("map"));
 
   const auto joint = [](double rmse_deg, double fit_percent = 80) {
-    return nlohmann::ordered_json{{"verdict", {{"word", "better"}}},
-                                  {"holdout", {{"rmse_deg", rmse_deg}, {"fit_percent", fit_percent}}},
-                                  {"baselines", nlohmann::ordered_json::object()}};
+    return Json{{"verdict", {{"word", "better"}}},
+                {"holdout", {{"rmse_deg", rmse_deg}, {"fit_percent", fit_percent}}},
+                {"baselines", Json::object()}};
   };
   c.identified({{"joints", {{"index_mcp", joint(2)}, {"index_pip", joint(3)}}}}, {});
   const auto fingers = c.state().at("result").at("fingers");
@@ -243,7 +243,6 @@ TEST_F(Guided, AMarkerlessReferenceStatesItsOwnError) {
 
 // The plot's line is the table's; the verdict is the job's.
 TEST_F(Guided, AResultStandsBesideAStraightLine) {
-  using Json = nlohmann::ordered_json;
   Calibration c = moving(Reference::marks);
   move(c, 45, true);
   c.next(true);

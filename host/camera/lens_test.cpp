@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-
-#include "host/camera/pictures_test.hpp"
 #include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
@@ -73,11 +70,11 @@ TEST(Lens, TheErrorAtTheEdgeGrowsWithTheBone) {
 
 TEST(Lens, CalibrationRefusesTooFewOrUnreadablePictures) {
   EXPECT_THROW(fit_lens({}, {}), io::InputError);
-  const auto path = scratch("wall.png");
-  std::ofstream(path) << "no picture";
+  const io::TemporaryFolder folder;
+  const auto path = folder.path() / "wall.png";
+  io::write_file(path, "no picture");
   EXPECT_THROW(fit_lens({path}, {}), io::InputError);
   EXPECT_THROW(fit_lens({path}, {1, 1}), io::InputError);
-  std::filesystem::remove(path);
 }
 
 }  // namespace

@@ -1,11 +1,7 @@
 // Pictures for this room's tests: discs on a flat background, their centres known.
 #pragma once
 
-#include <unistd.h>
-
 #include <cmath>
-#include <filesystem>
-#include <string>
 #include <vector>
 
 #include "host/camera/picture.hpp"
@@ -45,10 +41,5 @@ inline Picture dots(int width, int height, std::array<int, 3> background, const 
 }
 
 inline constexpr std::array<int, 3> kWall = {150, 148, 146};
-
-inline std::filesystem::path scratch(const std::string& name) {
-  return std::filesystem::temp_directory_path() /
-         ("flexor_camera_" + std::to_string(::getpid()) + "_" + name);
-}
 
 }  // namespace flexor::camera

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
 #include "host/camera/jpeg.hpp"
@@ -91,24 +90,16 @@ void write_film(const fs::path& path, int pictures, double rate_hz) {
 
 class Video : public testing::Test {
  protected:
-  void TearDown() override {
-    for (const fs::path& p : made_) fs::remove_all(p);
-  }
-  fs::path path(const std::string& name) {
-    made_.push_back(scratch(name));
-    return made_.back();
-  }
-  fs::path file(const std::string& name, const std::string& bytes) {
-    const fs::path p = path(name);
-    std::ofstream(p, std::ios::binary) << bytes;
-    return p;
+  fs::path path(const std::string& name) const { return folder_.path() / name; }
+  fs::path file(const std::string& name, const std::string& bytes) const {
+    io::write_file(path(name), bytes);
+    return path(name);
   }
   static std::string error(const fs::path& p) {
     return io::refusal_of([&] { (void)read(p); });
   }
 
- private:
-  std::vector<fs::path> made_;
+  const io::TemporaryFolder folder_;
 };
 
 Picture grey(int width, int height, int level) { return dots(width, height, {level, level, level}, {}); }
@@ -161,14 +152,12 @@ TEST_F(Video, WhatIsWrittenIsReadBackWithItsTimes) {
 }
 
 TEST_F(Video, AWriterThatIsNotFinishedLeavesNothingBehind) {
-  const fs::path folder = path("unfinished");  // of its own: other tests write beside it
-  fs::create_directory(folder);
   {
-    VideoWriter writer(folder / "left.mp4", 64, 48, 30);
+    VideoWriter writer(path("left.mp4"), 64, 48, 30);
     writer.add(grey(64, 48, 5));
-    EXPECT_FALSE(fs::is_empty(folder));
+    EXPECT_FALSE(fs::is_empty(folder_.path()));
   }
-  EXPECT_TRUE(fs::is_empty(folder));
+  EXPECT_TRUE(fs::is_empty(folder_.path()));
   EXPECT_THROW(VideoWriter(path("film.txt"), 64, 48, 30), io::InputError);
   EXPECT_THROW(VideoWriter(path("none.mp4"), 0, 0, 30), io::InputError);
 }
@@ -184,7 +173,7 @@ TEST_F(Video, WhatIsNoVideoIsOneClearLine) {
       {file("empty.mp4", ""), "is empty"},
       {file("text.mp4", "this is no video"), "no video that can be read"},
       {file("none.mkv", Matroska(64, 48).bytes()), ""},
-      {fs::temp_directory_path(), ""},
+      {folder_.path(), ""},
   };
   for (const auto& [p, expected] : cases) {
     EXPECT_NE(error(p), "accepted") << p;

@@ -53,7 +53,7 @@ struct Deployment {
   std::string folder;       // where the user finds it
 };
 
-nlohmann::ordered_json to_json(const Deployment& deployment);
+Json to_json(const Deployment& deployment);
 // results.json. Throws io::InputError.
 void save_results(const Deployment& deployment, const std::filesystem::path& folder);
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "host/deploy/model_block.hpp"
-#include "host/io/refusal_test.hpp"
+#include "host/io/expect_test.hpp"
 #include "host/model/compensator.hpp"
 
 namespace flexor::deploy {
@@ -18,8 +18,7 @@ TEST(OnHand, RefusesAModelOfMoreBitsThanTheBoardHas) {
   model.inputs[0].unit = "count";
   model.inputs[0].valid_max = 4094;
   std::vector<std::string> notes;
-  EXPECT_NE(io::refusal_of([&] { (void)on_hand(model, {}, notes); }).find("counts to 4094"),
-            std::string::npos);
+  io::expect_refused([&] { (void)on_hand(model, {}, notes); }, "counts to 4094");
 }
 
 TEST(OnHand, OpenComesUponOpenAndFistUponFist) {
@@ -82,8 +81,7 @@ TEST(SafeHand, RefusesMotorsThatCannotMoveWithinItsLimits) {
   model::Hardware hardware;
   hardware.source = "my.json";
   hardware.disturbance_mNm = 200;
-  EXPECT_EQ(io::refusal_of([&] { (void)safe_hand(hardware, published_model(), {}); }).find("my.json: motor."),
-            0U);
+  io::expect_refused([&] { (void)safe_hand(hardware, published_model(), {}); }, "my.json: motor.");
 }
 
 TEST(Hardware, CountsOfTwelveBitsAreNoBoards) {

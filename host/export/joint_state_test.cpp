@@ -8,8 +8,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
-#include "host/io/refusal_test.hpp"
 
 namespace flexor::exports {
 namespace {
@@ -150,12 +150,9 @@ TEST(JointStates, AreFlexionByTheEndsOfTheirJointsUnlessTheyAreHeld) {
 }
 
 TEST(JointStates, RefuseInOneLineWhatIsNoAngle) {
-  const auto refusal = [](const std::string& text, const RecordedOptions& options) {
+  const auto expect = [](const std::string& text, const RecordedOptions& options, const std::string& part) {
     const TestRecording log(text);
-    return io::refusal_of([&] { (void)write_joint_states(log.path(), options, log.beside("a.mcap")); });
-  };
-  const auto expect = [&](const std::string& text, const RecordedOptions& options, const std::string& part) {
-    EXPECT_NE(refusal(text, options).find(part), std::string::npos) << refusal(text, options);
+    io::expect_refused([&] { (void)write_joint_states(log.path(), options, log.beside("a.mcap")); }, part);
   };
   expect("t_s,flex\n0,1\n1,2\n", {}, "NAME_deg or NAME_rad; there are flex");
   expect("t_s,a_deg,a_rad\n0,1,1\n1,2,1\n", {}, "two columns are the joint a");

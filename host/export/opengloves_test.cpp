@@ -10,8 +10,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
-#include "host/io/refusal_test.hpp"
 #include "host/io/terminal_test.hpp"
 
 namespace flexor::exports {
@@ -148,8 +148,7 @@ TEST(ToPort, ThatIsNotReadOrHasGoneDoesNotHoldItUp) {
 TEST(OpenGloves, RefusesWhatIsNoPort) {
   const io::TemporaryFolder folder;
   const auto expect_refused = [](const std::filesystem::path& path, const std::string& part) {
-    const std::string what = io::refusal_of([&] { const OpenGloves out(path, index_and_thumb()); });
-    EXPECT_NE(what.find(part), std::string::npos) << what;
+    io::expect_refused([&] { const OpenGloves out(path, index_and_thumb()); }, part);
   };
   io::write_file(folder.path() / "file", "x");
   expect_refused(folder.path() / "none", "mkfifo");

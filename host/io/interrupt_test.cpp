@@ -19,11 +19,7 @@ namespace fs = std::filesystem;
 
 class Interrupt : public testing::Test {
  protected:
-  Interrupt() : folder_(fs::path(testing::TempDir()) / ("flexor_interrupt_" + std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_ / "tmp");
-  }
-  ~Interrupt() override { fs::remove_all(folder_); }
+  Interrupt() { fs::create_directory(folder_ / "tmp"); }
 
   // A process that does `work` as a command does, its TMPDIR in the test's folder.
   pid_t start(const std::function<void()>& work) const {
@@ -48,10 +44,7 @@ class Interrupt : public testing::Test {
     return WIFSIGNALED(status) ? WTERMSIG(status) : -WEXITSTATUS(status);
   }
 
-  std::string said() const {
-    std::ifstream stream(folder_ / "stderr");
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
+  std::string said() const { return read_file(folder_ / "stderr"); }
 
   void wait_for(const fs::path& path) const {
     for (int i = 0; i < 60000 && !fs::exists(path); ++i)
@@ -61,7 +54,8 @@ class Interrupt : public testing::Test {
 
   std::ptrdiff_t temporaries() const { return std::distance(fs::directory_iterator(folder_ / "tmp"), {}); }
 
-  fs::path folder_;
+  const TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(Interrupt, WhoLooksCleansUpSaysSoAndDiesOfTheSignal) {

@@ -58,7 +58,7 @@ std::string reason_of(const Json::parse_error& error, std::string_view text) {
 
 std::string read_document(const std::filesystem::path& path) { return read_file(path, kMost_bytes); }
 
-nlohmann::ordered_json parse_json(const std::string& text, const std::string& source) {
+Json parse_json(const std::string& text, const std::string& source) {
   if (text.size() > kMost_bytes) {
     throw InputError("{}: a document of {} MB; at most {} are read", source, text.size() >> 20,
                      kMost_bytes >> 20);
@@ -78,7 +78,7 @@ nlohmann::ordered_json parse_json(const std::string& text, const std::string& so
 namespace {
 
 // Letters that a terminal obeys are escaped, and all others beside them.
-std::string dump_with(const nlohmann::ordered_json& json, int indent) {
+std::string dump_with(const Json& json, int indent) {
   const std::string out = json.dump(indent, ' ', false, Json::error_handler_t::replace);
   return without_controls(out, "\n") == out ? out
                                             : json.dump(indent, ' ', true, Json::error_handler_t::replace);
@@ -86,8 +86,8 @@ std::string dump_with(const nlohmann::ordered_json& json, int indent) {
 
 }  // namespace
 
-std::string dump(const nlohmann::ordered_json& json) { return dump_with(json, 2) + "\n"; }
-std::string dump_line(const nlohmann::ordered_json& json) { return dump_with(json, -1); }
+std::string dump(const Json& json) { return dump_with(json, 2) + "\n"; }
+std::string dump_line(const Json& json) { return dump_with(json, -1); }
 
 std::string to_utf8(std::string_view bytes) {
   std::string out;

@@ -20,12 +20,12 @@ std::string read_document(const std::filesystem::path& path);
 
 // `source` names the text in errors. Throws InputError, one line with the place: no JSON, more than 16 MB, 64 levels or
 // 512 keys in one object, a key twice, a number out of range, NaN or Infinity, text that is not UTF-8.
-nlohmann::ordered_json parse_json(const std::string& text, const std::string& source);
+Json parse_json(const std::string& text, const std::string& source);
 
 // As a document: indented, UTF-8 whatever the texts in it hold, with a newline at its end.
-std::string dump(const nlohmann::ordered_json& json);
+std::string dump(const Json& json);
 // On one line.
-std::string dump_line(const nlohmann::ordered_json& json);
+std::string dump_line(const Json& json);
 
 // The same text with every byte that is not UTF-8 replaced by U+FFFD: file names are bytes, documents are
 // text.
@@ -40,8 +40,7 @@ std::string to_utf8(std::string_view bytes);
 // Reads one JSON object's members and says which are missing, wrong or unknown, with their place.
 class JsonReader {
  public:
-  JsonReader(const nlohmann::ordered_json& object, std::string place)
-      : object_(object), place_(std::move(place)) {
+  JsonReader(const Json& object, std::string place) : object_(object), place_(std::move(place)) {
     if (!object.is_object()) fail("must be an object");
   }
 
@@ -59,7 +58,7 @@ class JsonReader {
   }
 
   double number(const char* key) {
-    const nlohmann::ordered_json& value = member(key);
+    const Json& value = member(key);
     if (!value.is_number()) fail(fmt::format("\"{}\" must be a number", key));
     return value.get<double>();
   }
@@ -79,7 +78,7 @@ class JsonReader {
   double number_or(const char* key, double fallback) { return has(key) ? number(key) : fallback; }
 
   std::string text(const char* key) {
-    const nlohmann::ordered_json& value = member(key);
+    const Json& value = member(key);
     if (!value.is_string()) fail(fmt::format("\"{}\" must be a text in quotes", key));
     return value.get<std::string>();
   }
@@ -87,10 +86,9 @@ class JsonReader {
   std::string text_or_empty(const char* key) { return has(key) ? text(key) : std::string(); }
 
   std::vector<double> numbers(const char* key) {
-    const nlohmann::ordered_json& value = member(key);
+    const Json& value = member(key);
     const bool all_numbers =
-        value.is_array() &&
-        std::ranges::all_of(value, [](const nlohmann::ordered_json& v) { return v.is_number(); });
+        value.is_array() && std::ranges::all_of(value, [](const Json& v) { return v.is_number(); });
     if (!all_numbers) fail(fmt::format("\"{}\" must be a list of numbers", key));
     return value.get<std::vector<double>>();
   }
@@ -105,20 +103,20 @@ class JsonReader {
     return has(key) ? numbers(key) : std::vector<double>();
   }
 
-  nlohmann::ordered_json object_or_empty(const char* key) {
-    if (!has(key)) return nlohmann::ordered_json::object();
-    const nlohmann::ordered_json& value = member(key);
+  Json object_or_empty(const char* key) {
+    if (!has(key)) return Json::object();
+    const Json& value = member(key);
     if (!value.is_object()) fail(fmt::format("\"{}\" must be an object", key));
     return value;
   }
 
-  const nlohmann::ordered_json& list(const char* key) {
-    const nlohmann::ordered_json& value = member(key);
+  const Json& list(const char* key) {
+    const Json& value = member(key);
     if (!value.is_array() || value.empty()) fail(fmt::format("\"{}\" must be a list, not empty", key));
     return value;
   }
 
-  const nlohmann::ordered_json& member(const char* key) {
+  const Json& member(const char* key) {
     known_.insert(key);
     const auto it = object_.find(key);
     if (it == object_.end()) fail(fmt::format("\"{}\" is missing; add it", key));
@@ -149,7 +147,7 @@ class JsonReader {
     return value;
   }
 
-  const nlohmann::ordered_json& object_;
+  const Json& object_;
   std::string place_;
   std::set<std::string> known_;
 };

@@ -91,7 +91,7 @@ TEST(Json, BytesOfAFileNameBecomeText) {
   EXPECT_EQ(to_utf8("gl\xf6ve.csv"), "gl\uFFFDve.csv");
   EXPECT_EQ(to_utf8("glöve ∠ 😀"), "glöve ∠ 😀");
   EXPECT_EQ(to_utf8("\xe2\x82"), "\uFFFD\uFFFD");
-  const nlohmann::ordered_json json = {{"file", "gl\xf6ve.csv"}};
+  const Json json = {{"file", "gl\xf6ve.csv"}};
   EXPECT_EQ(dump(json), "{\n  \"file\": \"gl\uFFFDve.csv\"\n}\n");
   EXPECT_EQ(dump_line(json), "{\"file\":\"gl\uFFFDve.csv\"}");
   EXPECT_EQ(dump_line({{"a", "\u202e\u009b\x7f"}}), R"({"a":"\u202e\u009b\u007f"})")

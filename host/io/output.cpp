@@ -49,6 +49,8 @@ struct Target {
   bool through = false;                 // no file: written into
   std::optional<int> own_descriptor;    // /dev/stdout and the like
   std::optional<struct stat> existing;  // a file
+
+  fs::path folder() const { return file.has_parent_path() ? file.parent_path() : "."; }
 };
 
 // The number when `path` is one of this process's own open files, /proc/self/fd/1.
@@ -80,7 +82,7 @@ void follow_links(Target& target) {
 }
 
 void require_folder_of(const Target& target) {
-  const fs::path folder = target.file.has_parent_path() ? target.file.parent_path() : ".";
+  const fs::path folder = target.folder();
   std::error_code error;
   if (!target.file.has_filename() || !fs::is_directory(folder, error)) {
     refuse(target.named, fmt::format("there is no folder {}", folder.string()));
@@ -128,10 +130,9 @@ std::optional<pid_t> writer_of(std::string_view name, const std::string& stem) {
 
 // What processes that were killed have left of it.
 void remove_stale(const Target& target, const std::string& stem) {
-  const fs::path folder = target.file.has_parent_path() ? target.file.parent_path() : ".";
   std::error_code error;
   std::error_code ignored;
-  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+  for (fs::directory_iterator at(target.folder(), error), end; !error && at != end; at.increment(error)) {
     const auto process = writer_of(at->path().filename().string(), stem);
     if (!process || !fs::is_regular_file(fs::symlink_status(at->path(), ignored))) continue;
     if (::kill(*process, 0) != 0 && errno == ESRCH) fs::remove(at->path(), ignored);
@@ -183,8 +184,7 @@ void bring_to_disk(const Target& target, int descriptor) {
 void replace(const Target& target, Temporary& temporary) {
   if (const int error = temporary.rename_to(target.file); error != 0) cannot_write(target.named, error);
   // The new name outlives a power cut; a file system that cannot say so is no reason to fail.
-  const fs::path folder = target.file.has_parent_path() ? target.file.parent_path() : ".";
-  const Descriptor open(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const Descriptor open(::open(target.folder().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (open) (void)fsync(open.number());
 }
 

@@ -117,8 +117,9 @@ int Process::wait_at_most(int ms) {
 
 void Process::end() { (void)::kill(-child_, SIGTERM); }
 
-std::filesystem::path find_program(const std::string& name, const char* path) {
+std::filesystem::path find_program(const std::string& name) {
   if (name.find('/') != std::string::npos) return access(name.c_str(), X_OK) == 0 ? name : "";
+  const char* path = std::getenv("PATH");
   std::istringstream folders(path != nullptr ? path : "");
   for (std::string folder; std::getline(folders, folder, ':');) {
     auto candidate = std::filesystem::path(folder) / name;

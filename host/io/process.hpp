@@ -4,7 +4,6 @@
 #include <sys/types.h>
 
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -70,6 +69,6 @@ ProcessResult run_process(const std::vector<std::string>& argv, const std::files
                           const Watch& watch = {});
 
 // Empty if PATH has no such program.
-std::filesystem::path find_program(const std::string& name, const char* path = std::getenv("PATH"));
+std::filesystem::path find_program(const std::string& name);
 
 }  // namespace flexor::io

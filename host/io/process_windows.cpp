@@ -14,18 +14,17 @@ namespace {
 
 Pipe::Pipe() = default;
 Process::~Process() = default;
-std::filesystem::path find_program(const std::string&, const char*) { return {}; }
+std::filesystem::path find_program(const std::string&) { return {}; }
 ProcessResult run_process(const std::vector<std::string>& argv, const std::filesystem::path&, const Watch&) {
   refuse(argv.front());
 }
 Worker::Worker(const std::filesystem::path& program, std::vector<std::string>) { refuse(program.string()); }
 Worker::~Worker() = default;
-nlohmann::ordered_json Worker::run(const std::string& job, const nlohmann::ordered_json&,
-                                   const std::function<bool(const Progress&)>&) {
+Json Worker::run(const std::string& job, const Json&, const std::function<bool(const Progress&)>&) {
   refuse(job);
 }
 WorkerPool::WorkerPool(std::filesystem::path program) { refuse(program.string()); }
-nlohmann::ordered_json WorkerPool::run(const std::string& job, const nlohmann::ordered_json&) { refuse(job); }
+Json WorkerPool::run(const std::string& job, const Json&) { refuse(job); }
 std::filesystem::path program_beside(const std::string& name) { return name; }
 
 }  // namespace flexor::io

@@ -5,8 +5,8 @@
 
 #include <string>
 
+#include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
-#include "host/io/refusal_test.hpp"
 #include "host/io/terminal_test.hpp"
 
 namespace flexor::io {
@@ -47,11 +47,8 @@ TEST(SerialPort, SaysThatNothingComesAndThatThePortHasGone) {
 }
 
 TEST(SerialPort, RefusesWhatIsNoPortInOneLine) {
-  const auto says = [](const std::string& path) {
-    return io::refusal_of([&] { SerialPort port(path, 9600); });
-  };
-  EXPECT_NE(says("/dev/no_such_port").find("is the board plugged in?"), std::string::npos);
-  EXPECT_NE(says("/dev/null").find("cannot be opened as a serial port"), std::string::npos);
+  expect_refused([] { SerialPort port("/dev/no_such_port", 9600); }, "is the board plugged in?");
+  expect_refused([] { SerialPort port("/dev/null", 9600); }, "cannot be opened as a serial port");
 }
 
 }  // namespace

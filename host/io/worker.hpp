@@ -28,6 +28,7 @@
 #include <string_view>
 #include <vector>
 
+#include "host/io/io.hpp"
 #include "host/io/process.hpp"
 
 namespace flexor::io {
@@ -40,7 +41,7 @@ struct Progress {
   std::size_t of = 0;  // 0: not known
   std::optional<double> seconds_left = {};
 };
-nlohmann::ordered_json to_json(const Progress& progress);
+Json to_json(const Progress& progress);
 
 // A worker that runs. Not for several threads at once.
 class Worker {
@@ -54,15 +55,15 @@ class Worker {
   // Throws what the job throws; JobError, one line naming program and job, when the worker dies or says
   // nonsense. Where `progress` gives false, the job is asked to stop. What it throws passes through, and this worker takes
   // no more jobs.
-  nlohmann::ordered_json run(const std::string& job, const nlohmann::ordered_json& arguments,
-                             const std::function<bool(const Progress&)>& progress = {});
+  Json run(const std::string& job, const Json& arguments,
+           const std::function<bool(const Progress&)>& progress = {});
   // From any thread, while `run` runs: the program ends soon and leaves nothing half-written.
   void end();
   bool is_usable() const { return process_.has_value() && !busy_; }
 
  private:
-  void send(const nlohmann::ordered_json& line, const std::string& job);
-  nlohmann::ordered_json receive(const std::string& job);
+  void send(const Json& line, const std::string& job);
+  Json receive(const std::string& job);
   [[noreturn]] void died(const std::string& job);
   [[noreturn]] void says_nonsense(const std::string& job, const std::string& what);
 
@@ -79,7 +80,7 @@ class WorkerPool {
  public:
   // Throws InputError when there is no such program.
   explicit WorkerPool(std::filesystem::path program);
-  nlohmann::ordered_json run(const std::string& job, const nlohmann::ordered_json& arguments);
+  Json run(const std::string& job, const Json& arguments);
 
  private:
   std::unique_ptr<Worker> take();
@@ -93,23 +94,21 @@ class WorkerPool {
 std::filesystem::path program_beside(const std::string& name);
 
 // For file names, which are bytes.
-nlohmann::ordered_json bytes_to_json(std::string_view bytes);
-std::string bytes_from_json(const nlohmann::ordered_json& json);
+Json bytes_to_json(std::string_view bytes);
+std::string bytes_from_json(const Json& json);
 
 // The last line of a job: its result, or its error.
-nlohmann::ordered_json answer(const std::function<nlohmann::ordered_json()>& job);
+Json answer(const std::function<Json()>& job);
 
 // A line before the last one; false: stop.
-using Event = std::function<bool(const nlohmann::ordered_json& event)>;
-using AnyJob = std::function<nlohmann::ordered_json(
-    const std::string& name, const nlohmann::ordered_json& arguments, const Event& event)>;
+using Event = std::function<bool(const Json& event)>;
+using AnyJob = std::function<Json(const std::string& name, const Json& arguments, const Event& event)>;
 // Runs jobs until the standard input ends and all are done; the input is this program's no more, as its standard output.
 void serve(bool has_user_streams, const AnyJob& job);
 
 // So much of how much is done (0: not known); false: stop.
 using JobProgress = std::function<bool(std::size_t done, std::size_t of)>;
-using Job = std::function<nlohmann::ordered_json(const nlohmann::ordered_json& arguments,
-                                                 const JobProgress& progress)>;
+using Job = std::function<Json(const Json& arguments, const JobProgress& progress)>;
 // main() of a worker: runs jobs until its input ends; the exit status. With a terminal or --help it says `what`
 // it is in one line.
 int serve(int argc, char** argv, const std::string& what, const std::map<std::string, Job>& jobs);

@@ -4,28 +4,26 @@
 
 namespace flexor::io {
 
-nlohmann::ordered_json bytes_to_json(std::string_view bytes) {
+Json bytes_to_json(std::string_view bytes) {
   if (to_utf8(bytes) == bytes) return std::string(bytes);
-  auto out = nlohmann::ordered_json::array();
+  auto out = Json::array();
   for (const char c : bytes) out.push_back(static_cast<unsigned char>(c));
   return out;
 }
 
-std::string bytes_from_json(const nlohmann::ordered_json& json) {
+std::string bytes_from_json(const Json& json) {
   if (!json.is_array()) return json.get<std::string>();
   std::string out;
   for (const auto& byte : json) out += static_cast<char>(byte.get<unsigned char>());
   return out;
 }
 
-nlohmann::ordered_json to_json(const Progress& p) {
-  return {
-      {"stage", to_utf8(p.stage)},
-      {"done", p.done},
-      {"of", p.of},
-      {"fraction",
-       p.of > 0 ? nlohmann::ordered_json(static_cast<double>(p.done) / static_cast<double>(p.of)) : nullptr},
-      {"seconds_left", p.seconds_left ? nlohmann::ordered_json(*p.seconds_left) : nullptr}};
+Json to_json(const Progress& p) {
+  return {{"stage", to_utf8(p.stage)},
+          {"done", p.done},
+          {"of", p.of},
+          {"fraction", p.of > 0 ? Json(static_cast<double>(p.done) / static_cast<double>(p.of)) : nullptr},
+          {"seconds_left", p.seconds_left ? Json(*p.seconds_left) : nullptr}};
 }
 
 }  // namespace flexor::io

@@ -119,12 +119,6 @@ TEST(Worker, AMissingProgramIsNamed) {
 
 class WorkerFolder : public testing::Test {
  protected:
-  WorkerFolder() : folder_(fs::path(testing::TempDir()) / ("flexor_worker_" + std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~WorkerFolder() override { fs::remove_all(folder_); }
-
   Json half() const { return {{"out", (folder_ / "out").string()}, {"ready", (folder_ / "ready").string()}}; }
 
   fs::path temporary() const {
@@ -156,7 +150,8 @@ class WorkerFolder : public testing::Test {
     ::_exit(99);
   }
 
-  fs::path folder_;
+  const TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
 };
 
 TEST_F(WorkerFolder, WhatIsHalfWrittenGoesWithWhoeverAsked) {

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
-#include "host/io/refusal_test.hpp"
 #include "host/report/render.hpp"
 
 namespace flexor::report {
@@ -16,8 +16,8 @@ class SavedTest : public testing::Test {
  protected:
   void write(const std::string& name, const std::string& text) const { io::write_file(folder_ / name, text); }
 
-  std::string refusal() const {
-    return io::refusal_of([&] { render(folder_); });
+  void expect_refused(const std::string& words) const {
+    io::expect_refused([&] { render(folder_); }, words);
   }
 
   const io::TemporaryFolder temporary_;
@@ -36,17 +36,15 @@ TEST_F(SavedTest, ReadsColumnsOfNumbers) {
 }
 
 TEST_F(SavedTest, WhatIsNoJobsFolderIsRefusedInOneLine) {
-  EXPECT_NE(refusal().find("no results.json"), std::string::npos);
+  expect_refused("no results.json");
   write("results.json", "[1]");
-  EXPECT_NE(refusal().find("another version"), std::string::npos);
+  expect_refused("another version");
   write("results.json", R"({"kind": "poetry"})");
-  EXPECT_NE(refusal().find("unknown job \"poetry\""), std::string::npos);
+  expect_refused("unknown job \"poetry\"");
   for (const char* kind : {"hand", "experiment", "tracking", "deployment", "latency"}) {
     write("results.json", std::string(R"({"kind": ")") + kind + R"(", "angles": 3, "cells": []})");
     write("samples.csv", "t_s\n0\n");
-    const std::string said = refusal();
-    EXPECT_NE(said.find("run the job again"), std::string::npos) << kind << ": " << said;
-    EXPECT_EQ(said.find('\n'), std::string::npos);
+    expect_refused("run the job again");
     EXPECT_FALSE(fs::exists(folder_ / "report.html"));
   }
 }

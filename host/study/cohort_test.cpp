@@ -8,7 +8,7 @@
 #include <map>
 #include <random>
 
-#include "host/io/refusal_test.hpp"
+#include "host/io/expect_test.hpp"
 
 namespace flexor::study {
 namespace {
@@ -149,12 +149,9 @@ TEST_F(Cohort, StoppedItGoesOnAndAnotherRunsFolderIsRefused) {
   EXPECT_EQ(files("out").count("rows/3.json") + files("out").count("cohort.csv"), 0U);
   EXPECT_EQ(run_cohort(request("out"), {}).failed.size(), 1U);
   EXPECT_EQ(files("out"), files("whole"));
-  const auto refusal = [&](const CohortRequest& other) {
-    return io::refusal_of([&] { (void)run_cohort(other, {}); });
-  };
-  EXPECT_TRUE(has(refusal(leaving_out("out")), "other settings"));
+  io::expect_refused([&] { (void)run_cohort(leaving_out("out"), {}); }, "other settings");
   manifest("subject,session,glove,reference,map\nP0,0,0_glove.csv,0_camera.csv,\n");
-  EXPECT_TRUE(has(refusal(request("out")), "other settings"));
+  io::expect_refused([&] { (void)run_cohort(request("out"), {}); }, "other settings");
 }
 
 TEST_F(Cohort, ALogThatWasMendedIsIdentifiedAgainAndShardsOfOtherDataAreRefused) {
@@ -190,7 +187,7 @@ TEST_F(Cohort, AHeaderThatIsWrongIsRefused) {
     EXPECT_TRUE(has(refusal, "m.csv, row 1: ") && has(refusal, what)) << refusal;
   }
   manifest("subject,session,glove,reference,map\n");
-  EXPECT_TRUE(has(io::refusal_of([&] { (void)read_manifest(folder_ / "m.csv"); }), "no row"));
+  io::expect_refused([&] { (void)read_manifest(folder_ / "m.csv"); }, "no row");
 }
 
 TEST_F(Cohort, ARowThatIsWrongIsNamed) {

@@ -1,7 +1,6 @@
 #include "host/study/glove_fit.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 
@@ -13,7 +12,6 @@
 
 namespace flexor::study {
 namespace {
-namespace fs = std::filesystem;
 
 class Glove : public testing::Test {
  protected:
@@ -52,16 +50,16 @@ TEST_F(Glove, EachDonningIsAnotherDrawWithACameraClockOfItsOwn) {
 }
 
 TEST_F(Glove, FilesHoldWhatWasRecordedToTheBit) {
-  const fs::path folder = fs::temp_directory_path() / ("flexor_glove_fit" + std::to_string(::getpid()));
-  write_recordings(*recordings_, folder);
+  const io::TemporaryFolder folder;
+  write_recordings(*recordings_, folder.path());
   const GloveRecording& one = recordings_->front();
   for (const auto& [file, recording] :
        {std::pair{"glove-1.csv", one.glove}, {"camera-1.csv", one.camera}, {"hand-1.csv", one.hand}}) {
-    const recording::Recording back = recording::read_csv(folder / file, {recording.columns[2].name}, "");
+    const recording::Recording back =
+        recording::read_csv(folder.path() / file, {recording.columns[2].name}, "");
     EXPECT_EQ(back.t_s, recording.t_s);
     EXPECT_EQ(back.columns[0].value, recording.columns[2].value);
   }
-  fs::remove_all(folder);
 }
 
 TEST_F(Glove, EveryModelFitsAMicrocontroller) {

@@ -15,12 +15,12 @@
 namespace flexor::study {
 
 // Whether what run.json holds is `settings`, sealed or not.
-bool is_same_run(nlohmann::ordered_json there, const nlohmann::ordered_json& settings);
+bool is_same_run(Json there, const Json& settings);
 // Likewise of the folder's; false: it has none. Throws io::InputError: it has another run's.
-bool is_same_run(const std::filesystem::path& folder, const nlohmann::ordered_json& settings);
+bool is_same_run(const std::filesystem::path& folder, const Json& settings);
 
 // Adds to the run.json of a run that is whole the digest of what it found. Throws io::InputError: it has another one.
-void seal(const std::filesystem::path& folder, nlohmann::ordered_json settings, const std::string& digest);
+void seal(const std::filesystem::path& folder, Json settings, const std::string& digest);
 bool is_sealed(const std::filesystem::path& folder);
 // Throws io::InputError: it has another one, or none.
 void require_sealed(const std::filesystem::path& folder, const std::string& digest);
@@ -29,8 +29,7 @@ void require_sealed(const std::filesystem::path& folder, const std::string& dige
 class Journal {
  public:
   // `header` is a whole line. Throws io::InputError: another run's folder.
-  Journal(const std::filesystem::path& folder, const nlohmann::ordered_json& settings,
-          const std::string& header);
+  Journal(const std::filesystem::path& folder, const Json& settings, const std::string& header);
 
   // The next row without its newline; false at the end, and for a last row that lacks its newline.
   bool next(std::string& row);

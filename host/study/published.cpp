@@ -77,8 +77,8 @@ NullModel null_model() {
   return out;
 }
 
-nlohmann::ordered_json to_json(const NullModel& model) {
-  nlohmann::ordered_json constants = nlohmann::ordered_json::object();
+Json to_json(const NullModel& model) {
+  Json constants = Json::object();
   for (const std::string& c : published_compensators()) constants[c] = model.error_deg_s.at(c);
   return {{"what", "one constant for each compensator, fitted to gestures 1 to 4"},
           {"error_deg_s", std::move(constants)},

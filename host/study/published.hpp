@@ -50,6 +50,6 @@ struct NullModel {
   double other_log_rms = 0;                   // 5 and 6: 0.437
 };
 NullModel null_model();
-nlohmann::ordered_json to_json(const NullModel& model);
+Json to_json(const NullModel& model);
 
 }  // namespace flexor::study

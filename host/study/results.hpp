@@ -62,7 +62,7 @@ std::vector<ShapeCheck> shape_checks(const Result& result, const Plan& plan);
 std::vector<std::string> warnings(const Result& result, const Plan& plan);
 
 // Everything but how long it took and on how many threads: the same run gives the same bytes.
-nlohmann::ordered_json to_json(const Result& result, const Plan& plan);
+Json to_json(const Result& result, const Plan& plan);
 
 struct ScenarioResult {
   Scenario scenario;
@@ -70,7 +70,7 @@ struct ScenarioResult {
 };
 
 // Its settings and its cells.
-nlohmann::ordered_json to_json(const ScenarioResult& result);
+Json to_json(const ScenarioResult& result);
 
 // Every file appears whole or not at all, results.json last. Throws io::InputError when it cannot be written, and
 // io::Cancelled.

@@ -12,14 +12,14 @@ namespace flexor::study {
 
 // The run.json of the whole run, without "shard", and the folders of its shards 1, 2, ...; empty where one is not given.
 struct ShardFolders {
-  nlohmann::ordered_json settings;
+  Json settings;
   std::vector<std::filesystem::path> folders;
 };
 
 // `is_one`: whether a run.json is of the kind that is merged; if not, it is no `kind`. Throws io::InputError: such a folder, one of
 // another run or version than the first, the same shard twice, or no folder.
 ShardFolders find_shards(const std::vector<std::filesystem::path>& folders, const std::string& kind,
-                         bool (*is_one)(const nlohmann::ordered_json& settings));
+                         bool (*is_one)(const Json& settings));
 
 struct Shards {
   Plan plan;                                   // of the whole run, without a folder

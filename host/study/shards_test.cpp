@@ -1,7 +1,6 @@
 #include "host/study/shards.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 
@@ -15,13 +14,10 @@ namespace fs = std::filesystem;
 
 class ShardsTest : public testing::Test {
  protected:
-  ShardsTest() : folder_(fs::temp_directory_path() / ("flexor_shards_" + std::to_string(::getpid()))) {
-    fs::remove_all(folder_);
-    fs::create_directory(folder_);
+  ShardsTest() {
     for (std::size_t i = 1; i <= 3; ++i)
       (void)run(plan({i, 3}, folders_.emplace_back(folder_ / std::to_string(i))), {});
   }
-  ~ShardsTest() override { fs::remove_all(folder_); }
 
   // 40 trials are three batches of each motion.
   static Plan plan(Shard shard, const fs::path& folder) {
@@ -45,7 +41,8 @@ class ShardsTest : public testing::Test {
     return io::refusal_of([&] { (void)merged(); });
   }
 
-  fs::path folder_;
+  const io::TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_.path();
   std::vector<fs::path> folders_;
 };
 
@@ -78,7 +75,7 @@ TEST_F(ShardsTest, AnUnfinishedOneIsNamedAndNothingIsWritten) {
 }
 
 TEST_F(ShardsTest, OneThatWasKilledBehindItsLastRowIsEndedByItsCommand) {
-  auto settings = nlohmann::ordered_json::parse(io::read_file(folders_[1] / "run.json"));
+  auto settings = Json::parse(io::read_file(folders_[1] / "run.json"));
   settings.erase("rows_digest");
   io::write_file(folders_[1] / "run.json", io::dump(settings));
   EXPECT_EQ(refusal(),

@@ -112,7 +112,7 @@ using TrialProgress = std::function<void(std::size_t done, std::size_t of)>;  //
 void check(const Plan& plan);
 
 // What must be the same for a run to go on in its folder. A shard's also holds all that its plan is made of.
-nlohmann::ordered_json settings_of(const Plan& plan);
+Json settings_of(const Plan& plan);
 
 // Throws as check(); io::InputError: a folder that holds another run, or in which somebody else works;
 // io::JobError: trials.csv cannot be written; io::Cancelled.

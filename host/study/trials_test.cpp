@@ -1,13 +1,12 @@
 #include "host/study/trials.hpp"
-#include "host/io/refusal_test.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
 #include <string>
 
+#include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/correction.hpp"
@@ -20,13 +19,7 @@ namespace flexor::study {
 namespace {
 namespace fs = std::filesystem;
 
-fs::path trials_folder(const std::string& name) {
-  const fs::path path = fs::temp_directory_path() / ("flexor_trials_" + name + std::to_string(::getpid()));
-  fs::remove_all(path);
-  return path;
-}
-
-Plan plan(const std::string& gestures, int trials, const std::string& folder = "") {
+Plan plan(const std::string& gestures, int trials, const fs::path& folder = {}) {
   return {twin::Parameters(),
           motions(gestures),
           {compensator("raw", 10), compensator("published-hw", 10)},
@@ -49,7 +42,7 @@ TEST(Statistic, MeanAndStudentIntervalOfKnownNumbers) {
 TEST(Trials, AGloveThatWasWornIsTrackedByTheFirstPosesThatAModelHas) {
   Plan p = plan("2", 16);
   p.scenario = {"worn anew", {}, 120, 0, true};
-  EXPECT_NE(io::refusal_of([&] { check(p); }).find("nothing can be tracked"), std::string::npos);
+  io::expect_refused([&] { check(p); }, "nothing can be tracked");
   for (model::Input& input : p.compensators[1].model.inputs) {
     const bool thumb = input.name.starts_with("thumb");
     input.poses = thumb ? model::Poses{83, 171} : model::Poses{24, 112};
@@ -79,7 +72,7 @@ TEST(Trials, AGloveThatWasPutOnAnewIsRecalibratedBeforeItsTrial) {
     EXPECT_GT(error(), 0.5 * as_calibrated) << by;
   }
   p.scenario.recalibrated = "song";
-  EXPECT_NE(io::refusal_of([&] { run(p, {}); }).find("known are poses, motion"), std::string::npos);
+  io::expect_refused([&] { run(p, {}); }, "known are poses, motion");
 }
 
 // Loose contacts spoil a hold of two seconds now and then.
@@ -103,18 +96,16 @@ TEST(Trials, AHoldThatWasNotStillIsHeldAgainAndLonger) {
 }
 
 TEST(Trials, ThreadsDoNotChangeABit) {
-  const fs::path one = trials_folder("one");
-  const fs::path four = trials_folder("four");
-  Plan p = plan("1,4", 40, one.string());
+  const io::TemporaryFolder one;
+  const io::TemporaryFolder four;
+  Plan p = plan("1,4", 40, one.path());
   p.threads = 1;
   const Result a = run(p, {});
   p.threads = 4;
-  p.folder = four;
+  p.folder = four.path();
   const Result b = run(p, {});
-  EXPECT_EQ(io::read_file(one / "trials.csv"), io::read_file(four / "trials.csv"));
+  EXPECT_EQ(io::read_file(one.path() / "trials.csv"), io::read_file(four.path() / "trials.csv"));
   EXPECT_EQ(a.cells[3].total_deg_s.mean(), b.cells[3].total_deg_s.mean());
-  fs::remove_all(one);
-  fs::remove_all(four);
 }
 
 TEST(Trials, CompensatorsMeetTheSamePeople) {
@@ -257,30 +248,21 @@ TEST(Trials, TheTwinIsNearerToThePublishedTableThanOneConstantForEachCompensator
 }
 
 TEST(Trials, ReadsWideCsvAsMotionAndNamesWhatIsMissing) {
-  const fs::path folder = trials_folder("motion");
-  io::make_folder(folder);
-  io::write_file(
-      folder / "good.csv",
-      "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n5,90,30,30,30,30\n6,95,60,50,40,30\n");
-  const twin::Motion m = motions((folder / "good.csv").string()).front();
+  const io::TemporaryFolder folder;
+  const auto motion = [&](const char* name, const std::string& text) {
+    io::write_file(folder.path() / name, text);
+    return motions(folder.path() / name).front();
+  };
+  const std::string header = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";
+  const twin::Motion m = motion("good.csv", header + "5,90,30,30,30,30\n6,95,60,50,40,30\n");
   EXPECT_DOUBLE_EQ(m.duration_s(), 1);
   EXPECT_DOUBLE_EQ(m.angle(1, 0.5, {}), 45);
-  io::write_file(folder / "bad.csv", "t_s,thumb_deg\n5,90\n6,95\n");
-  EXPECT_NE(io::refusal_of([&] { (void)motions((folder / "bad.csv").string()); }).find("index_deg"),
-            std::string::npos);
-  const std::string header = "t_s,thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n";
-  io::write_file(folder / "far.csv", header + "0,90,3000,30,30,30\n1,90,30,30,30,30\n");
-  EXPECT_NE(io::refusal_of([&] {
-              (void)motions((folder / "far.csv").string());
-            }).find("column index_deg: 30 to 3000"),
-            std::string::npos);
-  io::write_file(folder / "rad.csv", header + "0,1.6,0.5,0.5,0.5,0.5\n1,1.6,1,1,1,1\n");
-  EXPECT_NE(io::refusal_of([&] { (void)motions((folder / "rad.csv").string()); }).find("radians"),
-            std::string::npos);
-  io::write_file(folder / "bad.txt", "2014 09 12 13 43 42.258 1 -0.7\n");
-  EXPECT_NE(io::refusal_of([&] { (void)motions((folder / "bad.txt").string()); }).find("row 1"),
-            std::string::npos);
-  fs::remove_all(folder);
+  const std::string far = "0,90,3000,30,30,30\n1,90,30,30,30,30\n";
+  io::expect_refused([&] { motion("bad.csv", "t_s,thumb_deg\n5,90\n6,95\n"); }, "index_deg");
+  io::expect_refused([&] { motion("far.csv", header + far); }, "column index_deg: 30 to 3000");
+  io::expect_refused([&] { motion("rad.csv", header + "0,1.6,0.5,0.5,0.5,0.5\n1,1.6,1,1,1,1\n"); },
+                     "radians");
+  io::expect_refused([&] { motion("bad.txt", "2014 09 12 13 43 42.258 1 -0.7\n"); }, "row 1");
 }
 
 TEST(Trials, RealMotionStaysInsideTheHand) {

@@ -6,12 +6,8 @@
 
 namespace flexor::model {
 
-inline void to_json(nlohmann::ordered_json& json, const Model& model) {
-  json = nlohmann::ordered_json::parse(to_json(model));
-}
-inline void from_json(const nlohmann::ordered_json& json, Model& model) {
-  model = from_json(json.dump(), "pipe");
-}
+inline void to_json(Json& json, const Model& model) { json = Json::parse(to_json(model)); }
+inline void from_json(const Json& json, Model& model) { model = from_json(json.dump(), "pipe"); }
 FLEXOR_PIPE(Poses, open, fist)
 FLEXOR_PIPE(TrackedRange, poses, range_deg, valid_min, valid_max)
 
@@ -19,18 +15,16 @@ FLEXOR_PIPE(TrackedRange, poses, range_deg, valid_min, valid_max)
 
 namespace flexor::twin {
 
-inline void to_json(nlohmann::ordered_json& json, const Parameters& parameters) {
-  json = nlohmann::ordered_json::parse(to_json(parameters));
-}
-inline void from_json(const nlohmann::ordered_json& json, Parameters& parameters) {
+inline void to_json(Json& json, const Parameters& parameters) { json = Json::parse(to_json(parameters)); }
+inline void from_json(const Json& json, Parameters& parameters) {
   parameters = from_json(json.dump(), "pipe");
 }
-inline void to_json(nlohmann::ordered_json& json, const Motion& motion) {
+inline void to_json(Json& json, const Motion& motion) {
   json = {{"document", motion.document()}};
   if (motion.document().empty())
     json = {{"name", motion.name()}, {"t_s", motion.t_s()}, {"angle_deg", motion.sample_deg()}};
 }
-inline void from_json(const nlohmann::ordered_json& json, Motion& motion) {
+inline void from_json(const Json& json, Motion& motion) {
   motion = json.contains("document")
                ? Motion::from_json(json.at("document").get<std::string>(), "pipe")
                : Motion::from_samples(json.at("name"), json.at("t_s"), json.at("angle_deg"));

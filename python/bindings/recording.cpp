@@ -34,9 +34,7 @@ nb::tuple to_python(recording::Recording from) {
                         from.digest);
 }
 
-nb::object to_python(const nlohmann::ordered_json& json) {
-  return nb::module_::import_("json").attr("loads")(io::dump(json));
-}
+nb::object to_python(const Json& json) { return nb::module_::import_("json").attr("loads")(io::dump(json)); }
 
 namespace {
 

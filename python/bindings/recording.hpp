@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "host/io/io.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::python {
@@ -26,7 +27,7 @@ nb::object to_array(std::vector<double> values, std::vector<std::size_t> shape =
 nb::tuple to_python(recording::Recording recording);
 
 // Of a JSON document, by Python's own reader.
-nb::object to_python(const nlohmann::ordered_json& json);
+nb::object to_python(const Json& json);
 
 // A request of a room, whose members Python sets: FLEXOR_REQUEST(Request, a, b).
 #define FLEXOR_MEMBER(name) .def_rw(#name, &Members::name, nb::arg().none())

@@ -25,8 +25,8 @@ nb::object score_columns(const recording::Log& measured, const std::string& meas
     const recording::Series s = r.series(column);
     return score::Angles{s.t_s, s.value, recording::default_max_gap_s(s.t_s)};
   };
-  return to_python(nlohmann::ordered_json(
-      score::compare(series(reference, measured_column), series(estimate, estimated_column))));
+  return to_python(
+      Json(score::compare(series(reference, measured_column), series(estimate, estimated_column))));
 }
 
 nb::object judge(const std::vector<double>& error_deg,

@@ -57,7 +57,7 @@ nb::object experiment(study::Plan plan, const std::string& gestures, double rate
     return study::run(
         plan, [&](std::size_t done, std::size_t of) { progress.step(done, of, "experiment: batch"); });
   });
-  nlohmann::ordered_json json = study::to_json(result, plan);
+  Json json = study::to_json(result, plan);
   for (const std::string& note : notes) json["warnings"].push_back(note);
   return to_python(json);
 }
@@ -80,7 +80,7 @@ nb::object merge(const std::vector<std::filesystem::path>& folders, const std::f
 
 // The article's averages, with their three trials.
 nb::object published_table() {
-  nlohmann::ordered_json out;
+  Json out;
   for (int g = 1; g <= study::kLastGesture; ++g) {
     for (const std::string& c : study::published_compensators())
       out.push_back({{"gesture", g},

@@ -7,6 +7,7 @@
 
 #include "runtime/compensator/blocks.hpp"
 #include "runtime/compensator/graph.hpp"
+#include "runtime/compensator/part_test.hpp"
 
 namespace flexor::compensator {
 namespace {
@@ -155,34 +156,12 @@ TEST(PolePair, StepResponseIsTheDampedOscillation) {
   }
 }
 
-// One strip, one finger, and a section of these operations.
-std::vector<uint8_t> part_of(const std::vector<uint8_t>& code) {
-  std::vector<uint8_t> part = {kGraphVersion, 0, 0, 50, 1, 1, 0, 1, 2};
-  const auto add = [&](int value) {
-    part.push_back(static_cast<uint8_t>(value));
-    part.push_back(static_cast<uint8_t>(value >> 8));
-  };
-  part.push_back(0);
-  for (const int value : {0, 0, 1023, -30000, 30000, 0, 0}) add(value);
-  part.insert(part.end(), {0, 1});
-  for (const int value : {0, 0, 1440}) add(value);
-  part.push_back(1);
-  add(static_cast<int>(code.size()));
-  part.insert(part.end(), code.begin(), code.end());
-  const auto size = static_cast<uint8_t>(part.size() + 2);
-  part[1] = size;
-  uint16_t crc = 0;
-  for (const uint8_t byte : part) crc = core::crc16_add(crc, byte);
-  add(crc);
-  return part;
-}
-
 // The number of the last operation has the value of an end: who runs it goes on beyond the part.
 TEST(Graph, ASectionWithoutAnEndIsRefused) {
   constexpr uint8_t kPlay = static_cast<uint8_t>(Operation::play);
   constexpr uint8_t kEnd = static_cast<uint8_t>(Operation::end);
   const auto load = [](const std::vector<uint8_t>& code) {
-    const std::vector<uint8_t> part = part_of(code);
+    const std::vector<uint8_t> part = part_of(0, 2, code);
     Graph<core::Ram, 800> graph;
     graph.clear();
     const uint16_t calibration[kStrips] = {};

@@ -1,4 +1,4 @@
-// CRC-16/XMODEM: polynomial 0x1021, start 0, no reflection, no final exclusive-or; check("123456789") =
+// CRC-16/XMODEM: polynomial 0x1021, start 0 where no other is named, no reflection, no final exclusive-or; check("123456789") =
 // 0x31C3. Detects every burst of up to 16 bits and every odd number of flipped bits in a frame.
 #pragma once
 
@@ -15,8 +15,7 @@ inline uint16_t crc16_add(uint16_t crc, uint8_t byte) {
                                (static_cast<uint16_t>(x) << 5) ^ x);
 }
 
-inline uint16_t crc16(const uint8_t* bytes, uint8_t size) {
-  uint16_t crc = 0;
+inline uint16_t crc16(const uint8_t* bytes, uint8_t size, uint16_t crc = 0) {
   for (uint8_t i = 0; i < size; ++i) crc = crc16_add(crc, bytes[i]);
   return crc;
 }

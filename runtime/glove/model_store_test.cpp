@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "runtime/compensator/part_test.hpp"
 #include "runtime/glove/glove_model.hpp"
 #include "runtime/glove/model_receiver.hpp"
 #include "runtime/glove/signal_chain.hpp"
@@ -193,37 +194,18 @@ TEST(ModelStore, WhatIsWholeIsFoundAndCountsOnlyOnceItIsKept) {
             before);
 }
 
-// A part of one finger, whose angle is always `angle`; `padding` makes it larger: so many signals more.
-Bytes part_of(std::uint8_t finger, int angle, int padding) {
-  Bytes part = {compensator::kGraphVersion, 0, 0, 50, 1, 1, 0, 1, static_cast<std::uint8_t>(padding + 2)};
-  Bytes code;
-  const auto add = [](Bytes& to, int value) {
-    to.push_back(static_cast<std::uint8_t>(value));
-    to.push_back(static_cast<std::uint8_t>(value >> 8));
-  };
-  part.push_back(finger);  // its strip
-  for (const int value : {0, 0, 1023, -30000, 30000, 0, 0}) add(part, value);
-  part.insert(part.end(), {finger, static_cast<std::uint8_t>(finger << 5 | 1 << finger)});
-  for (const int value : {0, 0, 1440}) add(part, value);
+// Of one finger, whose angle is always `angle`; `padding` makes it larger: so many signals more.
+Bytes part_of(std::uint8_t finger, int angle, std::uint8_t padding) {
   constexpr auto kSaturation = static_cast<std::uint8_t>(compensator::Operation::saturation);
+  Bytes code;
   for (int i = 0; i < padding; ++i) {
     code.insert(code.end(), {kSaturation, 0});
-    add(code, -100);
-    add(code, 100);
+    for (const int value : {-100, 100}) compensator::put16(code, value);
   }
   code.insert(code.end(), {kSaturation, compensator::kLeaves});
-  for (const int value : {-100, 100, angle, angle}) add(code, value);
+  for (const int value : {-100, 100, angle, angle}) compensator::put16(code, value);
   code.insert(code.end(), {finger, 0, static_cast<std::uint8_t>(compensator::Operation::end)});
-  part.push_back(static_cast<std::uint8_t>(1 << finger));
-  add(part, static_cast<int>(code.size()));
-  part.insert(part.end(), code.begin(), code.end());
-  const auto size = static_cast<std::uint16_t>(part.size() + 2);
-  part[1] = static_cast<std::uint8_t>(size);
-  part[2] = static_cast<std::uint8_t>(size >> 8);
-  std::uint16_t crc = 0;
-  for (const std::uint8_t byte : part) crc = core::crc16_add(crc, byte);
-  add(part, crc);
-  return part;
+  return compensator::part_of(finger, static_cast<std::uint8_t>(padding + 2), code);
 }
 
 // A glove whose RAM holds a model of the index finger that is not too large.

@@ -10,8 +10,6 @@
 namespace flexor {
 namespace link {
 
-using core::crc16_add;
-
 constexpr uint8_t kSlots = 128;
 constexpr uint8_t kRecordBytes = 6;  // 768 of the ATmega328P's 1024 bytes
 
@@ -63,9 +61,8 @@ class CounterStore {
                 "bytes lie as they are written");
 
   static uint16_t crc_of(const Record& record) {
-    uint16_t crc = 0x464c;  // the salt: a record of zeros is none
-    for (uint8_t i = 0; i < 4; ++i) crc = crc16_add(crc, reinterpret_cast<const uint8_t*>(&record)[i]);
-    return crc;
+    constexpr uint16_t kSalt = 0x464c;  // a record of zeros is none
+    return core::crc16(reinterpret_cast<const uint8_t*>(&record), sizeof(record.value), kSalt);
   }
 
   Record record_ = {};

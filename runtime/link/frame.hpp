@@ -51,11 +51,7 @@ inline uint8_t first_byte(const Head& head) {
                               (head.listens ? kListens : 0) | (kVersion << 6));
 }
 
-inline uint16_t crc_of(const uint8_t* bytes, uint8_t size) {
-  uint16_t crc = kCrcStart;
-  for (uint8_t i = 0; i < size; ++i) crc = core::crc16_add(crc, bytes[i]);
-  return crc;
-}
+inline uint16_t crc_of(const uint8_t* bytes, uint8_t size) { return core::crc16(bytes, size, kCrcStart); }
 
 }  // namespace detail
 

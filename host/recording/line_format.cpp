@@ -50,6 +50,62 @@ bool read_keyed(std::string_view text, Cells& cells) {
   return is_frame || parsed == link::GloveParse::information;
 }
 
+constexpr std::string_view kOpen = "[<(";
+constexpr std::string_view kClose = "]>)";
+constexpr std::string_view kMarks = ":,;|";  // behind a time in brackets
+constexpr std::string_view kDigits = "0123456789";
+
+// Without terminals' colours, and what Python prints around bytes and lists.
+void unwrap(std::string& line) {
+  for (std::size_t at = line.find('\x1b'); at != line.npos; at = line.find('\x1b')) {
+    const auto end = std::find_if(line.begin() + static_cast<std::ptrdiff_t>(at), line.end(), is_letter);
+    line.erase(line.begin() + static_cast<std::ptrdiff_t>(at), end == line.end() ? end : end + 1);
+  }
+  std::string_view text = trimmed(line);
+  if ((text.starts_with("b'") && text.ends_with('\'')) || (text.starts_with("b\"") && text.ends_with('"'))) {
+    text = text.substr(2, text.size() - 3);
+    while (text.ends_with("\\r") || text.ends_with("\\n")) text.remove_suffix(2);
+    line = std::string(text);
+  }
+  const std::size_t bracket = text.size() > 2 ? kOpen.find(text.front()) : kOpen.npos;
+  if (bracket == kOpen.npos || text.back() != kClose[bracket]) return;
+  text = text.substr(1, text.size() - 2);
+  if (text.find_first_of("[(<>)]") == text.npos && text.find_first_of("-.0123456789'") == 0)
+    line = std::string(text);
+}
+
+// Of a logger's line.
+bool is_level(std::string_view word) {
+  static constexpr std::array kLevels = {"i",   "w",    "e",    "d",       "v",     "inf",   "wrn",  "err",
+                                         "dbg", "info", "warn", "warning", "error", "debug", "trace"};
+  return word.size() < 8 && std::ranges::count(kLevels, lower(word)) > 0;
+}
+
+// How far a clock goes from the front, perhaps behind a date and before AM, a zone or a year; or seconds since 1970. 0: there is none.
+std::size_t time_end(std::string_view text) {
+  const std::size_t digits = std::min(text.find_first_not_of("0123456789."), text.size());
+  if (digits > 10 && digits < text.size() && text[digits] == ' ') {
+    const double number = to_number(text.substr(0, digits)).value_or(0);
+    return number >= kFirstEpoch_s && number < kLastEpoch_s ? digits : 0;
+  }
+  const std::size_t colon = text.find(':');
+  if (colon == text.npos || colon == digits + 1 || colon > 30) return 0;
+  const std::string_view ends = std::ranges::any_of(text, is_letter) ? " \t,;|" : " \t";
+  std::size_t out = 0;
+  std::size_t end = text.find_first_of(ends, colon);
+  for (int k = 0; k < 3 && end != text.npos; ++k, end = text.find_first_of(ends, end + 1)) {
+    const std::size_t mark = text[end - 1] == ':' || text[end - 1] == ',' ? end - 1 : end;
+    if (to_time(text.substr(0, mark))) out = mark;
+  }
+  return out;
+}
+
+// Of numbers between commas.
+bool is_list(std::string_view text) {
+  return text.find_first_of("-.0123456789") == 0 && text.find(',') != text.npos &&
+         text.find_first_of("\t;") == text.npos;
+}
+
 }  // namespace
 
 bool split(std::string_view line, char separator, std::vector<std::string>& cells) {
@@ -100,26 +156,76 @@ char separator_of(std::string_view first, std::string_view second) {
   return out;
 }
 
-bool cut_at_arrow(std::string& line, std::string& time) {
-  const std::string_view text = trimmed(line);
-  const auto take = [&](std::size_t end, std::size_t next) {
-    std::string_view before = trimmed(text.substr(0, end));
+void cut_prefix(std::string& line, std::string& time) {
+  unwrap(line);
+  std::string_view rest = trimmed(line);
+  std::string_view found;
+  bool is_prefix = false;  // for sure, for a time may be a cell
+  bool is_logged = false;
+  bool has_tag = false;
+  const auto drop = [&](std::size_t n) { rest = trimmed(rest.substr(std::min(n, rest.size()))); };
+  for (const std::string_view arrow : {"->", " > "}) {
+    const std::size_t at = rest.find(arrow);
+    if (!found.empty() || at == rest.npos || (arrow != "->" && rest.find(':') == rest.npos)) continue;
+    std::string_view before = trimmed(rest.substr(0, at));
     if (before.starts_with('[') && before.ends_with(']')) before = before.substr(1, before.size() - 2);
-    if (!to_time(before)) return false;
-    time = std::string(before);
-    line = std::string(trimmed(text.substr(std::min(next, text.size()))));
-    return true;
+    if (!to_time(before)) continue;
+    found = before;
+    is_prefix = true;
+    drop(at + arrow.size());
+  }
+  while (!rest.empty()) {
+    const std::size_t bracket = kOpen.find(rest.front());
+    const std::size_t close = bracket == kOpen.npos ? rest.npos : rest.find(kClose[bracket]);
+    const std::string_view word = rest.substr(0, rest.find_first_of(" \t([:"));
+    const std::string_view after = trimmed(rest.substr(word.size()));
+    if (close != rest.npos) {
+      const std::string_view inner = trimmed(rest.substr(1, close - 1));
+      const bool is_time = found.empty() && to_time(inner);
+      has_tag = has_tag || is_level(inner);
+      is_logged = is_logged || has_tag;
+      if (!is_time && !(is_logged && inner.find_first_of("-.0123456789") != 0)) break;
+      if (is_time) found = inner;
+      is_prefix = true;
+      drop(close + 1);
+      while (!found.empty() && !rest.empty() &&
+             (kMarks.find(rest.front()) != rest.npos || rest.starts_with("- ")))
+        drop(1);
+    } else if (is_level(word) && (word.size() > 1 ? !after.empty() : after.starts_with('('))) {
+      is_logged = true;
+      has_tag = word.size() == 1;
+      drop(word.size() + (after.starts_with(':') ? 1 : 0));
+    } else if (const std::size_t end = found.empty() ? time_end(rest) : 0; end > 0) {
+      found = rest.substr(0, end);
+      const std::size_t next = rest.find_first_not_of(" :", end);
+      is_prefix = rest[end] != '\t' && found.find(' ') != found.npos && next != rest.npos &&
+                  kMarks.find(rest[next]) == kMarks.npos && rest[next] != '\t';
+      drop(end);
+      const std::size_t last = rest.starts_with("- ") ? rest.rfind(" - ") : rest.npos;
+      const std::size_t level = last == rest.npos || last == 0 ? rest.npos : rest.rfind("- ", last - 1);
+      if (level != rest.npos && is_level(rest.substr(level + 2, last - level - 2))) {
+        is_logged = true;
+        drop(last + 3);
+      }
+    } else {
+      break;
+    }
+  }
+  Cells labels;
+  const auto is_labelled = [&](std::string_view text) {
+    return !text.empty() && is_letter(text.front()) && read_labelled(text, labels);
   };
-  if (const std::size_t at = text.find("->"); at != text.npos && take(at, at + 2)) return true;
-  if (text.find(':') == text.npos) return false;
-  if (const std::size_t at = text.find(" > "); at != text.npos && take(at, at + 3)) return true;
-  // A time of day, perhaps behind a date, a blank, and a list of numbers between commas.
-  const std::size_t blank = text.find_first_of(" \t", text.find(':'));
-  const std::size_t list = std::min(text.find_first_not_of(" \t", blank), text.size());
-  const bool is_list = std::isdigit(static_cast<unsigned char>(text[std::min(list, text.size() - 1)])) != 0 &&
-                       text.find(',') > list && text.find(',') != text.npos &&
-                       text.substr(list).find('\t') == text.npos && text.substr(list).find(';') == text.npos;
-  return is_list && take(blank, list);
+  const bool is_marked = !found.empty() && !rest.empty() && kMarks.find(rest.front()) != kMarks.npos;
+  if (is_marked && (rest.front() == ':' || is_labelled(trimmed(rest.substr(1))))) drop(1);
+  if (!found.empty() && !rest.empty() && (is_prefix || is_logged || is_list(rest) || is_labelled(rest))) {
+    const std::size_t tag = is_logged ? rest.find(": ") : rest.npos;
+    if (tag != rest.npos && (has_tag || is_labelled(trimmed(rest.substr(tag + 1))))) drop(tag + 2);
+    time = std::string(found);
+    const bool is_ms = is_logged && found.find_first_not_of("0123456789") == found.npos;
+    if (is_ms) time = time.size() > 3 ? time.insert(time.size() - 3, ".") : fmt::format("0.{:0>3}", time);
+    line = std::string(rest);
+  }
+  unwrap(line);
 }
 
 bool read_labelled(std::string_view line, Cells& cells) {
@@ -129,7 +235,7 @@ bool read_labelled(std::string_view line, Cells& cells) {
   cells = {Layout::labelled, {}, {}};
   bool has_number = false;
   constexpr std::string_view kGaps = " \t,;|";
-  const char mark = text.find(':') == text.npos && std::ranges::count(text, '=') > 1 ? '=' : ':';
+  const char mark = text.find(':') == text.npos ? '=' : ':';
   // Where each piece between two gaps but blanks has one label, its value may be several words.
   const auto gaps =
       std::ranges::count_if(text, [&](char c) { return c != ' ' && kGaps.find(c) != kGaps.npos; });
@@ -188,14 +294,33 @@ bool is_header(const std::vector<std::string>& cells, char separator) {
   });
 }
 
+bool is_greeting(const std::vector<std::string>& cells) {
+  static constexpr std::array kWords = {"ready",       "started",    "starting",    "hello",
+                                        "boot",        "booting",    "initialized", "connected",
+                                        "calibrating", "calibrated", "version"};
+  return std::ranges::any_of(cells, [&](const std::string& cell) {
+    std::string word = lower(cell);
+    while (!word.empty() && std::string_view(".,:!").find(word.back()) != std::string_view::npos)
+      word.pop_back();
+    const bool is_version = word.size() > 2 && word[0] == 'v' &&
+                            word.find_first_not_of("0123456789.", 1) == word.npos &&
+                            word.find('.') != word.npos;
+    return is_version || std::ranges::count(kWords, word) > 0;
+  });
+}
+
 bool is_time_name(std::string_view column, std::optional<double>& unit_s) {
   const NameAndUnit cut = cut_name(column);
   unit_s = seconds_in(cut.unit);
   static constexpr std::array kNames = {
-      "t",           "time",    "timestamp",     "datetime",     "date",
-      "clock",       "elapsed", "elapsedtime",   "zeit",         "uhrzeit",
-      "zeitstempel", "timems",  "elapsedtimein", "relativetime", "lsltimestamp"};
-  if (std::ranges::any_of(kNames, [&](const char* n) { return cut.name == n; })) {
+      "t",       "time",       "datetime",   "date",        "clock",     "elapsed",       "elapsedtime",
+      "zeit",    "uhrzeit",    "datum",      "zeitstempel", "timems",    "elapsedtimein", "relativetime",
+      "xvalue",  "temps",      "heure",      "horodatage",  "tiempo",    "hora",          "tempo",
+      "ora",     "tijd",       "tid",        "czas",        "zaman",     "masa",          "waktu",
+      "aika",    "cas",        "čas",        "idő",         "время",     "Время",         "時間",
+      "時刻",    "时间",       "時間戳",     "时间戳",      "시간",      "timestamps",    "times",
+      "systime", "systemtime", "sampletime", "localtime",   "timeofday", "hostclock",     "timesincestart"};
+  if (cut.name.ends_with("stamp") || std::ranges::count(kNames, cut.name) > 0) {
     if (cut.name == "timems") unit_s = 1e-3;
     return cut.unit.empty() || unit_s.has_value();
   }

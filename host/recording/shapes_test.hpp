@@ -378,7 +378,7 @@ inline const std::vector<Misshape> kMisshapes = {
     {"AMistypedTimeColumn", "time_ms,flex\n0,1\n50,2\n", "no column \"tme_ms\"; there are: time_ms, flex",
      "flex", only_time("tme_ms")},
     {"AMistypedTimeColumnOfOneFile", "time_ms,flex\n0,1\n50,2\n",
-     "each file takes the first that it has: --time-column tme_ms t_s", "flex", only_time("tme_ms")},
+     "each file takes the first that it has: --time-column tme_ms time_ms", "flex", only_time("tme_ms")},
     {"OneOfTwoClocksGoesBack", "t_s,board_ms,flex\n5,0,1\n4,50,2\n3,100,3\n2,150,4\n1,200,5\n0,250,6\n",
      "at least 4 rows do not follow the one before); sort the log by time; or take the other time: "
      "--time-column \"board_ms\""},

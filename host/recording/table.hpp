@@ -123,6 +123,8 @@ class TableState {
   std::vector<std::string> units_;
   std::vector<std::size_t> places_;
   std::optional<std::size_t> time_place_;
+  std::optional<std::size_t> part_place_;  // of the column with the rest of its seconds
+  double part_s_ = 0;                      // of one in it
   std::optional<std::size_t> segment_place_;
   bool labels_begin_ = false;     // a trial each, which goes on below them
   bool splits_by_clock_ = false;  // into trials
@@ -178,6 +180,7 @@ class TableReader : TableState {
   bool read_time(double& t_s, Problem& why);
   bool read_values(std::vector<double>& value, Problem& why);
   const char* fault_of(const std::string& cell, const Number& number, double& last);
+  void note_fraction(std::string_view time);
   void leave_out();
 
   std::string comment_;
@@ -188,9 +191,11 @@ class TableReader : TableState {
   bool is_fresh_ = false;           // plugged in, and no row came yet
   std::string refusal_;
   std::optional<TimeFormat> time_format_;
-  std::vector<double> last_;  // of each column, the last whole number
+  std::size_t fraction_digits_ = 0;  // of the last time
+  std::vector<double> last_;         // of each column, the last whole number
   double last_time_ = 0;
-  char decimal_ = 0;  // what separates the fractions, once one was seen
+  bool is_month_first_ = false;  // and noted
+  char decimal_ = 0;             // what separates the fractions, once one was seen
   std::string segment_;
   std::size_t segments_ = 0;
   std::size_t malformed_ = 0;

@@ -26,8 +26,8 @@ const std::vector<Unit>& units() {
       {"mm", 0, {"mm", "millimeter", "millimeters", "millimetres"}},
       {"s", 1, {"s", "sec", "secs", "second", "seconds"}},
       {"ms", 1e-3, {"ms", "msec", "msecs", "millis", "millis()", "millisecond", "milliseconds"}},
-      {"us", 1e-6, {"us", "usec", "µs", "micros", "micros()", "microseconds"}},
-      {"ns", 1e-9, {"ns", "nsec", "nanoseconds"}},
+      {"us", 1e-6, {"us", "usec", "usecs", "µs", "μs", "micros", "micros()", "microsec", "microseconds"}},
+      {"ns", 1e-9, {"ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecs", "nanoseconds"}},
       {"min", 60, {"min"}},
       {"h", 3600, {"h", "hours"}}};
   return all;

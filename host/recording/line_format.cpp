@@ -53,7 +53,7 @@ bool read_keyed(std::string_view text, Cells& cells) {
 constexpr std::string_view kOpen = "[<(";
 constexpr std::string_view kClose = "]>)";
 constexpr std::string_view kMarks = ":,;|";  // behind a time in brackets
-constexpr std::string_view kDigits = "0123456789";
+constexpr std::string_view kGaps = " \t,;|";
 
 // Without terminals' colours, and what Python prints around bytes and lists.
 void unwrap(std::string& line) {
@@ -84,17 +84,14 @@ bool is_level(std::string_view word) {
 // How far a clock goes from the front, perhaps behind a date and before AM, a zone or a year; or seconds since 1970. 0: there is none.
 std::size_t time_end(std::string_view text) {
   const std::size_t digits = std::min(text.find_first_not_of("0123456789."), text.size());
-  if (digits > 10 && digits < text.size() && text[digits] == ' ') {
-    const double number = to_number(text.substr(0, digits)).value_or(0);
-    return number >= kFirstEpoch_s && number < kLastEpoch_s ? digits : 0;
-  }
-  const std::size_t colon = text.find(':');
-  if (colon == text.npos || colon == digits + 1 || colon > 30) return 0;
-  const std::string_view ends = std::ranges::any_of(text, is_letter) ? " \t,;|" : " \t";
-  std::size_t out = 0;
-  std::size_t end = text.find_first_of(ends, colon);
-  for (int k = 0; k < 3 && end != text.npos; ++k, end = text.find_first_of(ends, end + 1)) {
-    const std::size_t mark = text[end - 1] == ':' || text[end - 1] == ',' ? end - 1 : end;
+  const bool is_number = digits > 0 && digits < text.size() && kGaps.find(text[digits]) != kGaps.npos;
+  std::size_t out = is_number ? digits : 0;
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const bool has_gap =
+      colon < 30 && (text.find_first_of(" \t", colon) != text.npos || std::ranges::any_of(text, is_letter));
+  std::size_t end = has_gap ? text.find_first_of(kGaps, colon) : text.npos;
+  for (int k = 0; k < 3 && end != text.npos; ++k, end = text.find_first_of(kGaps, end + 1)) {
+    const std::size_t mark = text[end - 1] == ':' ? end - 1 : end;
     if (to_time(text.substr(0, mark))) out = mark;
   }
   return out;
@@ -145,7 +142,7 @@ char separator_of(std::string_view first, std::string_view second) {
   std::vector<std::string> b;
   char out = second.empty() ? ' ' : ',';
   std::size_t most = 1;
-  for (const char c : {';', '\t', ',', ' '}) {
+  for (const char c : {';', '\t', ',', '|', ' '}) {
     split(first, c, a);
     if (!second.empty()) split(second, c, b);
     if (a.size() > 1 && (second.empty() || a.size() == b.size())) return c;
@@ -181,11 +178,11 @@ void cut_prefix(std::string& line, std::string& time) {
     const std::string_view after = trimmed(rest.substr(word.size()));
     if (close != rest.npos) {
       const std::string_view inner = trimmed(rest.substr(1, close - 1));
-      const bool is_time = found.empty() && to_time(inner);
+      const bool is_time = found.empty() && to_time(inner.starts_with("0 ") ? inner.substr(2) : inner);
       has_tag = has_tag || is_level(inner);
       is_logged = is_logged || has_tag;
       if (!is_time && !(is_logged && inner.find_first_of("-.0123456789") != 0)) break;
-      if (is_time) found = inner;
+      if (is_time) found = inner.substr(inner.starts_with("0 ") ? 2 : 0);  // days, of Tera Term
       is_prefix = true;
       drop(close + 1);
       while (!found.empty() && !rest.empty() &&
@@ -211,13 +208,17 @@ void cut_prefix(std::string& line, std::string& time) {
       break;
     }
   }
+  const auto is_dated_list = [&] {  // or with seconds since 1970
+    const auto number = to_number(found);
+    return is_list(rest) && (!number || (*number >= kFirstEpoch_s && *number < kLastEpoch_s));
+  };
   Cells labels;
   const auto is_labelled = [&](std::string_view text) {
     return !text.empty() && is_letter(text.front()) && read_labelled(text, labels);
   };
   const bool is_marked = !found.empty() && !rest.empty() && kMarks.find(rest.front()) != kMarks.npos;
   if (is_marked && (rest.front() == ':' || is_labelled(trimmed(rest.substr(1))))) drop(1);
-  if (!found.empty() && !rest.empty() && (is_prefix || is_logged || is_list(rest) || is_labelled(rest))) {
+  if (!found.empty() && !rest.empty() && (is_prefix || is_logged || is_dated_list() || is_labelled(rest))) {
     const std::size_t tag = is_logged ? rest.find(": ") : rest.npos;
     if (tag != rest.npos && (has_tag || is_labelled(trimmed(rest.substr(tag + 1))))) drop(tag + 2);
     time = std::string(found);
@@ -234,7 +235,6 @@ bool read_labelled(std::string_view line, Cells& cells) {
   if (read_keyed(text, cells)) return true;
   cells = {Layout::labelled, {}, {}};
   bool has_number = false;
-  constexpr std::string_view kGaps = " \t,;|";
   const char mark = text.find(':') == text.npos ? '=' : ':';
   // Where each piece between two gaps but blanks has one label, its value may be several words.
   const auto gaps =
@@ -320,14 +320,15 @@ bool is_time_name(std::string_view column, std::optional<double>& unit_s) {
       "aika",    "cas",        "čas",        "idő",         "время",     "Время",         "時間",
       "時刻",    "时间",       "時間戳",     "时间戳",      "시간",      "timestamps",    "times",
       "systime", "systemtime", "sampletime", "localtime",   "timeofday", "hostclock",     "timesincestart"};
-  if (cut.name.ends_with("stamp") || std::ranges::count(kNames, cut.name) > 0) {
+  if (cut.name.ends_with("stamp") || (cut.name == "x" && unit_s) ||
+      std::ranges::count(kNames, cut.name) > 0) {
     if (cut.name == "timems") unit_s = 1e-3;
     return cut.unit.empty() || unit_s.has_value();
   }
   // A column called by its unit: millis, micros, ms, "seconds".
-  if (!cut.unit.empty() || cut.name.size() < 2 || cut.name == "min") return false;
+  if (!cut.unit.empty() || cut.name.size() < 2) return false;
   unit_s = seconds_in(cut.name.starts_with("time") ? cut.name.substr(4) : cut.name);
-  return unit_s.has_value();
+  return unit_s.has_value() && *unit_s <= 1;
 }
 
 bool is_units_row(const std::vector<std::string>& cells) {

@@ -225,7 +225,7 @@ class Finder : public TableState {
   }
 
   std::vector<char> separators() const {
-    return separator_ != 0 ? std::vector{separator_} : std::vector{';', '\t', ',', ' '};
+    return separator_ != 0 ? std::vector{separator_} : std::vector{';', '\t', ',', '|', ' '};
   }
 
   // The first line of labels that one of the next two has, too, or the first line; at a port the newest, whatever it began with.
@@ -339,6 +339,7 @@ class Finder : public TableState {
       std::string text = lower(trimmed(ahead_[first_].text));
       std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
       is_storage = is_storage || text.starts_with("version=");
+      if (const auto rate = rate_in(text); rate && options_.time.log_rate_hz == 0) frame_rate_hz_ = *rate;
       if (text == "indegrees=yes") title_unit_ = "deg";
       if (text == "indegrees=no" || (text == "endheader" && is_storage && title_unit_.empty()))
         title_unit_ = "rad";  // as OpenSim reads what says nothing
@@ -350,6 +351,21 @@ class Finder : public TableState {
              ? fmt::format("row {} (\"{}\") does not fit what follows and is left out", ahead_[begin].number,
                            excerpt(ahead_[begin].text))
              : fmt::format("rows {} to {} are titles", ahead_[begin].number, ahead_[first_ - 1].number));
+  }
+
+  // Of a title such as FREQUENCY 100, OutputRate: 60Hz, in lower case without blanks.
+  static std::optional<double> rate_in(std::string_view title) {
+    constexpr std::array kRates = {"frequency",  "samplingrate",      "samplerate", "outputrate",
+                                   "updaterate", "samplingfrequency", "framerate"};
+    title.remove_prefix(std::min(title.find_first_not_of("/"), title.size()));
+    for (const std::string_view name : kRates) {
+      if (!title.starts_with(name)) continue;
+      title.remove_prefix(std::min(title.find_first_not_of(":=,;", name.size()), title.size()));
+      if (title.ends_with("hz")) title.remove_suffix(2);
+      const auto rate = to_number(title);
+      return rate && *rate > 0 ? rate : std::nullopt;
+    }
+    return std::nullopt;
   }
 
   // By the row above it: OpenSim's .trc has the unit of all positions below "Units", Vicon the rows a second below a section.
@@ -509,6 +525,7 @@ class Finder : public TableState {
     const bool is_named = is_time(place, out.unit_s);
     const auto time = time_in(place < first.size() ? first[place] : "", separator_);
     const bool is_number = time && time->format == TimeFormat::number;
+    if (!is_named && time && time->format == TimeFormat::days) return std::nullopt;
     if (!is_named && (!time || is_number)) return std::nullopt;
     const std::vector<std::string> cells = cells_ahead(place);
     if (!time && frame_rate_hz_ > 0 && std::ranges::all_of(cells, is_missing)) return std::nullopt;
@@ -543,12 +560,13 @@ class Finder : public TableState {
       if (!clock || (has_rate && (has_header_ ? clock->rank < 3 : clock->rank != 4))) continue;
       const bool are_stated = options_.from == From::port && best && best->unit_s && clock->unit_s;
       wants_more_ = wants_more_ || (best && !are_stated && at(1) == nullptr);
+      if (best && header_[i] == header_[best->place]) continue;  // as Delsys repeats X[s]
       if (!best || clock->rank > best->rank) std::swap(best, clock);
       if (clock && clock->rank > (best->rank > 3 ? 3 : 2)) other = clock;
     }
     const std::vector<std::string>& asked = options_.time.columns;
-    if (const auto seconds = asked.empty() || has(one_of(asked)) ? find_parted_time() : std::nullopt) {
-      best = Clock{*seconds, 5, 1};
+    if (const auto parted = asked.empty() || has(one_of(asked)) ? find_parted_time() : std::nullopt) {
+      best = parted;
       other.reset();
     } else if (!asked.empty()) {
       const auto place = place_of(one_of(asked));
@@ -566,7 +584,7 @@ class Finder : public TableState {
     if (other) times_.other = header_[other->place];
     for (std::size_t i = 0; best && times_.other.empty() && i < header_.size(); ++i) {
       const bool has_unit = seconds_in(header_units_[i]) || seconds_in(cut_name(header_[i]).unit);
-      if (i == best->place || i == part_place_ || !has_unit || !course(i)) continue;
+      if (i == best->place || is_of_time(i) || !has_unit || !course(i)) continue;
       times_.other = header_[i];
       if (header_[i] != kHostClock && disagree(best->place, i))
         note(fmt::format("\"{}\" is taken for the time and disagrees with \"{}\": --time-column takes that",
@@ -575,37 +593,68 @@ class Finder : public TableState {
     if (best && !best->unit_s && options_.time.unit.empty()) find_packed_clock();
   }
 
-  // Of two columns that are one time, as stamp.sec and stamp.nanosec, that of the seconds.
-  std::optional<std::size_t> find_parted_time() {
-    const auto cut = [this](std::size_t i) {
-      const std::string name = lower(header_[i]);
-      const std::size_t end = name.find_last_of("._ ");
-      const std::size_t unit = end == name.npos ? 0 : end + 1;
-      return std::pair(name.substr(0, unit), seconds_in(name.substr(unit)).value_or(0));
-    };
-    const auto is_below = [this](const std::string& cell, double most) {
-      const auto number = is_missing(cell) ? std::optional(Number{0, 0}) : read_number(cell, separator_);
-      return number && number->decimal == 0 && number->value >= 0 && number->value < most;
-    };
+  // Of columns that are one time, as stamp.sec and stamp.nanosec, hour, minute and second, or a clock of whole seconds and its
+  // milliseconds, that of the seconds; the others are its parts.
+  std::optional<Clock> find_parted_time() {
     for (std::size_t i = 0; i < header_.size() && !arrow_ && has_header_; ++i) {
-      const auto [stem, second] = cut(i);
-      if (second != 1 || (!options_.time.columns.empty() && header_[i] != one_of(options_.time.columns)))
-        continue;
+      if (!options_.time.columns.empty() && header_[i] != one_of(options_.time.columns)) continue;
+      const auto [stem, second] = cut_unit(header_[i]);
+      std::optional<double> unit_s;
+      const bool is_clock = second != 1 && is_time(i, unit_s) && !unit_s;
+      if (second != 1 && !is_clock) continue;
+      const std::vector<std::string> seconds = cells_ahead(i);
+      const auto is_whole = [&](const std::string& cell) {
+        const auto time = time_in(cell, separator_);
+        return is_missing(cell) || (time && is_clock == (time->format != TimeFormat::number) &&
+                                    time->value == std::floor(time->value) && cell.find('.') == cell.npos);
+      };
+      if (!std::ranges::all_of(seconds, is_whole)) continue;
       for (std::size_t j = 0; j < header_.size(); ++j) {
-        const auto [part_stem, part_s] = cut(j);
-        if (part_stem != stem || part_s == 0 || part_s >= 1) continue;
-        const auto seconds = cells_ahead(i);
-        const auto parts = cells_ahead(j);
-        if (!std::ranges::all_of(seconds, [&](const auto& c) { return is_below(c, kLastEpoch_s); }) ||
-            !std::ranges::all_of(parts, [&](const auto& c) { return is_below(c, std::round(1 / part_s)); }))
-          continue;
-        part_place_ = j;
-        part_s_ = part_s;
-        note(fmt::format("\"{}\" and \"{}\" are one time", header_[i], header_[j]));
-        return i;
+        const auto [part_stem, part_s] = cut_unit(header_[j]);
+        const bool is_part =
+            part_s > 0 && part_s != 1 && part_stem == (is_clock ? "" : stem) && (part_s < 1 || !is_clock);
+        if (is_part && fits_part(seconds, cells_ahead(j), part_s, is_clock))
+          time_parts_.push_back({j, part_s});
       }
+      if (std::ranges::none_of(time_parts_, [](const Part& part) { return part.unit_s < 1; }) &&
+          time_parts_.size() < 2)
+        time_parts_.clear();
+      if (time_parts_.empty()) continue;
+      wants_more_ = wants_more_ || (options_.from == From::pipe && seconds.front() == seconds.back() &&
+                                    at(kStandingRows - 1) == nullptr);
+      std::vector<std::string> names = {header_[i]};
+      for (const Part& part : time_parts_) names.push_back(header_[part.place]);
+      note(fmt::format("{} are one time", fmt::join(names, ", ")));
+      return Clock{i, 5, is_clock ? std::nullopt : std::optional(1.0)};
     }
     return std::nullopt;
+  }
+
+  // What a name is before the unit of time at its end, and the seconds of this; 0: there is none.
+  static std::pair<std::string, double> cut_unit(const std::string& column) {
+    const std::string name = lower(column);
+    const std::size_t end = name.find_last_of("._ ");
+    const std::size_t unit = end == name.npos ? 0 : end + 1;
+    return {name.substr(0, unit), seconds_in(name.substr(unit)).value_or(0)};
+  }
+
+  // Whether a column holds what is left of the seconds, or of an hour or a day, in its unit. `must_fall`: where they go on.
+  bool fits_part(const std::vector<std::string>& seconds, const std::vector<std::string>& cells,
+                 double unit_s, bool must_fall) const {
+    bool falls = !must_fall;
+    double last = 0;
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      const auto number = read_number(cells[k], separator_);
+      if (!number || number->decimal != 0 || number->value < 0 ||
+          number->value * unit_s >= (unit_s < 1 ? 1 : unit_s * 60))
+        return false;
+      if (must_fall && k > 0 && k < seconds.size() && number->value < last) {
+        if (seconds[k] == seconds[k - 1]) return false;
+        falls = true;
+      }
+      last = number->value;
+    }
+    return falls && !cells.empty();
   }
 
   // How far a column goes over the rows ahead, of many the second half, which a burst at the start is not in, and its longest step as
@@ -694,7 +743,7 @@ class Finder : public TableState {
     }
     const auto since_1970 = best && !best->unit_s && !asked ? epoch_unit_s(best->place) : std::nullopt;
     times_.unit_s = (best ? best->unit_s : since_1970).value_or(asked.value_or(since_1970.value_or(1)));
-    times_.is_unit_known = !best || best->unit_s || asked || since_1970;
+    times_.is_unit_known = (best ? best->unit_s.has_value() : !arrow_) || asked || since_1970;
   }
 
   // Of a count in a unit so small that its seconds were not of our time.
@@ -785,7 +834,7 @@ class Finder : public TableState {
   std::vector<std::size_t> columns_of_numbers() {
     std::vector<std::optional<int>> more(header_.size());  // numbers than words; none: all are missing
     if (time_place_) more[*time_place_] = 0;
-    if (part_place_) more[*part_place_] = 0;
+    for (const Part& part : time_parts_) more[part.place] = 0;
     const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
     const std::size_t fewest = options_.from == From::file ? kLiveRows : 1;
     std::size_t k = 0;
@@ -793,8 +842,7 @@ class Finder : public TableState {
          ++k) {
       split_line(at(k)->text);
       for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
-        if (is_missing(cells_[i]) || time_place_ == i || part_place_ == i || (k >= fewest && more[i]))
-          continue;
+        if (is_missing(cells_[i]) || is_of_time(i) || (k >= fewest && more[i])) continue;
         more[i] = more[i].value_or(0) + (read_number(cells_[i], separator_) ? 1 : -1);
       }
     }
@@ -805,7 +853,7 @@ class Finder : public TableState {
     for (std::size_t i = 0; i < header_.size(); ++i) {
       if (more[i] ? *more[i] > 0 : options_.holes == Holes::all) {
         out.push_back(i);
-      } else if (time_place_ != i && part_place_ != i && (!more[i] || !header_units_[i].empty())) {
+      } else if (!is_of_time(i) && (!more[i] || !header_units_[i].empty())) {
         left.push_back(header_[i]);
       }
     }
@@ -1049,10 +1097,18 @@ bool TableReader::read_time(double& t_s, Problem& why) {
   if (!found)
     return refuse_it("is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove the row");
   if (const char* fault = number ? fault_of(text, *number, last_time_) : nullptr) return refuse_it(fault);
+  // 1.77763E+12: ten million at a time.
+  const std::size_t power =
+      number && number->value * times_.unit_s >= kFirstEpoch_s ? text.find_first_of("eE") : text.npos;
+  const std::size_t point = std::min(text.find('.'), power);
+  const auto tens = power == text.npos ? std::nullopt : to_number(text.substr(power + 1));
+  if (tens && std::pow(10, *tens - static_cast<double>(power - point) + 1) * times_.unit_s > 1)
+    return refuse_it(fmt::format("{}", spreadsheet_mend(number->value, 0)));
   if (!time_format_ || options_.from == From::port) {
     time_format_ = found->format;
     times_.is_unit_known = times_.is_unit_known || found->format != TimeFormat::number;
-    if (found->format == TimeFormat::clock) times_.wrap_s = kDay_s;
+    const bool has_hours = std::ranges::count(time_parts_, 3600, &Part::unit_s) > 0;
+    if (found->format == TimeFormat::clock || has_hours) times_.wrap_s = kDay_s;
     if (found->format == TimeFormat::minutes) times_.wrap_s = kHour_s;
   }
   if (found->format != *time_format_) return refuse_it("is written otherwise than the times before");
@@ -1063,10 +1119,11 @@ bool TableReader::read_time(double& t_s, Problem& why) {
   if (found->is_ambiguous && options_.from != From::port)
     return refuse_it("can be read as two dates; write it as 2026-05-01");
   t_s = found->format == TimeFormat::number ? (found->value - time_zero_) * times_.unit_s : found->value;
-  if (part_place_) {
-    const auto part = read_number(cells_[*part_place_], separator_);
-    if (!part || part->value < 0 || part->value * part_s_ >= 1) return false;
-    t_s += part->value * part_s_;
+  for (const auto& [place, unit_s] : time_parts_) {
+    const auto part = read_number(cells_[place], separator_);
+    if (!part) return false;
+    if (unit_s >= 1 || part->value * unit_s < 1)
+      t_s += part->value * unit_s;  // else it is a clock of its own
   }
   return is_measurement(t_s) || refuse_it("is no time");
 }
@@ -1081,8 +1138,8 @@ void TableReader::note_fraction(std::string_view time) {
   times_.are_uneven = before > 0 && before != digits;
 }
 
-void TableReader::leave_out() {
-  if (malformed_++ == 0) first_malformed_ = line_.number;
+void TableReader::leave_out(const Problem& why) {
+  if (malformed_++ == 0) first_malformed_ = why;
   too_long_ += cells_.size() > header_.size() ? 1 : 0;
   const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_.kept());
   if (static_cast<double>(malformed_) <= forgiven || options_.from == From::port) return;
@@ -1093,7 +1150,7 @@ void TableReader::leave_out() {
           "{} of the first {} rows are malformed: too short or too long, without a time, or with text for a "
           "number; mend or remove them{}",
           malformed_, rows_.kept() + malformed_, has_commas ? "; decimal commas need another separator" : ""),
-      first_malformed_);
+      first_malformed_.row);
 }
 
 TableReader::Take TableReader::take(Row& row) {
@@ -1137,7 +1194,7 @@ TableReader::Take TableReader::take(Row& row) {
   if (!why.detail.empty() && !is_header && options_.from == From::file) {
     problem_ = why;
   } else {
-    leave_out();
+    leave_out(why);
   }
   return problem_ ? Take::none : Take::malformed;
 }
@@ -1176,6 +1233,7 @@ std::vector<std::string> TableReader::notes() const {
   if (separator_ != ',' && layout_ == Layout::table)
     out.push_back(fmt::format("{} separate the columns", separator_ == ';'    ? "semicolons"
                                                          : separator_ == '\t' ? "tabs"
+                                                         : separator_ == '|'  ? "bars"
                                                                               : "blanks"));
   if (!has_header_ && time_place_) out.push_back(fmt::format("{} is the time", header_[*time_place_]));
   if (!has_time()) out.push_back(fmt::format("{} rows are a second", options_.time.log_rate_hz));
@@ -1186,8 +1244,8 @@ std::vector<std::string> TableReader::notes() const {
   if (decimal_ == ',') out.push_back("commas in numbers are decimal commas");
   if (headers_ > 0) out.push_back(fmt::format("{} row(s) repeat the header", headers_));
   if (malformed_ > 0)
-    out.push_back(fmt::format("{} row(s) are malformed and were left out, the first is row {}", malformed_,
-                              first_malformed_));
+    out.push_back(fmt::format("{} row(s) are malformed and were left out, the first is row {}{}{}", malformed_,
+                              first_malformed_.row, rows_.kept() > 0 ? "" : ": ", rows_.kept() > 0 ? "" : first_malformed_.detail));
   std::ranges::move(rows_.notes(columns_), std::back_inserter(out));
   return out;
 }

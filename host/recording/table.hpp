@@ -94,6 +94,9 @@ class TableState {
   std::string time_column() const { return time_place_ ? header_[*time_place_] : std::string(); }
   bool has(const std::string& column) const { return std::ranges::count(header_, column) > 0; }
   bool has_time() const { return time_place_ || arrow_; }
+  bool is_of_time(std::size_t place) const {
+    return time_place_ == place || std::ranges::count(time_parts_, place, &Part::place) > 0;
+  }
 
   TableOptions options_;
   Layout layout_ = Layout::table;
@@ -123,8 +126,11 @@ class TableState {
   std::vector<std::string> units_;
   std::vector<std::size_t> places_;
   std::optional<std::size_t> time_place_;
-  std::optional<std::size_t> part_place_;  // of the column with the rest of its seconds
-  double part_s_ = 0;                      // of one in it
+  struct Part {
+    std::size_t place;
+    double unit_s;
+  };
+  std::vector<Part> time_parts_;  // other columns of the same time
   std::optional<std::size_t> segment_place_;
   bool labels_begin_ = false;     // a trial each, which goes on below them
   bool splits_by_clock_ = false;  // into trials
@@ -181,7 +187,7 @@ class TableReader : TableState {
   bool read_values(std::vector<double>& value, Problem& why);
   const char* fault_of(const std::string& cell, const Number& number, double& last);
   void note_fraction(std::string_view time);
-  void leave_out();
+  void leave_out(const Problem& why);
 
   std::string comment_;
   Line line_;
@@ -199,7 +205,7 @@ class TableReader : TableState {
   std::string segment_;
   std::size_t segments_ = 0;
   std::size_t malformed_ = 0;
-  std::size_t first_malformed_ = 0;
+  Problem first_malformed_{};
   std::size_t too_long_ = 0;  // of the malformed ones
   std::size_t headers_ = 0;   // that came again
   HoleCounter rows_{options_.holes};

@@ -102,7 +102,7 @@ struct DateKind {
   std::size_t year, month, day;  // places in the pattern
 };
 constexpr std::size_t kNowhere = 3;
-constexpr std::array<DateKind, 13> kDateKinds = {{{"y-d-d", TimeFormat::iso, 0, 1, 2},
+constexpr std::array<DateKind, 14> kDateKinds = {{{"y-d-d", TimeFormat::iso, 0, 1, 2},
                                                   {"y/d/d", TimeFormat::iso, 0, 1, 2},
                                                   {"y.d.d", TimeFormat::iso, 0, 1, 2},
                                                   {"ymm", TimeFormat::iso, 0, 1, 2},
@@ -114,6 +114,7 @@ constexpr std::array<DateKind, 13> kDateKinds = {{{"y-d-d", TimeFormat::iso, 0, 
                                                   {"d-n-y", TimeFormat::named, 2, 1, 0},
                                                   {"d n y", TimeFormat::named, 2, 1, 0},
                                                   {"n d, y", TimeFormat::named, 2, 0, 1},
+                                                  {"n d y", TimeFormat::named, 2, 0, 1},
                                                   {"n d", TimeFormat::named, kNowhere, 0, 1}}};
 
 // A date, then a clock. Of slashes day first, but with AM or PM; where that is no date, the other first.
@@ -135,8 +136,9 @@ std::optional<Time> to_date(std::string_view text) {
   if (kind->year == kNowhere && take(text, "y", &year)) text = trimmed(text);
   if (year == 0) return text.empty() ? std::optional(Time{TimeFormat::clock, clock_s}) : std::nullopt;
   if (year < 100) year += 2000;
-  const double sign = text.starts_with('-') ? -1 : 1;
   if (text == "Z" || text == "UTC" || text == "GMT") text = {};
+  if (text.starts_with("UTC") || text.starts_with("GMT")) text.remove_prefix(3);
+  const double sign = text.starts_with('-') ? -1 : 1;
   if (!text.empty() && !take(text, sign < 0 ? "-m:m" : "+m:m", zone.data()) &&
       !take(text, sign < 0 ? "-mm" : "+mm", zone.data()))
     return std::nullopt;
@@ -150,15 +152,17 @@ std::optional<Time> to_date(std::string_view text) {
               may_be_both && !has_half};
 }
 
-// As pandas and Python have it, also -1 days +23:59:59.95.
+// As pandas and Python have it, also -1 days +23:59:59.95; or with its unit in each cell, as MATLAB and R write durations.
 std::optional<Time> to_days(std::string_view text) {
-  const std::size_t word = text.find(" day");
-  const auto days = word == text.npos ? std::nullopt : to_number(text.substr(0, word));
+  const std::size_t word = text.find(' ');
+  const auto number = word == text.npos ? std::nullopt : to_number(text.substr(0, word));
+  if (!number) return std::nullopt;
+  if (const auto unit_s = seconds_in(text.substr(word))) return Time{TimeFormat::days, *number * *unit_s};
   double clock_s = 0;
-  if (!days || *days != std::floor(*days)) return std::nullopt;
+  if (!text.substr(word).starts_with(" day") || *number != std::floor(*number)) return std::nullopt;
   text = text.substr(std::min(text.find_first_not_of("days, +", word), text.size()));
   if (text.empty() || !take_clock(text, clock_s) || !text.empty()) return std::nullopt;
-  return Time{TimeFormat::days, *days * kDay_s + clock_s};
+  return Time{TimeFormat::days, *number * kDay_s + clock_s};
 }
 
 }  // namespace

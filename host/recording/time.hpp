@@ -36,7 +36,7 @@ enum class TimeFormat {
   minutes,  // 03:11.123: since the hour. With a fraction, for 03:11 may be hours and minutes
   slashed,  // 13/5/2026 12:03:11, 13-05-2026 or 13/05/26, one of the two numbers above 12, or month first with AM or PM
   named,  // 01-May-2026 12:03:11, May 1, 2026 12:03 or Fri May 01 12:03:11 2026
-  days    // 0 days 00:00:01.020000: since a start
+  days    // 0 days 00:00:01.020000, or 0.05 sec: since a start
 };
 
 struct Time {

@@ -28,8 +28,8 @@ const std::vector<Unit>& units() {
       {"ms", 1e-3, {"ms", "msec", "msecs", "millis", "millis()", "millisecond", "milliseconds"}},
       {"us", 1e-6, {"us", "usec", "usecs", "µs", "μs", "micros", "micros()", "microsec", "microseconds"}},
       {"ns", 1e-9, {"ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecs", "nanoseconds"}},
-      {"min", 60, {"min"}},
-      {"h", 3600, {"h", "hours"}}};
+      {"min", 60, {"min", "mins", "minute", "minutes"}},
+      {"h", 3600, {"h", "hr", "hour", "hours"}}};
   return all;
 }
 

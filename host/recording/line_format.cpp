@@ -67,18 +67,11 @@ void unwrap(std::string& line) {
     while (text.ends_with("\\r") || text.ends_with("\\n")) text.remove_suffix(2);
     line = std::string(text);
   }
-  const std::size_t bracket = text.size() > 2 ? kOpen.find(text.front()) : kOpen.npos;
-  if (bracket == kOpen.npos || text.back() != kClose[bracket]) return;
-  text = text.substr(1, text.size() - 2);
-  if (text.find_first_of("[(<>)]") == text.npos && text.find_first_of("-.0123456789'") == 0)
-    line = std::string(text);
 }
 
 // Of a logger's line.
 bool is_level(std::string_view word) {
-  static constexpr std::array kLevels = {"i",   "w",    "e",    "d",       "v",     "inf",   "wrn",  "err",
-                                         "dbg", "info", "warn", "warning", "error", "debug", "trace"};
-  return word.size() < 8 && std::ranges::count(kLevels, lower(word)) > 0;
+  return is_one_of(word, "i w e d v inf wrn err dbg info warn warning error debug trace");
 }
 
 // How far a clock goes from the front, perhaps behind a date and before AM, a zone or a year; or seconds since 1970. 0: there is none.
@@ -198,10 +191,9 @@ void cut_prefix(std::string& line, std::string& time) {
       is_prefix = rest[end] != '\t' && found.find(' ') != found.npos && next != rest.npos &&
                   kMarks.find(rest[next]) == kMarks.npos && rest[next] != '\t';
       drop(end);
-      const std::size_t last = rest.starts_with("- ") ? rest.rfind(" - ") : rest.npos;
-      const std::size_t level = last == rest.npos || last == 0 ? rest.npos : rest.rfind("- ", last - 1);
-      if (level != rest.npos && is_level(rest.substr(level + 2, last - level - 2))) {
-        is_logged = true;
+      if (const std::size_t last = rest.starts_with("- ") ? rest.rfind(" - ") : rest.npos;
+          last != rest.npos) {
+        is_logged = true;  // Python: - glove - INFO -
         drop(last + 3);
       }
     } else {
@@ -295,33 +287,26 @@ bool is_header(const std::vector<std::string>& cells, char separator) {
 }
 
 bool is_greeting(const std::vector<std::string>& cells) {
-  static constexpr std::array kWords = {"ready",       "started",    "starting",    "hello",
-                                        "boot",        "booting",    "initialized", "connected",
-                                        "calibrating", "calibrated", "version"};
-  return std::ranges::any_of(cells, [&](const std::string& cell) {
-    std::string word = lower(cell);
-    while (!word.empty() && std::string_view(".,:!").find(word.back()) != std::string_view::npos)
-      word.pop_back();
-    const bool is_version = word.size() > 2 && word[0] == 'v' &&
-                            word.find_first_not_of("0123456789.", 1) == word.npos &&
-                            word.find('.') != word.npos;
-    return is_version || std::ranges::count(kWords, word) > 0;
+  return std::ranges::any_of(cells, [](std::string_view word) {
+    while (word.size() > 1 && std::string_view(".,:!").find(word.back()) != word.npos) word.remove_suffix(1);
+    const bool is_version =
+        word.size() > 2 && lower(word)[0] == 'v' && word.find_first_not_of("0123456789.", 1) == word.npos;
+    return is_version ||
+           is_one_of(word,
+                     "ready started starting hello boot booting initialized connected calibrating version");
   });
 }
 
 bool is_time_name(std::string_view column, std::optional<double>& unit_s) {
   const NameAndUnit cut = cut_name(column);
   unit_s = seconds_in(cut.unit);
-  static constexpr std::array kNames = {
-      "t",       "time",       "datetime",   "date",        "clock",     "elapsed",       "elapsedtime",
-      "zeit",    "uhrzeit",    "datum",      "zeitstempel", "timems",    "elapsedtimein", "relativetime",
-      "xvalue",  "temps",      "heure",      "horodatage",  "tiempo",    "hora",          "tempo",
-      "ora",     "tijd",       "tid",        "czas",        "zaman",     "masa",          "waktu",
-      "aika",    "cas",        "čas",        "idő",         "время",     "Время",         "時間",
-      "時刻",    "时间",       "時間戳",     "时间戳",      "시간",      "timestamps",    "times",
-      "systime", "systemtime", "sampletime", "localtime",   "timeofday", "hostclock",     "timesincestart"};
-  if (cut.name.ends_with("stamp") || (cut.name == "x" && unit_s) ||
-      std::ranges::count(kNames, cut.name) > 0) {
+  constexpr const char* kNames =
+      "t time times timestamps date datetime clock elapsed elapsedtime timems elapsedtimein relativetime "
+      "systime systemtime "
+      "sampletime localtime xvalue zeit uhrzeit datum zeitstempel temps heure horodatage tiempo hora tempo "
+      "ora tijd tid czas zaman "
+      "masa waktu aika cas čas idő время Время 時間 時刻 时间 時間戳 时间戳 시간";
+  if (cut.name.ends_with("stamp") || (cut.name == "x" && unit_s) || is_one_of(cut.name, kNames)) {
     if (cut.name == "timems") unit_s = 1e-3;
     return cut.unit.empty() || unit_s.has_value();
   }

@@ -46,7 +46,8 @@ const char* spreadsheet_mend(double value, double step) {
   const bool is_date =
       (value > 20'000 && value < 70'000) || (value > 700'000 && value < 800'000);  // of 1954 to 2091
   if (is_rounded)
-    return "was rounded by a spreadsheet, as to 1.77763E+12: give the cells the format 0 or 0.000 there and save anew";
+    return "was rounded by a spreadsheet, as to 1.77763E+12: give the cells the format 0 or 0.000 there and "
+           "save anew";
   if (is_fast ? is_date || (value > 0 && value < 1) : step == 0 && is_date && value != std::floor(value))
     return "are these days, as a spreadsheet counts them? show them there as hh:mm:ss.000, or as seconds, "
            "and save anew";

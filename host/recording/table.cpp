@@ -355,17 +355,14 @@ class Finder : public TableState {
 
   // Of a title such as FREQUENCY 100, OutputRate: 60Hz, in lower case without blanks.
   static std::optional<double> rate_in(std::string_view title) {
-    constexpr std::array kRates = {"frequency",  "samplingrate",      "samplerate", "outputrate",
-                                   "updaterate", "samplingfrequency", "framerate"};
     title.remove_prefix(std::min(title.find_first_not_of("/"), title.size()));
-    for (const std::string_view name : kRates) {
-      if (!title.starts_with(name)) continue;
-      title.remove_prefix(std::min(title.find_first_not_of(":=,;", name.size()), title.size()));
-      if (title.ends_with("hz")) title.remove_suffix(2);
-      const auto rate = to_number(title);
-      return rate && *rate > 0 ? rate : std::nullopt;
-    }
-    return std::nullopt;
+    const std::size_t end = std::min(title.find_first_of(":=,;.0123456789"), title.size());
+    if (!is_one_of(title.substr(0, end), "frequency samplingrate samplerate outputrate updaterate framerate"))
+      return std::nullopt;
+    title.remove_prefix(std::min(title.find_first_not_of(":=,;", end), title.size()));
+    if (title.ends_with("hz")) title.remove_suffix(2);
+    const auto rate = to_number(title);
+    return rate && *rate > 0 ? rate : std::nullopt;
   }
 
   // By the row above it: OpenSim's .trc has the unit of all positions below "Units", Vicon the rows a second below a section.
@@ -593,68 +590,53 @@ class Finder : public TableState {
     if (best && !best->unit_s && options_.time.unit.empty()) find_packed_clock();
   }
 
-  // Of columns that are one time, as stamp.sec and stamp.nanosec, hour, minute and second, or a clock of whole seconds and its
-  // milliseconds, that of the seconds; the others are its parts.
+  // Of two columns that are one time, as stamp.sec and stamp.nanosec, or a clock of whole seconds and ms, that of the seconds.
   std::optional<Clock> find_parted_time() {
     for (std::size_t i = 0; i < header_.size() && !arrow_ && has_header_; ++i) {
-      if (!options_.time.columns.empty() && header_[i] != one_of(options_.time.columns)) continue;
       const auto [stem, second] = cut_unit(header_[i]);
       std::optional<double> unit_s;
       const bool is_clock = second != 1 && is_time(i, unit_s) && !unit_s;
-      if (second != 1 && !is_clock) continue;
+      if ((second != 1 && !is_clock) ||
+          (!options_.time.columns.empty() && header_[i] != one_of(options_.time.columns)))
+        continue;
       const std::vector<std::string> seconds = cells_ahead(i);
-      const auto is_whole = [&](const std::string& cell) {
-        const auto time = time_in(cell, separator_);
-        return is_missing(cell) || (time && is_clock == (time->format != TimeFormat::number) &&
-                                    time->value == std::floor(time->value) && cell.find('.') == cell.npos);
-      };
-      if (!std::ranges::all_of(seconds, is_whole)) continue;
       for (std::size_t j = 0; j < header_.size(); ++j) {
         const auto [part_stem, part_s] = cut_unit(header_[j]);
-        const bool is_part =
-            part_s > 0 && part_s != 1 && part_stem == (is_clock ? "" : stem) && (part_s < 1 || !is_clock);
-        if (is_part && fits_part(seconds, cells_ahead(j), part_s, is_clock))
-          time_parts_.push_back({j, part_s});
+        if (part_s == 0 || part_s >= 1 || part_stem != (is_clock ? "" : stem)) continue;
+        if (!fits_part(seconds, cells_ahead(j), part_s, is_clock)) continue;
+        wants_more_ = wants_more_ || (options_.from == From::pipe && seconds.front() == seconds.back() &&
+                                      at(kStandingRows - 1) == nullptr);
+        part_place_ = j;
+        part_s_ = part_s;
+        note(fmt::format("\"{}\" and \"{}\" are one time", header_[i], header_[j]));
+        return Clock{i, 5, is_clock ? std::nullopt : std::optional(1.0)};
       }
-      if (std::ranges::none_of(time_parts_, [](const Part& part) { return part.unit_s < 1; }) &&
-          time_parts_.size() < 2)
-        time_parts_.clear();
-      if (time_parts_.empty()) continue;
-      wants_more_ = wants_more_ || (options_.from == From::pipe && seconds.front() == seconds.back() &&
-                                    at(kStandingRows - 1) == nullptr);
-      std::vector<std::string> names = {header_[i]};
-      for (const Part& part : time_parts_) names.push_back(header_[part.place]);
-      note(fmt::format("{} are one time", fmt::join(names, ", ")));
-      return Clock{i, 5, is_clock ? std::nullopt : std::optional(1.0)};
     }
     return std::nullopt;
   }
 
   // What a name is before the unit of time at its end, and the seconds of this; 0: there is none.
   static std::pair<std::string, double> cut_unit(const std::string& column) {
-    const std::string name = lower(column);
-    const std::size_t end = name.find_last_of("._ ");
-    const std::size_t unit = end == name.npos ? 0 : end + 1;
-    return {name.substr(0, unit), seconds_in(name.substr(unit)).value_or(0)};
+    const std::size_t unit = column.find_last_of("._ ") + 1;
+    return {lower(column.substr(0, unit)), seconds_in(column.substr(unit)).value_or(0)};
   }
 
-  // Whether a column holds what is left of the seconds, or of an hour or a day, in its unit. `must_fall`: where they go on.
-  bool fits_part(const std::vector<std::string>& seconds, const std::vector<std::string>& cells,
-                 double unit_s, bool must_fall) const {
-    bool falls = !must_fall;
+  // Whether one column has whole seconds and the other what is left of them. A clock's must fall where the seconds go on.
+  bool fits_part(const std::vector<std::string>& seconds, const std::vector<std::string>& parts,
+                 double part_s, bool is_clock) const {
+    bool falls = !is_clock;
     double last = 0;
-    for (std::size_t k = 0; k < cells.size(); ++k) {
-      const auto number = read_number(cells[k], separator_);
-      if (!number || number->decimal != 0 || number->value < 0 ||
-          number->value * unit_s >= (unit_s < 1 ? 1 : unit_s * 60))
+    for (std::size_t k = 0; k < std::min(seconds.size(), parts.size()); ++k) {
+      const auto time = time_in(seconds[k], separator_);
+      const auto part = read_number(parts[k], separator_);
+      if (!time || is_clock == (time->format == TimeFormat::number) || time->value != std::floor(time->value))
         return false;
-      if (must_fall && k > 0 && k < seconds.size() && number->value < last) {
-        if (seconds[k] == seconds[k - 1]) return false;
-        falls = true;
-      }
-      last = number->value;
+      if (!part || part->decimal != 0 || part->value < 0 || part->value * part_s >= 1) return false;
+      if (part->value < last && is_clock && seconds[k] == seconds[k - 1]) return false;
+      falls = falls || part->value < last;
+      last = part->value;
     }
-    return falls && !cells.empty();
+    return falls && !seconds.empty();
   }
 
   // How far a column goes over the rows ahead, of many the second half, which a burst at the start is not in, and its longest step as
@@ -834,7 +816,7 @@ class Finder : public TableState {
   std::vector<std::size_t> columns_of_numbers() {
     std::vector<std::optional<int>> more(header_.size());  // numbers than words; none: all are missing
     if (time_place_) more[*time_place_] = 0;
-    for (const Part& part : time_parts_) more[part.place] = 0;
+    if (part_place_) more[*part_place_] = 0;
     const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
     const std::size_t fewest = options_.from == From::file ? kLiveRows : 1;
     std::size_t k = 0;
@@ -1093,24 +1075,18 @@ bool TableReader::read_time(double& t_s, Problem& why) {
     found = Time{TimeFormat::clock, *clock_s};
     number.reset();
   }
-  note_fraction(text);
   if (!found)
     return refuse_it("is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove the row");
   if (const char* fault = number ? fault_of(text, *number, last_time_) : nullptr) return refuse_it(fault);
-  // 1.77763E+12: ten million at a time.
-  const std::size_t power =
-      number && number->value * times_.unit_s >= kFirstEpoch_s ? text.find_first_of("eE") : text.npos;
-  const std::size_t point = std::min(text.find('.'), power);
-  const auto tens = power == text.npos ? std::nullopt : to_number(text.substr(power + 1));
-  if (tens && std::pow(10, *tens - static_cast<double>(power - point) + 1) * times_.unit_s > 1)
-    return refuse_it(fmt::format("{}", spreadsheet_mend(number->value, 0)));
   if (!time_format_ || options_.from == From::port) {
     time_format_ = found->format;
     times_.is_unit_known = times_.is_unit_known || found->format != TimeFormat::number;
-    const bool has_hours = std::ranges::count(time_parts_, 3600, &Part::unit_s) > 0;
-    if (found->format == TimeFormat::clock || has_hours) times_.wrap_s = kDay_s;
+    if (found->format == TimeFormat::clock) times_.wrap_s = kDay_s;
     if (found->format == TimeFormat::minutes) times_.wrap_s = kHour_s;
   }
+  if (const std::size_t point = text.find_last_of(".,");
+      !number && point != text.npos && text.size() - point < 4)
+    times_.are_uneven = true;  // of milliseconds without their zeros
   if (found->format != *time_format_) return refuse_it("is written otherwise than the times before");
   if (found->format == TimeFormat::slashed && !is_month_first_ && lower(text).find('m') != text.npos) {
     note("dates with AM or PM are taken month first");
@@ -1119,23 +1095,12 @@ bool TableReader::read_time(double& t_s, Problem& why) {
   if (found->is_ambiguous && options_.from != From::port)
     return refuse_it("can be read as two dates; write it as 2026-05-01");
   t_s = found->format == TimeFormat::number ? (found->value - time_zero_) * times_.unit_s : found->value;
-  for (const auto& [place, unit_s] : time_parts_) {
-    const auto part = read_number(cells_[place], separator_);
+  if (part_place_) {
+    const auto part = read_number(cells_[*part_place_], separator_);
     if (!part) return false;
-    if (unit_s >= 1 || part->value * unit_s < 1)
-      t_s += part->value * unit_s;  // else it is a clock of its own
+    if (part->value * part_s_ < 1) t_s += part->value * part_s_;  // else it is a clock of its own
   }
   return is_measurement(t_s) || refuse_it("is no time");
-}
-
-void TableReader::note_fraction(std::string_view time) {
-  const std::size_t point = time.find_last_of(".,");
-  if (times_.are_uneven || point == time.npos) return;
-  const std::size_t digits =
-      std::min(time.find_first_not_of("0123456789", point + 1), time.size()) - point - 1;
-  if (digits < 1 || digits > 3) return;
-  const std::size_t before = std::exchange(fraction_digits_, digits);
-  times_.are_uneven = before > 0 && before != digits;
 }
 
 void TableReader::leave_out(const Problem& why) {
@@ -1244,8 +1209,9 @@ std::vector<std::string> TableReader::notes() const {
   if (decimal_ == ',') out.push_back("commas in numbers are decimal commas");
   if (headers_ > 0) out.push_back(fmt::format("{} row(s) repeat the header", headers_));
   if (malformed_ > 0)
-    out.push_back(fmt::format("{} row(s) are malformed and were left out, the first is row {}{}{}", malformed_,
-                              first_malformed_.row, rows_.kept() > 0 ? "" : ": ", rows_.kept() > 0 ? "" : first_malformed_.detail));
+    out.push_back(fmt::format("{} row(s) are malformed and were left out, the first is row {}{}{}",
+                              malformed_, first_malformed_.row, rows_.kept() > 0 ? "" : ": ",
+                              rows_.kept() > 0 ? "" : first_malformed_.detail));
   std::ranges::move(rows_.notes(columns_), std::back_inserter(out));
   return out;
 }

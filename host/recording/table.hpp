@@ -94,9 +94,7 @@ class TableState {
   std::string time_column() const { return time_place_ ? header_[*time_place_] : std::string(); }
   bool has(const std::string& column) const { return std::ranges::count(header_, column) > 0; }
   bool has_time() const { return time_place_ || arrow_; }
-  bool is_of_time(std::size_t place) const {
-    return time_place_ == place || std::ranges::count(time_parts_, place, &Part::place) > 0;
-  }
+  bool is_of_time(std::size_t place) const { return time_place_ == place || part_place_ == place; }
 
   TableOptions options_;
   Layout layout_ = Layout::table;
@@ -126,11 +124,8 @@ class TableState {
   std::vector<std::string> units_;
   std::vector<std::size_t> places_;
   std::optional<std::size_t> time_place_;
-  struct Part {
-    std::size_t place;
-    double unit_s;
-  };
-  std::vector<Part> time_parts_;  // other columns of the same time
+  std::optional<std::size_t> part_place_;  // of the column with the rest of its seconds,
+  double part_s_ = 0;                      // in this unit
   std::optional<std::size_t> segment_place_;
   bool labels_begin_ = false;     // a trial each, which goes on below them
   bool splits_by_clock_ = false;  // into trials
@@ -186,7 +181,6 @@ class TableReader : TableState {
   bool read_time(double& t_s, Problem& why);
   bool read_values(std::vector<double>& value, Problem& why);
   const char* fault_of(const std::string& cell, const Number& number, double& last);
-  void note_fraction(std::string_view time);
   void leave_out(const Problem& why);
 
   std::string comment_;
@@ -197,8 +191,7 @@ class TableReader : TableState {
   bool is_fresh_ = false;           // plugged in, and no row came yet
   std::string refusal_;
   std::optional<TimeFormat> time_format_;
-  std::size_t fraction_digits_ = 0;  // of the last time
-  std::vector<double> last_;         // of each column, the last whole number
+  std::vector<double> last_;  // of each column, the last whole number
   double last_time_ = 0;
   bool is_month_first_ = false;  // and noted
   char decimal_ = 0;             // what separates the fractions, once one was seen

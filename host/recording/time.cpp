@@ -87,53 +87,31 @@ std::optional<double> since_1970(double year, double month, double day) {
   return static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count()) * kDay_s;
 }
 
-// Off the front of a date: Fri or Friday, with a comma or not.
-void cut_weekday(std::string_view& text) {
-  static constexpr std::string_view kDays = "montuewedthufrisatsun";
-  const std::size_t end = text.find_first_of(" ,");
-  const std::size_t day = end == text.npos || end < 3 ? text.npos : kDays.find(lower(text.substr(0, 3)));
-  if (day == text.npos || day % 3 != 0) return;
-  text = text.substr(std::min(text.find_first_not_of(" ,", end), text.size()));
-}
-
-struct DateKind {
-  const char* pattern;
-  TimeFormat format;
-  std::size_t year, month, day;  // places in the pattern
-};
-constexpr std::size_t kNowhere = 3;
-constexpr std::array<DateKind, 14> kDateKinds = {{{"y-d-d", TimeFormat::iso, 0, 1, 2},
-                                                  {"y/d/d", TimeFormat::iso, 0, 1, 2},
-                                                  {"y.d.d", TimeFormat::iso, 0, 1, 2},
-                                                  {"ymm", TimeFormat::iso, 0, 1, 2},
-                                                  {"d.d.y", TimeFormat::dotted, 2, 1, 0},
-                                                  {"d.d.m", TimeFormat::dotted, 2, 1, 0},
-                                                  {"d/d/y", TimeFormat::slashed, 2, 1, 0},
-                                                  {"d-d-y", TimeFormat::slashed, 2, 1, 0},
-                                                  {"d/d/m", TimeFormat::slashed, 2, 1, 0},
-                                                  {"d-n-y", TimeFormat::named, 2, 1, 0},
-                                                  {"d n y", TimeFormat::named, 2, 1, 0},
-                                                  {"n d, y", TimeFormat::named, 2, 0, 1},
-                                                  {"n d y", TimeFormat::named, 2, 0, 1},
-                                                  {"n d", TimeFormat::named, kNowhere, 0, 1}}};
+constexpr std::array kDates = {"y-d-d", "y/d/d", "y.d.d", "ymm",   "d.d.y",  "d.d.m", "d/d/y",
+                               "d-d-y", "d/d/m", "d-n-y", "d n y", "n d, y", "n d y", "n d"};
 
 // A date, then a clock. Of slashes day first, but with AM or PM; where that is no date, the other first.
 std::optional<Time> to_date(std::string_view text) {
   std::array<double, 5> of{};
   std::array<double, 3> zone{};
   double clock_s = 0;
-  cut_weekday(text);
-  const auto* kind =
-      std::ranges::find_if(kDateKinds, [&](const DateKind& k) { return take(text, k.pattern, of.data()); });
-  if (kind == kDateKinds.end()) return std::nullopt;
+  const std::size_t word = text.find_first_of(" ,");
+  if (word != text.npos && word > 2 && is_one_of(text.substr(0, 3), "mon tue wed thu fri sat sun"))
+    text.remove_prefix(std::min(text.find_first_not_of(" ,", word), text.size()));
+  const auto kind = std::ranges::find_if(kDates, [&](const char* k) { return take(text, k, of.data()); });
+  if (kind == kDates.end()) return std::nullopt;
+  const std::string_view pattern = *kind;
   const std::size_t gap = text.find_first_not_of(",T_ ");
-  if ((gap == 0 && std::string_view(kind->pattern) != "ymm") || gap > 3) return std::nullopt;
+  if ((gap == 0 && pattern != "ymm") || gap > 3) return std::nullopt;
   text.remove_prefix(gap);
   const bool has_half = lower(trimmed(text)).ends_with('m') || text.ends_with('.');
   if (!take_clock(text, clock_s)) return std::nullopt;
   text = trimmed(text);
-  double year = kind->year == kNowhere ? 0 : of[kind->year];
-  if (kind->year == kNowhere && take(text, "y", &year)) text = trimmed(text);
+  const std::size_t first = pattern[0] == 'y'   ? 1
+                            : pattern[0] == 'n' ? 0
+                                                : 2;  // of month, day and year in a row
+  double year = pattern == "n d" ? 0 : of[first == 1 ? 0 : 2];
+  if (pattern == "n d" && take(text, "y", &year)) text = trimmed(text);
   if (year == 0) return text.empty() ? std::optional(Time{TimeFormat::clock, clock_s}) : std::nullopt;
   if (year < 100) year += 2000;
   if (text == "Z" || text == "UTC" || text == "GMT") text = {};
@@ -142,14 +120,17 @@ std::optional<Time> to_date(std::string_view text) {
   if (!text.empty() && !take(text, sign < 0 ? "-m:m" : "+m:m", zone.data()) &&
       !take(text, sign < 0 ? "-mm" : "+mm", zone.data()))
     return std::nullopt;
-  double month = of[kind->month];
-  double day = of[kind->day];
-  const bool may_be_both = kind->format == TimeFormat::slashed && month <= 12 && day <= 12 && month != day;
-  if (kind->format == TimeFormat::slashed && (has_half || month > 12) && day <= 12) std::swap(month, day);
+  double month = of[first == 2 ? 1 : first];
+  double day = of[first == 2 ? 0 : first + 1];
+  const TimeFormat format = first == 1                          ? TimeFormat::iso
+                            : pattern.find('n') != pattern.npos ? TimeFormat::named
+                            : pattern[1] == '.'                 ? TimeFormat::dotted
+                                                                : TimeFormat::slashed;
+  const bool may_be_both = format == TimeFormat::slashed && month <= 12 && day <= 12 && month != day;
+  if (format == TimeFormat::slashed && (has_half || month > 12) && day <= 12) std::swap(month, day);
   const auto date = since_1970(year, month, day);
   if (!date || !text.empty()) return std::nullopt;
-  return Time{kind->format, *date + clock_s - sign * (zone[0] * 3600 + zone[1] * 60),
-              may_be_both && !has_half};
+  return Time{format, *date + clock_s - sign * (zone[0] * 3600 + zone[1] * 60), may_be_both && !has_half};
 }
 
 // As pandas and Python have it, also -1 days +23:59:59.95; or with its unit in each cell, as MATLAB and R write durations.
@@ -181,9 +162,8 @@ bool is_measurement(double value) {
 }
 
 bool is_missing(std::string_view cell) {
-  static constexpr std::array kMissing = {"nan", "na", "n/a", "none", "null", "-", "--", "#n/a"};
   if (cell.empty() || cell.size() > 4 || (cell.front() >= '0' && cell.front() <= '9')) return cell.empty();
-  return std::ranges::find(kMissing, lower(cell)) != kMissing.end();
+  return is_one_of(cell, "nan na n/a none null - -- #n/a");
 }
 
 std::optional<double> to_packed_clock(double number) {

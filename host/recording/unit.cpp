@@ -1,5 +1,7 @@
 #include "host/recording/unit.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <vector>
@@ -57,6 +59,11 @@ std::string lower(std::string_view text) {
   return out;
 }
 
+bool is_one_of(std::string_view word, std::string_view list) {
+  return word.size() < 16 && word.find(' ') == word.npos &&
+         fmt::format(" {} ", list).find(fmt::format(" {} ", lower(word))) != list.npos;
+}
+
 std::string_view trimmed(std::string_view text) {
   const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
   while (!text.empty() && blank(text.front())) text.remove_prefix(1);
@@ -107,10 +114,7 @@ std::string unknown_angle_unit(std::string_view column) {
   if (!unit.empty()) return known_unit(unit) ? "" : unit;
   const std::string text = lower(trimmed(column));
   const std::string last = text.substr(text.find_last_of("_ ") + 1);
-  for (const char* other : {"grad", "gon", "mrad", "turn", "turns", "percent", "%"}) {
-    if (last == other && last.size() < text.size()) return last;
-  }
-  return "";
+  return last.size() < text.size() && is_one_of(last, "grad gon mrad turn turns percent %") ? last : "";
 }
 
 std::optional<double> seconds_in(std::string_view text) {

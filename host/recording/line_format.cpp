@@ -96,6 +96,71 @@ bool is_list(std::string_view text) {
          text.find_first_of("\t;") == text.npos;
 }
 
+// What was cut off the front of a line so far.
+struct Prefix {
+  std::string_view rest;
+  std::string_view time = {};
+  bool is_sure = false;  // for a time may be a cell
+  bool is_logged = false;
+  bool has_tag = false;
+  void drop(std::size_t n) { rest = trimmed(rest.substr(std::min(n, rest.size()))); }
+};
+
+void take_arrow(Prefix& p) {
+  for (const std::string_view arrow : {"->", " > "}) {
+    const std::size_t at = p.rest.find(arrow);
+    if (!p.time.empty() || at == p.rest.npos || (arrow != "->" && p.rest.find(':') == p.rest.npos)) continue;
+    std::string_view before = trimmed(p.rest.substr(0, at));
+    if (before.starts_with('[') && before.ends_with(']')) before = before.substr(1, before.size() - 2);
+    if (!to_time(before)) continue;
+    p.time = before;
+    p.is_sure = true;
+    p.drop(at + arrow.size());
+  }
+}
+
+// False: what comes is no part of it.
+bool take_part(Prefix& p) {
+  const std::size_t bracket = kOpen.find(p.rest.front());
+  const std::size_t close = bracket == kOpen.npos ? p.rest.npos : p.rest.find(kClose[bracket]);
+  const std::string_view word =
+      !is_letter(p.rest.front()) ? "" : p.rest.substr(0, p.rest.find_first_of(" \t([:"));
+  const std::string_view after = trimmed(p.rest.substr(word.size()));
+  if (close != p.rest.npos) {
+    const std::string_view inner = trimmed(p.rest.substr(1, close - 1));
+    const bool is_time = p.time.empty() && to_time(inner.starts_with("0 ") ? inner.substr(2) : inner);
+    p.has_tag = p.has_tag || is_level(inner);
+    p.is_logged = p.is_logged || p.has_tag;
+    if (!is_time && !(p.is_logged && inner.find_first_of("-.0123456789") != 0)) return false;
+    if (is_time) p.time = inner.substr(inner.starts_with("0 ") ? 2 : 0);  // days, of Tera Term
+    p.is_sure = true;
+    p.drop(close + 1);
+    while (!p.time.empty() && !p.rest.empty() &&
+           (kMarks.find(p.rest.front()) != p.rest.npos || p.rest.starts_with("- ")))
+      p.drop(1);
+  } else if (is_level(word) && (word.size() > 1 ? !after.empty() : after.starts_with('('))) {
+    p.is_logged = true;
+    p.has_tag = word.size() == 1;
+    p.drop(word.size() + (after.starts_with(':') ? 1 : 0));
+  } else if (const std::size_t end = p.time.empty() ? time_end(p.rest) : 0; end > 0) {
+    p.time = p.rest.substr(0, end);
+    const std::size_t next = p.rest.find_first_not_of(" :", end);
+    p.is_sure = p.rest[end] != '\t' && p.time.find(' ') != p.time.npos && next != p.rest.npos &&
+                kMarks.find(p.rest[next]) == kMarks.npos && p.rest[next] != '\t';
+    p.drop(end);
+    if (const std::size_t last = p.rest.starts_with("- ") && std::ranges::any_of(p.rest, is_letter)
+                                     ? p.rest.rfind(" - ")
+                                     : p.rest.npos;
+        last != p.rest.npos) {
+      p.is_logged = true;  // Python: - glove - INFO -
+      p.drop(last + 3);
+    }
+  } else {
+    return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 bool split(std::string_view line, char separator, std::vector<std::string>& cells) {
@@ -147,76 +212,33 @@ char separator_of(std::string_view first, std::string_view second) {
 }
 
 void cut_prefix(std::string& line, std::string& time) {
+  const bool has_gap =
+      line.find_first_of(" \t[>'\"\x1b") != line.npos || std::ranges::any_of(line, is_letter);
+  if (!has_gap || line.find_first_of(":,=>'\"\x1b([<") == line.npos) return;  // 0.05,356 or 0.05 356
   unwrap(line);
-  std::string_view rest = trimmed(line);
-  std::string_view found;
-  bool is_prefix = false;  // for sure, for a time may be a cell
-  bool is_logged = false;
-  bool has_tag = false;
-  const auto drop = [&](std::size_t n) { rest = trimmed(rest.substr(std::min(n, rest.size()))); };
-  for (const std::string_view arrow : {"->", " > "}) {
-    const std::size_t at = rest.find(arrow);
-    if (!found.empty() || at == rest.npos || (arrow != "->" && rest.find(':') == rest.npos)) continue;
-    std::string_view before = trimmed(rest.substr(0, at));
-    if (before.starts_with('[') && before.ends_with(']')) before = before.substr(1, before.size() - 2);
-    if (!to_time(before)) continue;
-    found = before;
-    is_prefix = true;
-    drop(at + arrow.size());
-  }
-  while (!rest.empty()) {
-    const std::size_t bracket = kOpen.find(rest.front());
-    const std::size_t close = bracket == kOpen.npos ? rest.npos : rest.find(kClose[bracket]);
-    const std::string_view word = rest.substr(0, rest.find_first_of(" \t([:"));
-    const std::string_view after = trimmed(rest.substr(word.size()));
-    if (close != rest.npos) {
-      const std::string_view inner = trimmed(rest.substr(1, close - 1));
-      const bool is_time = found.empty() && to_time(inner.starts_with("0 ") ? inner.substr(2) : inner);
-      has_tag = has_tag || is_level(inner);
-      is_logged = is_logged || has_tag;
-      if (!is_time && !(is_logged && inner.find_first_of("-.0123456789") != 0)) break;
-      if (is_time) found = inner.substr(inner.starts_with("0 ") ? 2 : 0);  // days, of Tera Term
-      is_prefix = true;
-      drop(close + 1);
-      while (!found.empty() && !rest.empty() &&
-             (kMarks.find(rest.front()) != rest.npos || rest.starts_with("- ")))
-        drop(1);
-    } else if (is_level(word) && (word.size() > 1 ? !after.empty() : after.starts_with('('))) {
-      is_logged = true;
-      has_tag = word.size() == 1;
-      drop(word.size() + (after.starts_with(':') ? 1 : 0));
-    } else if (const std::size_t end = found.empty() ? time_end(rest) : 0; end > 0) {
-      found = rest.substr(0, end);
-      const std::size_t next = rest.find_first_not_of(" :", end);
-      is_prefix = rest[end] != '\t' && found.find(' ') != found.npos && next != rest.npos &&
-                  kMarks.find(rest[next]) == kMarks.npos && rest[next] != '\t';
-      drop(end);
-      if (const std::size_t last = rest.starts_with("- ") ? rest.rfind(" - ") : rest.npos;
-          last != rest.npos) {
-        is_logged = true;  // Python: - glove - INFO -
-        drop(last + 3);
-      }
-    } else {
-      break;
-    }
+  Prefix p{trimmed(line)};
+  take_arrow(p);
+  while (!p.rest.empty() && take_part(p)) {
   }
   const auto is_dated_list = [&] {  // or with seconds since 1970
-    const auto number = to_number(found);
-    return is_list(rest) && (!number || (*number >= kFirstEpoch_s && *number < kLastEpoch_s));
+    if (!is_list(p.rest)) return false;
+    const auto number = to_number(p.time);
+    return !number || (*number >= kFirstEpoch_s && *number < kLastEpoch_s);
   };
   Cells labels;
   const auto is_labelled = [&](std::string_view text) {
     return !text.empty() && is_letter(text.front()) && read_labelled(text, labels);
   };
-  const bool is_marked = !found.empty() && !rest.empty() && kMarks.find(rest.front()) != kMarks.npos;
-  if (is_marked && (rest.front() == ':' || is_labelled(trimmed(rest.substr(1))))) drop(1);
-  if (!found.empty() && !rest.empty() && (is_prefix || is_logged || is_dated_list() || is_labelled(rest))) {
-    const std::size_t tag = is_logged ? rest.find(": ") : rest.npos;
-    if (tag != rest.npos && (has_tag || is_labelled(trimmed(rest.substr(tag + 1))))) drop(tag + 2);
-    time = std::string(found);
-    const bool is_ms = is_logged && found.find_first_not_of("0123456789") == found.npos;
+  const bool is_marked = !p.time.empty() && !p.rest.empty() && kMarks.find(p.rest.front()) != kMarks.npos;
+  if (is_marked && (p.rest.front() == ':' || is_labelled(trimmed(p.rest.substr(1))))) p.drop(1);
+  if (!p.time.empty() && !p.rest.empty() &&
+      (p.is_sure || p.is_logged || is_dated_list() || is_labelled(p.rest))) {
+    const std::size_t tag = p.is_logged ? p.rest.find(": ") : p.rest.npos;
+    if (tag != p.rest.npos && (p.has_tag || is_labelled(trimmed(p.rest.substr(tag + 1))))) p.drop(tag + 2);
+    time = std::string(p.time);
+    const bool is_ms = p.is_logged && p.time.find_first_not_of("0123456789") == p.time.npos;
     if (is_ms) time = time.size() > 3 ? time.insert(time.size() - 3, ".") : fmt::format("0.{:0>3}", time);
-    line = std::string(rest);
+    line = std::string(p.rest);
   }
   unwrap(line);
 }

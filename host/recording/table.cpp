@@ -1038,17 +1038,20 @@ bool TableReader::read_values(std::vector<double>& value, Problem& why) {
   return true;
 }
 
+// By rows, or Vicon's frames.
+bool TableReader::read_frame(double& t_s) {
+  const auto frame = frame_rows_ > 0 ? to_number(cells_[0]) : std::nullopt;
+  const auto part = frame ? to_number(cells_[1]) : std::nullopt;
+  if (frame_rows_ > 0 && !part) return false;
+  const double row = part ? *frame * frame_rows_ + *part : static_cast<double>(rows_.rows() + malformed_);
+  if (part && !first_frame_) first_frame_ = row;
+  t_s = (row - first_frame_.value_or(0)) / options_.time.log_rate_hz;
+  return true;
+}
+
 // False with a reason, or without one where no time stands.
 bool TableReader::read_time(double& t_s, Problem& why) {
-  if (!has_time()) {
-    const auto frame = frame_rows_ > 0 ? to_number(cells_[0]) : std::nullopt;
-    const auto part = frame ? to_number(cells_[1]) : std::nullopt;
-    if (frame_rows_ > 0 && !part) return false;
-    const double row = part ? *frame * frame_rows_ + *part : static_cast<double>(rows_.rows() + malformed_);
-    if (part && !first_frame_) first_frame_ = row;
-    t_s = (row - first_frame_.value_or(0)) / options_.time.log_rate_hz;
-    return true;
-  }
+  if (!has_time()) return read_frame(t_s);
   const std::string& text = arrow_ ? line_.time : cells_[*time_place_];
   if (is_missing(text)) return false;
   const auto refuse_it = [&](const std::string& what) {

@@ -178,6 +178,7 @@ class TableReader : TableState {
   bool is_header_again();
   bool is_anothers();
   bool is_whole(Problem& why);
+  bool read_frame(double& t_s);
   bool read_time(double& t_s, Problem& why);
   bool read_values(std::vector<double>& value, Problem& why);
   const char* fault_of(const std::string& cell, const Number& number, double& last);

@@ -1,7 +1,5 @@
 #include "host/recording/unit.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
 #include <vector>
@@ -60,8 +58,8 @@ std::string lower(std::string_view text) {
 }
 
 bool is_one_of(std::string_view word, std::string_view list) {
-  return word.size() < 16 && word.find(' ') == word.npos &&
-         fmt::format(" {} ", list).find(fmt::format(" {} ", lower(word))) != list.npos;
+  if (word.empty() || word.size() > 15 || word.find(' ') != word.npos) return false;
+  return (' ' + std::string(list) + ' ').find(' ' + lower(word) + ' ') != std::string::npos;
 }
 
 std::string_view trimmed(std::string_view text) {

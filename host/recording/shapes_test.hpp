@@ -423,6 +423,7 @@ inline const std::vector<Misshape> kMisshapes = {
     {"DaysThatStand", "time,flex\n46143.54,1\n46143.54,2\n", "as a spreadsheet"},
     {"ATimeThatStands", "t_s,count_ms,flex\n0,0,1\n0,50,2\n", "--time-column \"count_ms\""},
     {"NumbersBeforeLabels", "1000 flex:1\n1050 flex:2\n1100 flex:3\n", "--time-unit ms"},
+    {"LabViewWithoutItsEnd", "LabVIEW Measurement\t\nSeparator\tTab\n0\t1\n", "no time column"},
     {"OtherBytes", "a,\x01\x02\n", "is no text"}};
 
 }  // namespace flexor::recording

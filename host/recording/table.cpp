@@ -105,7 +105,8 @@ class Finder : public TableState {
 
   bool is_enough() const {
     Cells cells;
-    if (has_labview_header()) return labview_titles() > 0 && at(labview_titles() + 1) != nullptr;
+    if (has_labview_header() && !has_ended_)
+      return labview_titles() > 0 && at(labview_titles() + 1) != nullptr;
     return !is_strict() || find_labels(cells) || find_first_row();
   }
 

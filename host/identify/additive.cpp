@@ -651,11 +651,6 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
   }
   const model::Saturation ends = limits_of(stack, kEnds);
   if (!(ends.upper_deg > ends.lower_deg)) throw io::JobError("{}: its angle hardly changes", joint);
-  for (Index s = 0; s < stack.input.cols(); ++s) {
-    const VectorXd u = stack.input(stack.used, s);
-    if (!(u.maxCoeff() > u.minCoeff()))
-      throw io::JobError("{}: sensor {} of its map never changes in the fitted part", joint, s + 1);
-  }
   const Search search(stack, period_s);
   std::vector<Branches> all = candidates.branches;
   std::vector<Additive> out;

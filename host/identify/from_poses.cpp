@@ -104,7 +104,7 @@ void check_angles(const std::map<std::string, model::Ends>& angles, const std::v
   }
 }
 
-void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
+void add_joint(model::Model& m, const Sensor& sensor, double adc_top, double open, double fist,
                const std::map<std::string, model::Ends>& angles) {
   const std::string& joint = sensor.input.name;
   const auto told = angles.find(joint);
@@ -114,8 +114,7 @@ void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
   const double span = std::abs(fist - open);
   const bool counts = input.unit == "count";
   input.valid_min = counts ? 1 : std::min(open, fist) - kBeyondPoses * span;
-  input.valid_max = counts ? recording::adc_top(std::ranges::max(*sensor.value)) - 1
-                           : std::max(open, fist) + kBeyondPoses * span;
+  input.valid_max = counts ? adc_top - 1 : std::max(open, fist) + kBeyondPoses * span;
   const double gain = scale_to_counts(input);
   input.poses = model::Poses{gain * open, gain * fist};
   for (double& reading : input.readings->reading) reading *= gain;
@@ -202,10 +201,13 @@ FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& 
       "measured.";
   out.model.written_by = "flexor " FLEXOR_VERSION;
   out.model.sample_period_s = 1 / options.rate_hz;
+  double most = 0;  // of one converter
+  for (const Sensor& sensor : sensors)
+    most = std::max(most, sensor.input.unit == "count" ? std::ranges::max(*sensor.value) : 0);
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     if (tells_apart(sensors[i], i, held, out.warnings)) {
-      add_joint(out.model, sensors[i], median(readings_in(held.open, i)), median(readings_in(held.fist, i)),
-                options.angles);
+      add_joint(out.model, sensors[i], recording::adc_top(most), median(readings_in(held.open, i)),
+                median(readings_in(held.fist, i)), options.angles);
     } else {
       left_out.push_back(sensors[i].input.column);
     }

@@ -54,6 +54,16 @@ std::string refusal_of(const model::Model& model, double drift_deg) {
   return "";
 }
 
+void require_moving(const std::vector<Session>& sessions, const JointMap& joint) {
+  const Stack stack(sessions);
+  for (Eigen::Index s = 0; s < stack.input.cols(); ++s) {
+    const Eigen::VectorXd u = stack.input(stack.used, s);
+    if (!(u.maxCoeff() > u.minCoeff()))
+      throw io::JobError("{}: {} never changes in the fitted part", joint.joint,
+                         joint.sensors[static_cast<std::size_t>(s)]);
+  }
+}
+
 std::string refusal_of(const JointFit& chain) {
   return refusal_of(chain.model, chain.creeps ? 0 : chain.hold_drift_deg);
 }
@@ -176,6 +186,7 @@ SumFit fit_sum(const Candidates& candidates, const Task& task) {
     untried = of - std::max<std::size_t>(done, 1);
     return false;
   };
+  require_moving(task.sessions, task.joint);
   const std::vector<Additive> all = fit_additive(task.sessions, task.inputs.sample_period_s, task.joint.joint,
                                                  candidates, drift, accept, counted);
   if (!best) throw io::JobError("{}: {}", task.joint.joint, refusals.front());
@@ -331,8 +342,7 @@ struct Mix {
       gains.push_back(scale_to_counts(input));
       readings.push_back({input.valid_min, input.valid_max});
     }
-    if (!weight.allFinite())
-      throw io::JobError("{}: a sensor of its map never changes in the fitted part", joint.joint);
+    require_moving(sessions, joint);
     weight *= gains.front();
     const Eigen::MatrixXd used = stack.input(stack.used, Eigen::all);
     sum.offset = (gains.front() * used.col(0) - used * weight).mean();
@@ -399,8 +409,8 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
       kWandersAlike * std::max(wander_deg(still.model, sessions, still.sensors), kMostDrift_deg);
   if (wander > most_deg) {
     return fmt::format(
-        "while the finger holds still its error wanders by {:.1f} degrees, at most {:.1f} are allowed",
-        wander, most_deg);
+        "while the finger holds still its error wanders by {0:.{2}f} degrees, at most {1:.{2}f} are allowed",
+        wander, most_deg, std::clamp(1 - static_cast<int>(std::floor(std::log10(wander - most_deg))), 1, 9));
   }
   Eigen::Index longest = 0;
   Eigen::Index rows = 0;

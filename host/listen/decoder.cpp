@@ -304,7 +304,7 @@ class LineDecoder : public Decoder {
     if (!std::exchange(may_be_piece_, false)) return false;
     std::string text = line_.text;
     std::string monitor_time;
-    (void)recording::cut_at_arrow(text, monitor_time);
+    recording::cut_prefix(text, monitor_time);
     const char separator = recording::separator_of(text);
     std::vector<std::string> cells;
     recording::split(text, separator, cells);

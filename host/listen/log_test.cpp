@@ -40,11 +40,14 @@ TEST(Log, HasTheBoardsClockBesideTheHosts) {
     log.add(at(100.5, 7.51, 2));
     log.add(at(101.0, 0.02, 3));  // the board was reset
     log.add(at(101.5, 0.53, 4));
+    log.add(at(166.5, 65.52, 5));
+    log.add(at(167.0, 0.484, 6));  // milliseconds in 16 bits
     EXPECT_EQ(log.restarts(), 1U);
   }
   const recording::Recording r = recording::read_csv(file, {});
   EXPECT_EQ(io::read_file(file).substr(0, 23), "t_s,host_s,index_count\n");
-  ASSERT_EQ(r.t_s.size(), 4U);
+  ASSERT_EQ(r.t_s.size(), 6U);
+  EXPECT_NEAR(r.t_s[5] - r.t_s[4], 0.5, 1e-9);
   EXPECT_NEAR(r.t_s[1], 0.51, 1e-9);
   EXPECT_NEAR(r.t_s[2], 1.01, 1e-9);
   EXPECT_NEAR(r.t_s[3], 1.52, 1e-9);

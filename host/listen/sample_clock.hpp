@@ -1,5 +1,5 @@
 // The time of samples from the two clocks that they come with: the board's where it has one, from 0 at the first sample,
-// else the host's. It rises strictly; a board that starts anew goes on where the host's clock says.
+// else the host's. It rises strictly; a counter that wraps goes on, a board that starts anew where the host's clock says.
 #pragma once
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "host/listen/decoder.hpp"
+#include "host/recording/stream.hpp"
 
 namespace flexor::listen {
 
@@ -16,12 +17,17 @@ class SampleClock {
     constexpr double kLeastStep_s = 1e-4;  // of samples that came in one burst, without a clock of their own
     constexpr double kAstray_s =
         1;  // of the board's clock from the host's, between two samples: it started anew
+    constexpr double kLate_s =
+        0.25;  // by which lines come late: a counter's wrap differs by less from the host's step
     const bool is_first = !std::exchange(has_begun_, true);
     if (is_first) first_host_s_ = last_host_s_ = sample.host_s;
     const double host_step_s = sample.host_s - std::exchange(last_host_s_, sample.host_s);
     double t_s = sample.host_s - first_host_s_;
     if (sample.board_s) {
-      const double step_s = *sample.board_s - std::exchange(last_board_s_, *sample.board_s);
+      double step_s = *sample.board_s - std::exchange(last_board_s_, *sample.board_s);
+      for (const double wrap_s : recording::kWraps_s) {
+        if (step_s < 0 && std::abs(step_s + wrap_s - host_step_s) < kLate_s) step_s += wrap_s;
+      }
       const bool is_anew = !is_first && (step_s < 0 || std::abs(step_s - host_step_s) > kAstray_s);
       restarts_ += is_anew ? 1 : 0;
       t_s = last_s_ + (is_anew ? host_step_s : step_s);

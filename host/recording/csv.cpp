@@ -17,7 +17,8 @@ namespace {
 using io::InputError;
 
 constexpr double kShortestTrial_s = 2;
-constexpr double kOwnClock_s = 1;  // a clock that begins before it is the log's own
+constexpr double kShortestMean_s = 1e-5;  // of steps: days in a spreadsheet's digits
+constexpr double kOwnClock_s = 1;         // a clock that begins before it is the log's own
 
 std::unique_ptr<std::istream> open(const std::filesystem::path& path) {
   io::require_readable(path);
@@ -36,16 +37,22 @@ std::string message(const Problem& p, const std::string& source) {
          (p.column.empty() ? "" : fmt::format(": column \"{}\"", p.column)) + ": " + p.detail;
 }
 
-void check_times(const Recording& recording) {
+void check_times(const Recording& recording, const Times& times) {
   if (recording.t_s.size() < 2) {
     const auto& notes = recording.warnings;
     throw InputError("{}: {} row(s) of data; a recording needs at least two{}", recording.source,
                      recording.t_s.size(), notes.empty() ? "" : notes.back().substr(recording.source.size()));
   }
-  if (recording.t_s.front() == recording.t_s.back()) {
-    throw InputError("{}: row 3: time does not increase: it is {:g} s in every row", recording.source,
-                     recording.t_s.front());
-  }
+  const double step_s =
+      (recording.t_s.back() - recording.t_s.front()) / static_cast<double>(recording.t_s.size() - 1);
+  const char* mend = spreadsheet_mend(recording.t_s.front() / times.unit_s, step_s / times.unit_s);
+  if (step_s > 0 && (mend == nullptr || step_s > kShortestMean_s)) return;
+  throw InputError("{}: row 3: time does not increase: it is {:.10g} s in every row; {}", recording.source,
+                   recording.t_s.front(),
+                   mend != nullptr ? mend
+                   : times.other.empty()
+                       ? "is another column the time (--time-column), or has it none (--log-rate 50)?"
+                       : fmt::format("take the other time: --time-column \"{}\"", times.other));
 }
 
 // Each segment, through Stream.
@@ -211,7 +218,7 @@ TimeOptions times_of_pair(const Log& sensor, const Log& reference, TimeOptions t
 
 Recording read(LogReader& reader, Resets resets) {
   Recording recording = std::move(segments_of(reader, resets).front());
-  check_times(recording);
+  check_times(recording, reader.times());
   return recording;
 }
 
@@ -221,7 +228,7 @@ std::vector<Recording> read_segments(LogReader& reader, const TimeOptions& time)
     out[0].warnings.push_back(fmt::format("{}: one trial alone (--segment)", reader.name()));
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (out.size() > 1) out[i].source += fmt::format(", trial {}", i + 1);
-    check_times(out[i]);
+    check_times(out[i], reader.times());
     if (const double took_s = out[i].t_s.back() - out[i].t_s.front();
         out.size() > 1 && took_s < kShortestTrial_s)
       throw InputError("{}: {:.2g} s are no take: cut it out, or leave its label's cells empty",

@@ -50,6 +50,117 @@ bool read_keyed(std::string_view text, Cells& cells) {
   return is_frame || parsed == link::GloveParse::information;
 }
 
+constexpr std::string_view kOpen = "[<(";
+constexpr std::string_view kClose = "]>)";
+constexpr std::string_view kMarks = ":,;|";  // behind a time in brackets
+constexpr std::string_view kGaps = " \t,;|";
+
+// Without terminals' colours, and what Python prints around bytes and lists.
+void unwrap(std::string& line) {
+  for (std::size_t at = line.find('\x1b'); at != line.npos; at = line.find('\x1b')) {
+    const auto end = std::find_if(line.begin() + static_cast<std::ptrdiff_t>(at), line.end(), is_letter);
+    line.erase(line.begin() + static_cast<std::ptrdiff_t>(at), end == line.end() ? end : end + 1);
+  }
+  std::string_view text = trimmed(line);
+  if ((text.starts_with("b'") && text.ends_with('\'')) || (text.starts_with("b\"") && text.ends_with('"'))) {
+    text = text.substr(2, text.size() - 3);
+    while (text.ends_with("\\r") || text.ends_with("\\n")) text.remove_suffix(2);
+    line = std::string(text);
+  }
+}
+
+// Of a logger's line.
+bool is_level(std::string_view word) {
+  return is_one_of(word, "i w e d v inf wrn err dbg info warn warning error debug trace");
+}
+
+// How far a clock goes from the front, perhaps behind a date and before AM, a zone or a year; or seconds since 1970. 0: there is none.
+std::size_t time_end(std::string_view text) {
+  const std::size_t digits = std::min(text.find_first_not_of("0123456789."), text.size());
+  const bool is_number = digits > 0 && digits < text.size() && kGaps.find(text[digits]) != kGaps.npos;
+  std::size_t out = is_number ? digits : 0;
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const bool has_gap =
+      colon < 30 && (text.find_first_of(" \t", colon) != text.npos || std::ranges::any_of(text, is_letter));
+  std::size_t end = has_gap ? text.find_first_of(kGaps, colon) : text.npos;
+  for (int k = 0; k < 3 && end != text.npos; ++k, end = text.find_first_of(kGaps, end + 1)) {
+    const std::size_t mark = text[end - 1] == ':' ? end - 1 : end;
+    if (to_time(text.substr(0, mark))) out = mark;
+  }
+  return out;
+}
+
+// Of numbers between commas.
+bool is_list(std::string_view text) {
+  return text.find_first_of("-.0123456789") == 0 && text.find(',') != text.npos &&
+         text.find_first_of("\t;") == text.npos;
+}
+
+// What was cut off the front of a line so far.
+struct Prefix {
+  std::string_view rest;
+  std::string_view time = {};
+  bool is_sure = false;  // for a time may be a cell
+  bool is_logged = false;
+  bool has_tag = false;
+  void drop(std::size_t n) { rest = trimmed(rest.substr(std::min(n, rest.size()))); }
+};
+
+void take_arrow(Prefix& p) {
+  for (const std::string_view arrow : {"->", " > "}) {
+    const std::size_t at = p.rest.find(arrow);
+    if (!p.time.empty() || at == p.rest.npos || (arrow != "->" && p.rest.find(':') == p.rest.npos)) continue;
+    std::string_view before = trimmed(p.rest.substr(0, at));
+    if (before.starts_with('[') && before.ends_with(']')) before = before.substr(1, before.size() - 2);
+    if (!to_time(before)) continue;
+    p.time = before;
+    p.is_sure = true;
+    p.drop(at + arrow.size());
+  }
+}
+
+// False: what comes is no part of it.
+bool take_part(Prefix& p) {
+  const std::size_t bracket = kOpen.find(p.rest.front());
+  const std::size_t close = bracket == kOpen.npos ? p.rest.npos : p.rest.find(kClose[bracket]);
+  const std::string_view word =
+      !is_letter(p.rest.front()) ? "" : p.rest.substr(0, p.rest.find_first_of(" \t([:"));
+  const std::string_view after = trimmed(p.rest.substr(word.size()));
+  if (close != p.rest.npos) {
+    const std::string_view inner = trimmed(p.rest.substr(1, close - 1));
+    const bool is_time = p.time.empty() && to_time(inner.starts_with("0 ") ? inner.substr(2) : inner);
+    p.has_tag = p.has_tag || is_level(inner);
+    p.is_logged = p.is_logged || p.has_tag;
+    if (!is_time && !(p.is_logged && inner.find_first_of("-.0123456789") != 0)) return false;
+    if (is_time) p.time = inner.substr(inner.starts_with("0 ") ? 2 : 0);  // days, of Tera Term
+    p.is_sure = true;
+    p.drop(close + 1);
+    while (!p.time.empty() && !p.rest.empty() &&
+           (kMarks.find(p.rest.front()) != p.rest.npos || p.rest.starts_with("- ")))
+      p.drop(1);
+  } else if (is_level(word) && (word.size() > 1 ? !after.empty() : after.starts_with('('))) {
+    p.is_logged = true;
+    p.has_tag = word.size() == 1;
+    p.drop(word.size() + (after.starts_with(':') ? 1 : 0));
+  } else if (const std::size_t end = p.time.empty() ? time_end(p.rest) : 0; end > 0) {
+    p.time = p.rest.substr(0, end);
+    const std::size_t next = p.rest.find_first_not_of(" :", end);
+    p.is_sure = p.rest[end] != '\t' && p.time.find(' ') != p.time.npos && next != p.rest.npos &&
+                kMarks.find(p.rest[next]) == kMarks.npos && p.rest[next] != '\t';
+    p.drop(end);
+    if (const std::size_t last = p.rest.starts_with("- ") && std::ranges::any_of(p.rest, is_letter)
+                                     ? p.rest.rfind(" - ")
+                                     : p.rest.npos;
+        last != p.rest.npos) {
+      p.is_logged = true;  // Python: - glove - INFO -
+      p.drop(last + 3);
+    }
+  } else {
+    return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 bool split(std::string_view line, char separator, std::vector<std::string>& cells) {
@@ -89,7 +200,7 @@ char separator_of(std::string_view first, std::string_view second) {
   std::vector<std::string> b;
   char out = second.empty() ? ' ' : ',';
   std::size_t most = 1;
-  for (const char c : {';', '\t', ',', ' '}) {
+  for (const char c : {';', '\t', ',', '|', ' '}) {
     split(first, c, a);
     if (!second.empty()) split(second, c, b);
     if (a.size() > 1 && (second.empty() || a.size() == b.size())) return c;
@@ -100,26 +211,36 @@ char separator_of(std::string_view first, std::string_view second) {
   return out;
 }
 
-bool cut_at_arrow(std::string& line, std::string& time) {
-  const std::string_view text = trimmed(line);
-  const auto take = [&](std::size_t end, std::size_t next) {
-    std::string_view before = trimmed(text.substr(0, end));
-    if (before.starts_with('[') && before.ends_with(']')) before = before.substr(1, before.size() - 2);
-    if (!to_time(before)) return false;
-    time = std::string(before);
-    line = std::string(trimmed(text.substr(std::min(next, text.size()))));
-    return true;
+void cut_prefix(std::string& line, std::string& time) {
+  const bool has_gap =
+      line.find_first_of(" \t[>'\"\x1b") != line.npos || std::ranges::any_of(line, is_letter);
+  if (!has_gap || line.find_first_of(":,=>'\"\x1b([<") == line.npos) return;  // 0.05,356 or 0.05 356
+  unwrap(line);
+  Prefix p{trimmed(line)};
+  take_arrow(p);
+  while (!p.rest.empty() && take_part(p)) {
+  }
+  const auto is_dated_list = [&] {  // or with seconds since 1970
+    if (!is_list(p.rest)) return false;
+    const auto number = to_number(p.time);
+    return !number || (*number >= kFirstEpoch_s && *number < kLastEpoch_s);
   };
-  if (const std::size_t at = text.find("->"); at != text.npos && take(at, at + 2)) return true;
-  if (text.find(':') == text.npos) return false;
-  if (const std::size_t at = text.find(" > "); at != text.npos && take(at, at + 3)) return true;
-  // A time of day, perhaps behind a date, a blank, and a list of numbers between commas.
-  const std::size_t blank = text.find_first_of(" \t", text.find(':'));
-  const std::size_t list = std::min(text.find_first_not_of(" \t", blank), text.size());
-  const bool is_list = std::isdigit(static_cast<unsigned char>(text[std::min(list, text.size() - 1)])) != 0 &&
-                       text.find(',') > list && text.find(',') != text.npos &&
-                       text.substr(list).find('\t') == text.npos && text.substr(list).find(';') == text.npos;
-  return is_list && take(blank, list);
+  Cells labels;
+  const auto is_labelled = [&](std::string_view text) {
+    return !text.empty() && is_letter(text.front()) && read_labelled(text, labels);
+  };
+  const bool is_marked = !p.time.empty() && !p.rest.empty() && kMarks.find(p.rest.front()) != kMarks.npos;
+  if (is_marked && (p.rest.front() == ':' || is_labelled(trimmed(p.rest.substr(1))))) p.drop(1);
+  if (!p.time.empty() && !p.rest.empty() &&
+      (p.is_sure || p.is_logged || is_dated_list() || is_labelled(p.rest))) {
+    const std::size_t tag = p.is_logged ? p.rest.find(": ") : p.rest.npos;
+    if (tag != p.rest.npos && (p.has_tag || is_labelled(trimmed(p.rest.substr(tag + 1))))) p.drop(tag + 2);
+    time = std::string(p.time);
+    const bool is_ms = p.is_logged && p.time.find_first_not_of("0123456789") == p.time.npos;
+    if (is_ms) time = time.size() > 3 ? time.insert(time.size() - 3, ".") : fmt::format("0.{:0>3}", time);
+    line = std::string(p.rest);
+  }
+  unwrap(line);
 }
 
 bool read_labelled(std::string_view line, Cells& cells) {
@@ -128,8 +249,7 @@ bool read_labelled(std::string_view line, Cells& cells) {
   if (read_keyed(text, cells)) return true;
   cells = {Layout::labelled, {}, {}};
   bool has_number = false;
-  constexpr std::string_view kGaps = " \t,;|";
-  const char mark = text.find(':') == text.npos && std::ranges::count(text, '=') > 1 ? '=' : ':';
+  const char mark = text.find(':') == text.npos ? '=' : ':';
   // Where each piece between two gaps but blanks has one label, its value may be several words.
   const auto gaps =
       std::ranges::count_if(text, [&](char c) { return c != ' ' && kGaps.find(c) != kGaps.npos; });
@@ -188,21 +308,34 @@ bool is_header(const std::vector<std::string>& cells, char separator) {
   });
 }
 
+bool is_greeting(const std::vector<std::string>& cells) {
+  return std::ranges::any_of(cells, [](std::string_view word) {
+    while (word.size() > 1 && std::string_view(".,:!").find(word.back()) != word.npos) word.remove_suffix(1);
+    const bool is_version =
+        word.size() > 2 && lower(word)[0] == 'v' && word.find_first_not_of("0123456789.", 1) == word.npos;
+    return is_version ||
+           is_one_of(word,
+                     "ready started starting hello boot booting initialized connected calibrating version");
+  });
+}
+
 bool is_time_name(std::string_view column, std::optional<double>& unit_s) {
   const NameAndUnit cut = cut_name(column);
   unit_s = seconds_in(cut.unit);
-  static constexpr std::array kNames = {
-      "t",           "time",    "timestamp",     "datetime",     "date",
-      "clock",       "elapsed", "elapsedtime",   "zeit",         "uhrzeit",
-      "zeitstempel", "timems",  "elapsedtimein", "relativetime", "lsltimestamp"};
-  if (std::ranges::any_of(kNames, [&](const char* n) { return cut.name == n; })) {
+  constexpr const char* kNames =
+      "t time times timestamps date datetime clock elapsed elapsedtime timems elapsedtimein relativetime "
+      "systime systemtime "
+      "sampletime localtime xvalue zeit uhrzeit datum zeitstempel temps heure horodatage tiempo hora tempo "
+      "ora tijd tid czas zaman "
+      "masa waktu aika cas čas idő время Время 時間 時刻 时间 時間戳 时间戳 시간";
+  if (cut.name.ends_with("stamp") || (cut.name == "x" && unit_s) || is_one_of(cut.name, kNames)) {
     if (cut.name == "timems") unit_s = 1e-3;
     return cut.unit.empty() || unit_s.has_value();
   }
   // A column called by its unit: millis, micros, ms, "seconds".
-  if (!cut.unit.empty() || cut.name.size() < 2 || cut.name == "min") return false;
+  if (!cut.unit.empty() || cut.name.size() < 2) return false;
   unit_s = seconds_in(cut.name.starts_with("time") ? cut.name.substr(4) : cut.name);
-  return unit_s.has_value();
+  return unit_s.has_value() && *unit_s <= 1;
 }
 
 bool is_units_row(const std::vector<std::string>& cells) {

@@ -3,7 +3,7 @@
 // table     cells separated by comma, semicolon, tab or blanks, in quotes or not; decimal commas where the separator is none
 // labelled  label:value or label=value pairs, as serial plotters take them, separated by , ; | tabs or blanks; a unit may follow a value
 // keyed     text for VR drivers (A356B323C446...; runtime/link/opengloves.hpp): labels thumb_count, index_count, ...
-// Each also behind the Arduino IDE's clock: 12:03:11.123 -> 356,323,446
+// Each also behind the clock, level and tag that a terminal or a logger writes (cut_prefix), in brackets, and in colours.
 #pragma once
 
 #include <optional>
@@ -30,8 +30,16 @@ bool split(std::string_view line, char separator, std::vector<std::string>& cell
 // it has.
 char separator_of(std::string_view first, std::string_view second = {});
 
-// The time before an arrow is cut off `line`; false where there is none.
-bool cut_at_arrow(std::string& line, std::string& time);
+// What a terminal or a logger puts before the values is cut off `line`, its clock is `time`, and colours and brackets around all.
+//   12:03:11.123 -> 356        the Arduino IDE's monitor, and > of others
+//   [2026-05-01 12:03:11] 356  minicom, Tera Term, Zephyr ([00:00:01.234,000] <inf> glove: 356), ROS ([INFO] [1700000000.5] [glove]: 356)
+//   2026-05-01 12:03:11 356    date and clock, before anything but a tab or another separator; a clock alone or seconds since 1970
+//                              only before a list with commas, or labels
+//   I (1234) glove: 356        ESP-IDF, [  1234][I][glove.ino:8] loop(): 356 of Arduino: milliseconds
+void cut_prefix(std::string& line, std::string& time);
+
+// A version, or a word that boards say when they start.
+bool is_greeting(const std::vector<std::string>& cells);
 
 // False where the line is neither labelled nor keyed. What else a VR driver's line says (buttons, its version) is left out.
 bool read_labelled(std::string_view line, Cells& cells);

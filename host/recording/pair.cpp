@@ -40,11 +40,17 @@ Series until(const Series& series, double end_s) {
   return {series.t_s.first(rows), series.value.first(rows)};
 }
 
-// An ADC without its rails, or what was read and a quarter of its range on either side.
-Range valid_range(const Series& fitted, const std::string& unit) {
-  const auto [low, high] = without_spikes(fitted.value);
-  if (unit == "count" && low >= 0) {
-    return {1, adc_top(high) - 1};
+// An ADC without its rails, one for all counts of the log, or what was read and a quarter of its range on either side.
+Range valid_range(const Recording& log, const Column& column, double end_s) {
+  const auto seen = [&](const Column& of) { return until({log.t_s, of.value}, end_s).value; };
+  const auto [low, high] = without_spikes(seen(column));
+  if (column.unit == "count" && low >= 0) {
+    double top = adc_top(high);
+    for (const Column& other : log.columns) {
+      if (other.unit == "count" && std::ranges::any_of(seen(other), [&](double v) { return v > top; }))
+        top = std::max(top, adc_top(without_spikes(seen(other)).max));
+    }
+    return {1, top - 1};
   }
   const double margin = kRangeMargin * (high - low);
   return {low - margin, high + margin};
@@ -319,8 +325,8 @@ void state_unit(Recording& recording, const std::string& column, const std::stri
   (void)recording.column(column);
   std::string& unit = std::ranges::find(recording.columns, column, &Column::name)->unit;
   if (!unit.empty() && unit != *asked) {
-    throw InputError("{}: column \"{}\" is in {} by its name, in {} by the option: which?", recording.source,
-                     column, unit, *asked);
+    throw InputError("{}: column \"{}\" is in {} by {}, in {} by the option: which?", recording.source,
+                     column, unit, unit_of(column).empty() ? "the lines above the rows" : "its name", *asked);
   }
   unit = *asked;
 }
@@ -384,7 +390,7 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   if (seen.t_s.empty()) throw InputError("the split leaves nothing to fit");
   a.max_gap_s = default_max_gap_s(seen.t_s);
   const auto column = std::ranges::find(pair.sensor.columns, pair.input, &Column::name);
-  a.valid = valid_range(seen, column->unit);
+  a.valid = valid_range(pair.sensor, *column, end_s);
   refuse_other_unit(seen, a.valid, pair.sensor, *column);
   Samples samples = resample(sensor, a.period_s, a.max_gap_s, a.valid);
   samples.value.resize(size);

@@ -64,6 +64,12 @@ TEST(Pair, AColumnIsConvertedOnceAndSaysDegreesOnce) {
   }
 }
 
+TEST(Pair, OneConverterReadsAllCountsOfALog) {
+  Pair pair = simulated();
+  pair.sensor.columns.push_back({"thumb_adc", std::vector<double>(pair.sensor.t_s.size(), 3000), "count"});
+  EXPECT_EQ(align_pair(pair, 20, 3.0).valid.max, 4094);
+}
+
 TEST(Pair, DatesInBothFilesAreOneClockWhereTheSignalsDoNotContradict) {
   constexpr double kDate_s = 1.7e9;
   for (const double apart_s : {0.0, 0.1, 0.3}) {

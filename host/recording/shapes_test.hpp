@@ -63,6 +63,20 @@ inline std::string utf16(const std::string& ascii, bool little, bool mark) {
   return out;
 }
 
+// Three rows of a pattern: @ is 000, 050, 100; ~ is 0, 0.05, 0.1; ^ is 0, 50, 100; and # 10, 11, 12.
+inline std::string three(const std::string& pattern) {
+  std::string out;
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (const char c : pattern) {
+      const std::size_t set = std::string("@~^#").find(c);
+      static constexpr const char* kCells[4][3] = {
+          {"000", "050", "100"}, {"0", "0.05", "0.1"}, {"0", "50", "100"}, {"10", "11", "12"}};
+      out += set == std::string::npos ? std::string(1, c) : kCells[set][k];
+    }
+  }
+  return out;
+}
+
 inline const std::string kPlain = "t_s,flex\n0,10\n0.05,11\n0.1,12\n";
 
 inline const std::vector<Shape> kShapes = {
@@ -73,47 +87,38 @@ inline const std::vector<Shape> kShapes = {
      "Finger 1"},
     {"TabsAndBlanksInNamesOverDecimalCommas", "Zeit\tFinger 1\n0,0\t10,0\n0,05\t11,0\n0,1\t12,0\n",
      "decimal commas", "Finger 1"},
-    {"Tabs", "t_s\tflex\n0\t10\n0.05\t11\n0.1\t12\n", "tabs"},
-    {"Blanks", "  t_s   flex\n  0.00   10\n  0.05   11\n  0.10   12\n", "blanks"},
+    {"Tabs", "t_s\tflex\n" + three("~\t#\n"), "tabs"},
+    {"Blanks", "  t_s   flex\n" + three("  ~   #\n"), "blanks"},
     {"SepLine", "sep=;\nt_s;flex\n0;10\n0,05;11\n0,1;12\n", "decimal commas"},
     {"Utf16LittleEndian", utf16(kPlain, true, true), "UTF-16"},
     {"Utf16BigEndian", utf16(kPlain, false, true), "UTF-16"},
     {"Utf16WithoutMark", utf16(kPlain, true, false), "UTF-16"},
     {"Latin1Header", "t_s,Beugung \xB0\n0,10\n0.05,11\n0.1,12\n", "Latin-1", "Beugung °"},
     {"Comments", "# glove 7, left hand\n# 2026\nt_s,flex\n0,10\n# touched\n0.05,11\n0.1,12\n"},
-    {"HeaderInAComment", "# t_s,flex\n0,10\n0.05,11\n0.1,12\n"},
+    {"HeaderInAComment", "# t_s,flex\n" + three("~,#\n")},
     {"UnitsRow", "time;flex\nms;V\n0;1,5\n50;1,6\n100;1,7\n", "row of units", "flex", kT, {1.5, 1.6, 1.7}},
-    {"NoHeader", "0,10,7\n0.05,11,7\n0.1,12,7\n", "column1 to column3", "column2"},
-    {"NoHeaderMilliseconds", "0,10\n50,11\n100,12\n", "no header", "column2", kT, kX, "ms"},
-    {"BeginsWithinALine", "3\n0,10\n0.05,11\n0.1,12\n", "left out", "column2"},
-    {"BeginsWithinALineOfTheMonitor",
-     "12:03:11.073 -> 6\n12:03:11.123 -> 10,323\n12:03:11.173 -> 11,323\n12:03:11.223 -> 12,323\n",
-     "left out", "column1"},
-    {"Greeting", "Glove v2 ready\nt_s,flex\n0,10\n0.05,11\n0.1,12\n", "left out"},
+    {"NoHeader", three("~,#,7\n"), "column1 to column3", "column2"},
+    {"NoHeaderMilliseconds", three("^,#\n"), "no header", "column2", kT, kX, "ms"},
+    {"BeginsWithinALine", "3\n" + three("~,#\n"), "left out", "column2"},
+    {"BeginsWithinALineOfTheMonitor", "12:03:11.073 -> 6\n" + three("12:03:11.@ -> #,323\n"), "left out",
+     "column1"},
+    {"Greeting", "Glove v2 ready\nt_s,flex\n" + three("~,#\n"), "left out"},
     {"EmptyCell", "t_s,flex\n0,10\n0.02,\n0.05,11\n0.1,12\n", "1 of 4 rows have no flex"},
     {"NoNumber", "t_s,flex\n0,10\n0.02,NaN\n0.05,11\n0.1,12\n", "1 of 4 rows have no flex"},
     {"TwoLogsJoined", "t_s,a,flex\n0,1,10\n.01,1,\n.02,1,\n.03,1,\n.04,1,\n.05,,11\n.06,1,\n.07,1,\n.1,,12\n",
      "6 of 9 rows have no flex"},
     {"HalfLineAfterAReset", "t_s,flex,b\n0,10,1\n0.0\n0.05,11,1\n0.06,1t_s,flex,b\n0.1,12,1\n", "2 row(s)"},
     {"HeaderAgain", "t_s,flex\n0,10\nt_s,flex\n0.05,11\n0.1,12\n", "1 row(s)"},
-    {"SeparatorAtTheEnd", "t_s,flex,\n0,10,\n0.05,11,\n0.1,12,\n"},
+    {"SeparatorAtTheEnd", "t_s,flex,\n" + three("~,#,\n")},
     {"ClockTime", "Time,flex\n23:59:59.950,10\n00:00:00.000,11\n00:00:00.050,12\n", "counter"},
-    {"SerialMonitor", "12:03:11.123 -> 10,323,446\n12:03:11.173 -> 11,323,446\n12:03:11.223 -> 12,323,446\n",
-     "no header", "column1"},
-    {"SerialMonitorWithHeader",
-     "12:03:11.100 -> A0,A1\n12:03:11.123 -> 10,323\n12:03:11.173 -> 11,323\n12:03:11.223 -> 12,323\n", "",
-     "A0"},
-    {"LucidGlovesOnAMonitor",
-     "12:03:11.123 -> A10B323C446D350E360F511G511\n12:03:11.173 -> "
-     "A11B323C446D350E360F511G511\n12:03:11.223 -> A12B323C446D350E360F511G511\n",
-     "VR drivers", "thumb_count"},
+    {"SerialMonitor", three("12:03:11.@ -> #,323,446\n"), "no header", "column1"},
+    {"SerialMonitorWithHeader", "12:03:11.100 -> A0,A1\n" + three("12:03:11.@ -> #,323\n"), "", "A0"},
+    {"LucidGlovesOnAMonitor", three("12:03:11.@ -> A#B323C446D350E360F511G511\n"), "VR drivers",
+     "thumb_count"},
     {"Millis", "millis,flex\n1000,10\n1050,11\n1100,12\n"},
     {"Microseconds", "t_us,flex\n0,10\n50000,11\n100000,12\n"},
-    {"DayFirstDots",
-     "Datum;time;flex\nx;21.11.2026 12:00:00,000;10\nx;21.11.2026 12:00:00,050;11\nx;21.11.2026 "
-     "12:00:00,100;12\n"},
-    {"DayFirstSlashes",
-     "time,flex\n21/11/2026 12:00:00.000,10\n21/11/2026 12:00:00.050,11\n21/11/2026 12:00:00.100,12\n"},
+    {"DayFirstDots", "Datum;time;flex\n" + three("x;21.11.2026 12:00:00,@;#\n")},
+    {"DayFirstSlashes", "time,flex\n" + three("21/11/2026 12:00:00.@,#\n")},
     {"WholeSeconds",
      "time,flex\n10:00:01,8\n10:00:01,9\n10:00:02,10\n10:00:02,11\n10:00:02,12\n10:00:02,13\n10:00:03,"
      "14\n10:00:03,15\n10:00:03,16\n10:00:03,17\n10:00:04,18\n",
@@ -127,10 +132,7 @@ inline const std::vector<Shape> kShapes = {
      "flex",
      {0, 0, 0.11, 0.11, 0.22},
      {10, 11, 12, 13, 14}},
-    {"LabelsOnAMonitor",
-     "12:03:11.123 -> index:10,middle:323\n12:03:11.173 -> index:11,middle:323\n12:03:11.223 -> "
-     "index:12,middle:323\n",
-     "", "index"},
+    {"LabelsOnAMonitor", three("12:03:11.@ -> index:#,middle:323\n"), "", "index"},
     {"LabelsWithATime", "t_ms:1000 A0:10 A1:7\nt_ms:1050 A0:11 A1:7\nt_ms:1100\tA0: 12, A1:7\n", "", "A0"},
     {"LabelsWithATornRow", "t_ms:1000,A0:10\nt_ms:1020,A0\nt_ms:1050,A0:11\nt_ms:1100,A0:12\n", "1 row(s)",
      "A0"},
@@ -140,10 +142,8 @@ inline const std::vector<Shape> kShapes = {
      "AM,12\n"},
     {"MinutesAndSeconds", "time,flex\n59:59.95,10\n00:00.00,11\n00:00.05,12\n", "counter"},
     {"GermanClock", "Uhrzeit;flex\n12:03:11,10;10\n12:03:11,15;11\n12:03:11,20;12\n"},
-    {"CommentAboveTheHeader", "# time, flex, of glove 7\ntime_ms,flex,b\n0,10,1\n50,11,1\n100,12,1\n"},
-    {"Iso8601",
-     "timestamp,flex\n2026-11-21T12:00:00.000Z,10\n2026-11-21T12:00:00.050Z,11\n2026-11-21T12:00:00.100Z,"
-     "12\n"},
+    {"CommentAboveTheHeader", "# time, flex, of glove 7\ntime_ms,flex,b\n" + three("^,#,1\n")},
+    {"Iso8601", "timestamp,flex\n" + three("2026-11-21T12:00:00.@Z,#\n")},
     {"PackedDates", "time,flex\n20261121120000000,10\n20261121120000050,11\n20261121120000100,12\n"},
     {"PackedIso", "time,flex\n20261121T235959.950,10\n20261122T000000.000,11\n20261122T000000.050,12\n"},
     {"PackedClock", "time,flex\n95959950,10\n100000000,11\n100000050,12\n", "a clock as one number"},
@@ -158,10 +158,8 @@ inline const std::vector<Shape> kShapes = {
     {"PackedDatesWithAFraction",
      "time,flex\n20261120235959.950,10\n20261121000000.000,11\n20261121000000.050,12\n"},
     {"SecondsThatAreNoPackedClock", "time,flex\n95959.95,10\n95960.00,11\n95960.05,12\n"},
-    {"DateAndTimeApart",
-     "Date,Time,flex\n2026-11-21,12:00:00.000,10\n2026-11-21,12:00:00.050,11\n2026-11-21,12:00:00.100,"
-     "12\n"},
-    {"FirstRowsEmpty", "time,flex\n,\n,\n,\n0.00,10\n0.05,11\n0.10,12\n"},
+    {"DateAndTimeApart", "Date,Time,flex\n" + three("2026-11-21,12:00:00.@,#\n")},
+    {"FirstRowsEmpty", "time,flex\n,\n,\n,\n" + three("~,#\n")},
     {"SecondsSince1970", "time,flex\n1700000000,10\n1700000001,11\n1700000002,12\n", "", "flex", {0, 1, 2}},
     {"FirstCellsMissing", "t_s,flex\n0,\n0.01,NA\n0.02,None\n0.03,null\n0.04,-\n0.1,10\n0.15,11\n0.2,12\n",
      "5 of 8 rows have no flex"},
@@ -169,9 +167,9 @@ inline const std::vector<Shape> kShapes = {
      "column2 is the time", "column3"},
     {"ClockOfAnyNameBesideACounter",
      "t,stamp,flex\n1,13:10:29.000,10\n2,13:10:29.050,11\n3,13:10:29.100,12\n"},
-    {"Manus", "Elapsed_Time_In_Milliseconds,flex\n0,10\n50,11\n100,12\n"},
+    {"Manus", "Elapsed_Time_In_Milliseconds,flex\n" + three("^,#\n")},
     {"OpenSim",
-     "ik\nversion=1\nnRows=3\nnColumns=2\ninDegrees=yes\nendheader\ntime\tflex\n0\t10\n0.05\t11\n0.1\t12\n",
+     "ik\nversion=1\nnRows=3\nnColumns=2\ninDegrees=yes\nendheader\ntime\tflex\n" + three("~\t#\n"),
      "in deg by the titles"},
     {"Trc",
      "PathFileType\t4\t(X/Y/"
@@ -189,12 +187,8 @@ inline const std::vector<Shape> kShapes = {
      "Name,a\n\n,,Bone,Bone,Bone,Bone\n,,A,A,B,B\n,ID,1,1,2,2\n,,Rotation,Rotation,Rotation,"
      "Rotation\nFrame,Time (Seconds),X,Y,X,Y\n0,0,1,2,10,3\n1,0.05,1,2,11,3\n2,0.1,1,2,12,3\n",
      "titles", "B_Rotation_X"},
-    {"NamesAndValuesWithUnits",
-     "12:03:11.123 -> Flex 1 : 10 ohms, Bend : 32.1 degrees\n12:03:11.173 -> Flex 1 : 11 ohms, Bend : 32.1 "
-     "degrees\n12:03:11.223 -> Flex 1 : 12 ohms, Bend : 32.1 degrees\n",
-     "", "Flex 1"},
-    {"FingersAloneForVr", "12:03:11.123 -> A10B323\n12:03:11.173 -> A11B323\n12:03:11.223 -> A12B323\n",
-     "VR drivers", "thumb_count"},
+    {"NamesAndValuesWithUnits", three("12:03:11.@ -> Flex 1 : # ohms, Bend : 32.1 degrees\n"), "", "Flex 1"},
+    {"FingersAloneForVr", three("12:03:11.@ -> A#B323\n"), "VR drivers", "thumb_count"},
     {"Quotes", "t_s,\"a, \"\"quoted\"\"\"\n0,\"10\"\n0.05,11\n0.1,12\n", "", "a, \"quoted\""},
     {"WordsBesideNumbers",
      "\xEF\xBB\xBF"
@@ -210,29 +204,19 @@ inline const std::vector<Shape> kShapes = {
      "13:11:09.000 -> time_ms:0,flex:10\n13:11:09.100 -> time_ms:50,flex:11\n13:11:09.105 -> "
      "time_ms:100,flex:12\n",
      "", "flex", kT, kX, column_of_time("time_ms")},
-    {"ADateThatStandsBesideAClock",
-     "Date,Time,flex\n20261121,13:11:09.00,10\n20261121,13:11:09.05,11\n20261121,13:11:09.10,12\n"},
-    {"TimeOfDayBlankList", "13:11:09.000 10,500\n13:11:09.050 11,500\n13:11:09.100 12,500\n", "", "column1"},
-    {"TimeOfDayTabList", "13:11:09.000\t10,500\n13:11:09.050\t11,500\n13:11:09.100\t12,500\n", "", "column1"},
-    {"DateAndTimeBlankList",
-     "2026-05-01 13:11:09.000 10,500\n2026-05-01 13:11:09.050 11,500\n2026-05-01 13:11:09.100 12,500\n", "",
-     "column1"},
-    {"DateAndTimeInBracketsTabList",
-     "[2026-05-01 13:11:09.000]\t10,500\n[2026-05-01 13:11:09.050]\t11,500\n[2026-05-01 13:11:09.100]\t12,"
-     "500\n",
-     "", "column1"},
-    {"LabelsWithEqualSigns", "t_s=0 flex=10 b=7\nt_s=0.05 flex=11 b=7\nt_s=0.1 flex=12 b=7\n"},
+    {"ADateThatStandsBesideAClock", "Date,Time,flex\n" + three("20261121,13:11:09.@,#\n")},
+    {"TimeOfDayBlankList", three("13:11:09.@ #,500\n"), "", "column1"},
+    {"TimeOfDayTabList", three("13:11:09.@\t#,500\n"), "", "column1"},
+    {"DateAndTimeBlankList", three("2026-05-01 13:11:09.@ #,500\n"), "", "column1"},
+    {"DateAndTimeInBracketsTabList", three("[2026-05-01 13:11:09.@]\t#,500\n"), "", "column1"},
+    {"LabelsWithEqualSigns", three("t_s=~ flex=# b=7\n")},
     {"LabelsBetweenSemicolonsOrBars", "t_s:0;flex:10\nt_s: 0.05 | flex: 11\nt_s:0.1;flex:12\n"},
-    {"SerialStudio",
-     "RX Date/Time,flex\n2026/05/01 12:03:11::000,10\n2026/05/01 12:03:11::050,11\n"
-     "2026/05/01 12:03:11::100,12\n"},
-    {"TitlesInPairs", "Name: Ann\nDate: 2026-05-01\nt_s;flex\n0.00;10\n0.05;11\n0.10;12\n", "titles"},
+    {"SerialStudio", "RX Date/Time,flex\n" + three("2026/05/01 12:03:11::@,#\n")},
+    {"TitlesInPairs", "Name: Ann\nDate: 2026-05-01\nt_s;flex\n" + three("~;#\n"), "titles"},
     {"OldMot",
-     "name walk.mot\ndatacolumns 2\ndatarows 3\nrange 0 0.1\nendheader\ntime\tflex\n0.00\t10\n0.05\t11\n"
-     "0.10\t12\n",
+     "name walk.mot\ndatacolumns 2\ndatarows 3\nrange 0 0.1\nendheader\ntime\tflex\n" + three("~\t#\n"),
      "titles"},
-    {"GreetingAboveLabels", "Flex glove v2\nt_s:0.00,flex:10\nt_s:0.05,flex:11\nt_s:0.10,flex:12\n",
-     "left out"},
+    {"GreetingAboveLabels", "Flex glove v2\n" + three("t_s:~,flex:#\n"), "left out"},
     {"LabelsWithWords",
      "t_s:0.00,flex:10,state:idle\nt_s:0.05,flex:11,state:grip\nt_s:0.10,flex:12,state:idle\n"},
     {"LabelsWithSeveralWords",
@@ -247,8 +231,7 @@ inline const std::vector<Shape> kShapes = {
     {"ClockAsFileNamesHaveIt", "time,flex\n23-59-59.950,10\n00-00-00.000,11\n00-00-00-050,12\n", "counter"},
     {"DateAndClockAsFileNamesHaveThem",
      "time,flex\n2026-05-01_23-59-59.95,10\n2026-05-02_00-00-00.00,11\n2026-05-02_00-00-00.05,12\n"},
-    {"UnitsRowWithAnUnknownUnit", "Time,flex,Force\n[s],[count],[N]\n0.00,10,1\n0.05,11,1\n0.10,12,1\n",
-     "row of units"},
+    {"UnitsRowWithAnUnknownUnit", "Time,flex,Force\n[s],[count],[N]\n" + three("~,#,1\n"), "row of units"},
     {"ViconDevices", "Devices\n20\n,,Flex\nFrame,Sub Frame,flex\n,,count\n1,0,10\n1,1,11\n2,0,12\n",
      "20 rows are a second"},
     {"WordsAtFirst", "t_s,flex\n0,NA\n0.05,10\n0.10,11\n0.15,12\n", "have no flex"},
@@ -257,7 +240,7 @@ inline const std::vector<Shape> kShapes = {
      "11:05:00.10 UTC,12\n"},
     {"CounterAndARate", "time,flex\n0,10\n1,11\n2,12\n", "20 rows are a second", "flex", kT, kX,
      rows_a_second(20)},
-    {"UnitBehindASlash", "% Time/ms,flex\n0,10\n50,11\n100,12\n"},
+    {"UnitBehindASlash", "% Time/ms,flex\n" + three("^,#\n")},
     {"CarriageReturnsAlone", "t_s,flex\r0,10\r0.05,11\r0.1,12\r"},
     {"HeaderAgainInOtherCapitals", "t_s,flex\n0,10\nT_S,Flex\n0.05,11\n0.1,12\n", "1 row(s)"},
     {"GermanThousands",
@@ -277,12 +260,12 @@ inline const std::vector<Shape> kShapes = {
     {"NanosecondsSince1970",
      "timestamp,flex\n1700000000000000000,10\n1700000000050000000,11\n1700000000100000000,12\n",
      "ns since 1970"},
-    {"WholeSecondsBesideMilliseconds",
+    {"WholeSecondsBesideTheirMilliseconds",
      "Time,ms,flex\n10:00:01,900,9\n10:00:01,950,10\n10:00:02,0,11\n10:00:02,250,12\n10:00:02,500,13\n"
      "10:00:02,750,14\n10:00:03,0,15\n10:00:03,250,16\n10:00:03,500,17\n10:00:03,750,18\n10:00:04,0,19\n",
-     "\"Time\" is taken",
+     "are one time",
      "flex",
-     {0, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.25, 2.5, 2.75, 3},
+     {0, 0.05, 0.1, 0.35, 0.6, 0.85, 1.1, 1.35, 1.6, 1.85, 2.1},
      {9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19}},
     {"ACounterWithAUnitBesideAClock",
      "t_s,clock,flex\n0,13:10:29.00,10\n1,13:10:29.05,11\n2,13:10:29.10,12\n"},
@@ -302,7 +285,7 @@ inline const std::vector<Shape> kShapes = {
      "Format,1\n,,Bone,Bone,Bone,Bone\n,,A,A,B,B\n,,A1,A1,A2,A2\n,,Rotation,Rotation,Rotation,Rotation\n"
      "Frame,Time (Seconds),X,Y,X,Y\n0,0,1,2,10,3\n1,0.05,1,2,11,3\n2,0.1,1,2,12,3\n",
      "titles", "B_Rotation_X"},
-    {"StorageOfOpenSimIsInRadians", "Results\nversion=3\nendheader\ntime\tflex\n0\t10\n0.05\t11\n0.1\t12\n",
+    {"StorageOfOpenSimIsInRadians", "Results\nversion=3\nendheader\ntime\tflex\n" + three("~\t#\n"),
      "in rad by the titles"},
     {"TicksOfDotNet",
      "time,flex\n639000000000000000,10\n639000000001024000,11\n639000000002048000,12\n",
@@ -322,6 +305,54 @@ inline const std::vector<Shape> kShapes = {
      "flex",
      {0, 0.05, 0.1, 0.15, 9.15, 9.2},
      {1, 2, 3, 4, 5, 6}},
+    {"ClockInBrackets", three("[13:00:17.@] #\n"), "", "column1"},
+    {"ClockInBracketsAndLabels", three("[13:00:17.@] flex:#\n")},
+    {"DateInBracketsAndBlanks", three("[2026-05-01 13:00:17.@] # 310\n"), "", "column1"},
+    {"DateInBracketsAndSemicolons", three("[2026-05-01 13:00:17.@]: #;310\n"), "", "column1"},
+    {"TeraTerm", three("[Fri May 01 13:00:17.@ 2026] #,310\n"), "", "column1"},
+    {"TeraTermElapsed", three("[0 00:00:17.@] #\t310\n"), "", "column1"},
+    {"DateBlankClockBlankValue", three("2026-05-01 13:00:17.@ #\n"), "", "column1"},
+    {"DateBlankClockUnderAHeader", "Date Time flex\n" + three("2026-05-01 13:00:17.@ #\n")},
+    {"ClockCommaLabels", three("13:00:17.@, flex:#, b:7\n")},
+    {"PythonsLogging", three("2026-05-01 13:00:17,@ - glove - INFO - #,310\n"), "", "column1"},
+    {"PythonsBytes", three("[13:00:17.@] b'#,310\\r\\n'\n"), "", "column1"},
+    {"SecondsSince1970BlankList", three("1777640417.@ #,310\n"), "", "column1"},
+    {"EspIdfInColours", three("\x1b[0;32mI (1@) glove: flex=# b=7\x1b[0m\n")},
+    {"EspIdfBelowOtherTags", "I (900) main: starts\n" + three("I (1@) glove: flex: #, b: 7\n"), "left out"},
+    {"ArduinoOnEsp32", three("[  1@][I][glove.ino:9] loop(): flex=# b=7\n")},
+    {"Zephyr", three("[00:00:01.@,000] <inf> glove: flex=#\n")},
+    {"LoggerOfRos", three("[INFO] [1777640417.@000000] [glove]: flex=# b=7\n")},
+    {"YearOfTwoDigits", three("01.05.26 13:00:17,@;#\n"), "", "column2"},
+    {"MonthFirstWithHalfDays", "time,flex\n" + three("05/01/2026 01:00:17.@ PM,#\n"), "month first"},
+    {"MonthByName", "Time,flex\n" + three("01-May-2026 13:00:17.@,#\n")},
+    {"DateOfJavaScript", "time,flex\n" + three("Fri May 01 2026 13:00:17.@ GMT+0200,#\n")},
+    {"TimedeltaOfPandas", ",flex\n" + three("0 days 00:00:01.@000,#\n")},
+    {"IndexOfPandas", ",flex\n" + three("~,#\n")},
+    {"UnitInEachCell", "Time,flex\n" + three("~ sec,#\n")},
+    {"SecondsAndNanoseconds", "a.stamp.sec,a.stamp.nanosec,flex\n" + three("7,@000000,#\n"), "are one time"},
+    {"SecondsAndMicroseconds", "tv_sec,tv_usec,flex\n7,950000,10\n8,0,11\n8,50000,12\n", "are one time"},
+    {"StampOfRos", "f.header.stamp,flex\n" + three("1700000000@000000,#\n"), "ns since 1970"},
+    {"FrenchTime", "Temps (ms);flex\n" + three("^;#\n")},
+    {"JapaneseTime", "時間,flex\n" + three("~,#\n")},
+    {"LabView",
+     "LabVIEW "
+     "Measurement\t\nSeparator\tTab\nTime\t13:00:17.1\n***End_of_Header***\t\nChannels\t2\nY_Unit_"
+     "Label\tVolts\t"
+     "Volts\nX0\t0.0\t0.0\nDelta_X\t0.05\t0.05\n***End_of_Header***\t\nX_Value\tflex\tb\tComment\n" +
+         three("~\t#\t1\n"),
+     "in V by the titles"},
+    {"LabViewWithoutTimes",
+     "LabVIEW Measurement\t\nX_Columns\tNo\n***End_of_Header***\t\nX0\t0.0\t0.0\nDelta_X\t0.05\t0.05\n"
+     "***End_of_Header***\t\nX_Value\tflex\tb\tComment\n" +
+         three("\t#\t1\n"),
+     "20 rows are a second"},
+    {"Qualisys", "FREQUENCY\t20\nDATA_INCLUDED\t3D\nflex\tM1 Y\n" + three("#\t1\n"), "20 rows are a second"},
+    {"CounterOf16Bits", "time_ms,flex\n65500,10\n14,11\n64,12\n", "passes its end"},
+    {"SignedCounterOf16Bits", "time_ms,flex\n32750,10\n-32736,11\n-32686,12\n", "passes its end"},
+    {"CounterOf32Bits", "t_us,flex\n4294950000,10\n32704,11\n82704,12\n", "passes its end"},
+    {"GreetingOfAsManyWords", "Flex glove v1.2 ready\n" + three("~ # 7 8\n"), "left out", "column2"},
+    {"Bars", "t_s | flex\n" + three("~ | #\n"), "bars"},
+    {"ATimeThatStandsBesideOne", "t_s,clock_ms,flex\n" + three("0,^,#\n")},
     {"NoTimeAtAll", "10,7\n11,8\n12,9\n", "20 rows are a second", "column1", kT, kX, rows_a_second(20)}};
 
 inline const std::vector<Misshape> kMisshapes = {
@@ -378,7 +409,7 @@ inline const std::vector<Misshape> kMisshapes = {
     {"AMistypedTimeColumn", "time_ms,flex\n0,1\n50,2\n", "no column \"tme_ms\"; there are: time_ms, flex",
      "flex", only_time("tme_ms")},
     {"AMistypedTimeColumnOfOneFile", "time_ms,flex\n0,1\n50,2\n",
-     "each file takes the first that it has: --time-column tme_ms t_s", "flex", only_time("tme_ms")},
+     "each file takes the first that it has: --time-column tme_ms time_ms", "flex", only_time("tme_ms")},
     {"OneOfTwoClocksGoesBack", "t_s,board_ms,flex\n5,0,1\n4,50,2\n3,100,3\n2,150,4\n1,200,5\n0,250,6\n",
      "at least 4 rows do not follow the one before); sort the log by time; or take the other time: "
      "--time-column \"board_ms\""},
@@ -386,6 +417,13 @@ inline const std::vector<Misshape> kMisshapes = {
      "Joints\n20\n,,p\nFrame,Sub Frame,X\n,,deg\n1,0,1\n2,0,1\n\nDevices\n20\n,,q\nFrame,Sub Frame,"
      "Y\n,,V\n1,0,1\n1,1,1\n",
      "there are: Frame, Sub Frame, X, Frame, Sub Frame, Y"},
+    {"MillisecondsWithoutZeros", "time,flex\n13:00:17.0,1\n13:00:17.50,2\n13:00:17.100,3\n13:00:17.150,4\n",
+     "of 17.005"},
+    {"RoundedBySpreadsheet", "time,flex\n1.77763E+12,1\n1.77763E+12,2\n", "give the cells the format 0"},
+    {"DaysThatStand", "time,flex\n46143.54,1\n46143.54,2\n", "as a spreadsheet"},
+    {"ATimeThatStands", "t_s,count_ms,flex\n0,0,1\n0,50,2\n", "--time-column \"count_ms\""},
+    {"NumbersBeforeLabels", "1000 flex:1\n1050 flex:2\n1100 flex:3\n", "--time-unit ms"},
+    {"LabViewWithoutItsEnd", "LabVIEW Measurement\t\nSeparator\tTab\n0\t1\n", "no time column"},
     {"OtherBytes", "a,\x01\x02\n", "is no text"}};
 
 }  // namespace flexor::recording

@@ -9,6 +9,7 @@
 
 #include "host/io/io.hpp"
 #include "host/io/numbers.hpp"
+#include "host/recording/time.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::recording {
@@ -28,14 +29,30 @@ constexpr double kLongestUnsaid_s =
     0.99;  // where nothing says the unit: 1, 2, 3 and 4, 8, 12 may be rows or milliseconds
 constexpr double kPause_s = 2;  // without a row, and so many steps: no log is made so, some rows lack
 constexpr double kPauseSteps = 20;
-constexpr double kLate_s = 1;         // a board that was reset has been silent for longer
-constexpr double kFirstDay = 20'000;  // of a spreadsheet's calendar: of 1954 to 2091
-constexpr double kLastDay = 70'000;
-constexpr double kWrapShare = 0.98;  // of its range: a counter that goes back by so much has wrapped
+constexpr double kLate_s = 1;  // a board that was reset has been silent for longer
+constexpr double kWrapShare =
+    0.98;  // of its range: a clock that goes back by so much has passed its end, and
+constexpr double kWrapSteps =
+    5;  // a counter where the step over it is at most so many: of 16 bits a reset is as likely
 
 std::string row_name(std::size_t line) { return line > 0 ? fmt::format("row {}", line) : "a row"; }
 
 }  // namespace
+
+const char* spreadsheet_mend(double value, double step) {
+  const bool is_rounded = step == 0 && value >= kFirstEpoch_s;
+  const bool is_fast =
+      step * kDay_s >= kShortestStep_s && step < kShortestStep_s && step * kDay_s <= kLongestStep_s;
+  const bool is_date =
+      (value > 20'000 && value < 70'000) || (value > 700'000 && value < 800'000);  // of 1954 to 2091
+  if (is_rounded)
+    return "was rounded by a spreadsheet, as to 1.77763E+12: give the cells the format 0 or 0.000 there and "
+           "save anew";
+  if (is_fast ? is_date || (value > 0 && value < 1) : step == 0 && is_date && value != std::floor(value))
+    return "are these days, as a spreadsheet counts them? show them there as hh:mm:ss.000, or as seconds, "
+           "and save anew";
+  return nullptr;
+}
 
 void Stream::Count::add(const Row& row) {
   if (rows++ > 0) return;
@@ -74,17 +91,18 @@ bool Stream::read() {
     pending_.reset();
     const bool ahead = odd.t_s > last_s_;
     const bool follows = row.t_s >= odd.t_s;
-    const bool closely = ahead || wraps(odd);
+    const double wrap_s = ahead ? 0 : wrap_of(odd);
+    const bool closely = ahead || wrap_s > 0;
     const bool confirmed = follows && (closely ? row.t_s - odd.t_s <= kJump_s : row.t_s < last_s_);
     const double before = shift_s_;
     if (!confirmed) {
       leave_out(odd, ahead ? ahead_ : back_);
     } else if (ahead) {
       accept(std::move(odd));
-    } else if (wraps(odd)) {
+    } else if (wrap_s > 0) {
       wraps_.add(odd);
-      shift_s_ += source_.times().wrap_s;
-      odd.t_s += source_.times().wrap_s;
+      shift_s_ += wrap_s;
+      odd.t_s += wrap_s;
       accept(std::move(odd));
     } else {
       start_again(std::move(odd));
@@ -99,11 +117,19 @@ bool Stream::read() {
   return true;
 }
 
-// A counter stands neither below 0 nor above its own range.
-bool Stream::wraps(const Row& row) const {
-  const double range_s = source_.times().wrap_s;
-  const bool counts = row.t_s >= shift_s_ && last_s_ - shift_s_ <= range_s;
-  return range_s > 0 && counts && last_s_ - row.t_s > kWrapShare * range_s;
+// A counter stands within its range, which begins at 0, or half below it.
+double Stream::wrap_of(const Row& row) const {
+  const double own_s = source_.times().wrap_s;
+  const double now_s = row.t_s - shift_s_;
+  const double before_s = last_s_ - shift_s_;
+  for (const double wrap_s : own_s > 0 ? std::vector{own_s} : std::vector(kWraps_s.begin(), kWraps_s.end())) {
+    const bool counts =
+        (now_s >= 0 && before_s <= wrap_s) || (now_s >= -wrap_s / 2 && before_s <= wrap_s / 2 && own_s == 0);
+    const double step_s = now_s + wrap_s - before_s;
+    const double most_s = own_s > 0 ? (1 - kWrapShare) * wrap_s : kWrapSteps * last_step_s_;
+    if (counts && step_s >= 0 && step_s < most_s) return wrap_s;
+  }
+  return 0;
 }
 
 void Stream::note_step(double t_s) {
@@ -177,6 +203,8 @@ std::string Stream::mend(const std::string& by_hand) const {
   if (source_.times().are_guessed) return kNoTimes;
   const std::string other = source_.times().other;
   return by_hand +
+         (source_.times().are_uneven ? "; or are 5 ms written as 17.5 instead of 17.005? print them as %03u"
+                                     : "") +
          (other.empty()
               ? ""
               : fmt::format("; or take the other time: --time-column \"{}\" where the command has it",
@@ -205,11 +233,8 @@ void Stream::check_unit() const {
         name, unit);
     break;
   }
-  if (const double days = written_s_ / times.unit_s;
-      days > kFirstDay && days < kLastDay && middle < kShortestStep_s)
-    mend =
-        "are these days, as a spreadsheet counts them? show them there as hh:mm:ss.000, or as seconds, and "
-        "save anew";
+  if (const char* of_days = spreadsheet_mend(written_s_ / times.unit_s, middle / times.unit_s))
+    mend = of_days;
   if (times.are_guessed) mend += std::string("; ") + kNoTimes;
   throw InputError("{}: time steps of {:.4g} s, which no glove log has: {}", source_.name(), middle, mend);
 }

@@ -7,11 +7,12 @@
 //  - a row that goes back, after which the clock goes on as before: left out.
 //  - a clock that starts again (the board was reset): refused, or followed: what comes after it is placed one
 //    step after what came before, because nobody knows how long the board was off.
-//  - a 32-bit counter of microseconds or milliseconds that wraps, or midnight: goes on, where the next row
-//    confirms it by following it closely.
+//  - a counter that wraps, of 16 bits (65.536 s of milliseconds, also from -32.768) or of 32 (milliseconds or microseconds), or
+//    midnight: goes on, where the step over it is about those before and the next row confirms it by following it closely.
 // Of a log that comes as it is made no row that goes back is refused: it is left out. Each is told with its row. What is kept does not grow with the log.
 #pragma once
 
+#include <array>
 #include <deque>
 #include <optional>
 #include <string>
@@ -28,12 +29,20 @@ struct Row {
 
 // What is known of a log's times.
 struct Times {
-  double wrap_s = 0;          // after so many seconds the clock starts from 0 again; 0: never
-  double unit_s = 1;          // in which they are written
+  double wrap_s = 0;  // after so many seconds the clock starts from 0 again; 0: as a counter, or never
+  double unit_s = 1;  // in which they are written
   bool is_unit_known = true;  // it is stated, or they are no numbers
   bool are_guessed = false;   // nothing says that their column is one
   std::string other = {};     // another column that could be it
+  bool are_uneven = false;    // fractions of one to three digits: 17.5 may be 17.005
 };
+
+// The mend where a spreadsheet or MATLAB counts days, or has rounded times to six digits until they stand; null: neither. In the
+// unit in which they are written.
+const char* spreadsheet_mend(double value, double step);
+
+// Of counters, after which they start from 0: 16 bits of milliseconds, 32 of microseconds, 32 of milliseconds.
+inline constexpr std::array<double, 3> kWraps_s = {65.536, 4294.967296, 4294967.296};
 
 // Rows of a log's columns, which are chosen before the first row is read.
 class LogReader {
@@ -82,7 +91,7 @@ class Stream {
   bool read();  // one row of the source into ready_ or pending_; false at the end
   void note_step(double t_s);
   void accept(Row row);
-  bool wraps(const Row& row) const;
+  double wrap_of(const Row& row) const;  // 0: it has not wrapped
   void start_again(Row row);
   void begin_segment(Row row);
   void leave_out(const Row& row, Count& count);

@@ -27,11 +27,8 @@ constexpr std::size_t kLiveRows = 20;  // of look-ahead where rows come as they 
 constexpr std::size_t kRows = 60'000;  // of a file: what gives nothing for ten minutes at 100 Hz is dead
 constexpr std::size_t kStandingRows = 1000;  // in which a clock stands
 constexpr double kShort_s = 2;               // of a step: a longer one also skips what is no minute
-constexpr double kCounter = 4294967296.0;    // ticks of a 32-bit counter
 constexpr const char* kClock = "clock";      // --segment: it starts again
 constexpr const char* kNoData = "has a header but no data";
-constexpr double kDay_s = 86400;
-constexpr double kLastEpoch_s = 4e9;
 constexpr double kHour_s = 3600;
 
 std::string excerpt(std::string_view text) { return io::start_of(text, kLongestExcerpt); }
@@ -108,6 +105,8 @@ class Finder : public TableState {
 
   bool is_enough() const {
     Cells cells;
+    if (has_labview_header() && !has_ended_)
+      return labview_titles() > 0 && at(labview_titles() + 1) != nullptr;
     return !is_strict() || find_labels(cells) || find_first_row();
   }
 
@@ -174,6 +173,12 @@ class Finder : public TableState {
     while (at(0) != nullptr && read_labelled(at(0)->text, cells) && cells.label.empty())
       ++first_;  // what a VR driver's glove is
     if (at(0) == nullptr) return refuse(Kind::empty, "is empty");
+    if (has_labview_header()) {
+      separator_ = separator_of(at(1) != nullptr ? at(1)->text : "\t");
+      leave_out_titles(labview_titles());
+      if (at(0) == nullptr) return refuse(Kind::empty, kNoData);
+    }
+    cut_time_names();
     if (const auto labels = find_labels(cells)) {
       leave_out_titles(*labels);
       layout_ = cells.layout;
@@ -188,8 +193,40 @@ class Finder : public TableState {
     arrow_ = !at(0)->time.empty();
   }
 
+  bool has_labview_header() const {
+    return at(0) != nullptr && at(0)->text.starts_with("LabVIEW Measurement");
+  }
+
+  // The lines down to the second mark of an end; 0: it has not come.
+  std::size_t labview_titles() const {
+    int ends = 0;
+    for (std::size_t i = 0; at(i) != nullptr; ++i) {
+      ends += at(i)->text.find("***End_of_Header***") != std::string::npos ? 1 : 0;
+      if (ends == 2) return i + 1;
+    }
+    return 0;
+  }
+
+  // What names the clock before the rows, where theirs was cut off them: Date Time flex above 2026-05-01 12:03:11 430
+  void cut_time_names() {
+    std::size_t row = 1;
+    while (row < kTitles && at(row) != nullptr && at(row)->time.empty()) ++row;
+    if (at(row) == nullptr || at(row)->time.empty() || !at(row - 1)->time.empty()) return;
+    const auto count = [](std::string_view text) {
+      return cells_of(std::string(text), separator_of(text)).size();
+    };
+    std::string& names = ahead_[first_ + row - 1].text;
+    std::optional<double> unused;
+    while (count(names) > count(at(row)->text)) {
+      const std::size_t end = names.find_first_of(" \t,;");
+      if (end == names.npos || !is_time_name(names.substr(0, end), unused)) return;
+      names.erase(0, names.find_first_not_of(" \t,;", end));
+      ahead_[first_ + row - 1].time = at(row)->time;
+    }
+  }
+
   std::vector<char> separators() const {
-    return separator_ != 0 ? std::vector{separator_} : std::vector{';', '\t', ',', ' '};
+    return separator_ != 0 ? std::vector{separator_} : std::vector{';', '\t', ',', '|', ' '};
   }
 
   // The first line of labels that one of the next two has, too, or the first line; at a port the newest, whatever it began with.
@@ -205,6 +242,9 @@ class Finder : public TableState {
     }
     const std::size_t i = options_.from == From::port ? ahead_.size() - first_ - 1 : 0;
     if (at(i) == nullptr || !read_labelled(at(i)->text, cells) || cells.label.empty()) return std::nullopt;
+    const bool may_be_title =
+        cells.label.size() == 1 && at(i)->time.empty() && at(i)->text.find(':') == std::string::npos;
+    if (may_be_title && (i == 0 || !has_same(i - 1))) return std::nullopt;  // nRows=3
     const auto missing = static_cast<std::size_t>(std::ranges::count_if(cells.value, is_missing));
     const bool is_row = missing == 0 || (options_.from == From::port && missing < cells.value.size());
     return is_row ? std::optional(i) : std::nullopt;
@@ -223,8 +263,9 @@ class Finder : public TableState {
         cut_blanks(b, a.size());
         if (a.size() != b.size() || (a.size() < 2 && (!takes_one || c != ','))) continue;
         const std::size_t fewest = takes_one ? 1 : 2;
-        const bool is_first =
-            is_row(a, c, fewest) || (i == 0 && a.size() > 1 && is_header(a, c)) || is_under_header(a, c, i);
+        const bool is_first = is_row(a, c, fewest) ||
+                              (i == 0 && a.size() > 1 && is_header(a, c) && !is_greeting(a)) ||
+                              is_under_header(a, c, i);
         if (is_first && (is_row(b, c, fewest) || is_under_header(b, c, i + 1))) return FirstRow{i, c};
         if (i == 0 && a.size() > 1 && !of_words) of_words = FirstRow{0, c};
       }
@@ -254,7 +295,8 @@ class Finder : public TableState {
       for (std::size_t i = 0; i < last; ++i) {
         const std::vector<std::string> names = cells_of(at(i)->text, c, row.size());
         if (names.size() == 1) continue;
-        if (names.size() == row.size() && is_header(names, c)) return FirstRow{last, c};
+        if (names.size() == row.size() && is_header(names, c) && !is_greeting(names))
+          return FirstRow{last, c};
         break;
       }
     }
@@ -267,13 +309,15 @@ class Finder : public TableState {
     for (std::size_t i = row; i-- > 0;) {
       const std::vector<std::string> names = cells_of(at(i)->text, separator_);
       const bool is_above = i + 1 == row;
-      const bool is_greeting =
+      const bool is_odd =
           names.size() == 1
-              ? !is_above || options_.from == From::port || names[0].find(' ') != std::string::npos
+              ? !is_above || (options_.from == From::port && at(i)->time.empty()) ||
+                    names[0].find(' ') != std::string::npos
               : names.size() != width && !names_any(names) && at(i)->text.find(':') != std::string::npos;
+      const bool is_no_header = is_odd || (is_greeting(names) && !names_any(names));
       const bool fits = names.size() <= width && 2 * names.size() > width;
       const auto is_number = [&](const auto& cell) { return is_number_or_time(cell, separator_); };
-      if (!is_greeting && (fits || is_above) && !(is_units_row(names) && i > 0) &&
+      if (!is_no_header && (fits || is_above) && !(is_units_row(names) && i > 0) &&
           std::ranges::none_of(names, is_number) && !std::ranges::all_of(names, is_missing))
         return i;
     }
@@ -296,6 +340,7 @@ class Finder : public TableState {
       std::string text = lower(trimmed(ahead_[first_].text));
       std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
       is_storage = is_storage || text.starts_with("version=");
+      if (const auto rate = rate_in(text); rate && options_.time.log_rate_hz == 0) frame_rate_hz_ = *rate;
       if (text == "indegrees=yes") title_unit_ = "deg";
       if (text == "indegrees=no" || (text == "endheader" && is_storage && title_unit_.empty()))
         title_unit_ = "rad";  // as OpenSim reads what says nothing
@@ -309,10 +354,26 @@ class Finder : public TableState {
              : fmt::format("rows {} to {} are titles", ahead_[begin].number, ahead_[first_ - 1].number));
   }
 
+  // Of a title such as FREQUENCY 100, OutputRate: 60Hz, in lower case without blanks.
+  static std::optional<double> rate_in(std::string_view title) {
+    title.remove_prefix(std::min(title.find_first_not_of("/"), title.size()));
+    const std::size_t end = std::min(title.find_first_of(":=,;.0123456789"), title.size());
+    if (!is_one_of(title.substr(0, end), "frequency samplingrate samplerate outputrate updaterate framerate"))
+      return std::nullopt;
+    title.remove_prefix(std::min(title.find_first_not_of(":=,;", end), title.size()));
+    if (title.ends_with("hz")) title.remove_suffix(2);
+    const auto rate = to_number(title);
+    return rate && *rate > 0 ? rate : std::nullopt;
+  }
+
   // By the row above it: OpenSim's .trc has the unit of all positions below "Units", Vicon the rows a second below a section.
   void read_title(const std::vector<std::string>& above, const std::vector<std::string>& cells) {
     const auto place = static_cast<std::size_t>(std::ranges::find(above, "Units") - above.begin());
     if (place < std::min(above.size(), cells.size())) title_unit_ = cells[place];
+    if (cells.size() > 1 && cells[0] == "Y_Unit_Label") title_unit_ = known_unit(cells[1]).value_or("");
+    if (const auto step_s = cells.size() > 1 && cells[0] == "Delta_X" ? to_number(cells[1]) : std::nullopt;
+        step_s && *step_s > 0 && options_.time.log_rate_hz == 0)
+      frame_rate_hz_ = 1 / *step_s;
     const auto rate = is_section_title(above) && cells.size() == 1 ? to_number(cells[0]) : std::nullopt;
     if (!rate || !(*rate > 0)) return;
     is_section_ = true;
@@ -323,20 +384,17 @@ class Finder : public TableState {
     if (layout_ == Layout::keyed) note("text for VR drivers: A to E are thumb to pinky");
     if (layout_ != Layout::table) return;  // the labels name the columns
     split_line(at(0)->text);
-    if (!arrow_ && separator_ == ' ' && cells_.size() > 1 && to_time(cells_[0] + " " + cells_[1])) {
-      return refuse(Kind::ambiguous, "date and clock are separated like columns; quote them, or use commas",
-                    at(0)->number);
-    }
     std::size_t width = 1;  // of the rows: the last cell of the first may be missing
     for (std::size_t k = 0; k < kStandingRows && at(k) != nullptr; ++k) {
       const std::size_t cells = cells_of(at(k)->text, separator_, 1).size();
       if (cells <= cells_.size()) width = std::max(width, cells);
     }
+    if (cells_.front() == "X_Value" && cells_.back() == "Comment") cells_.pop_back();
     cut_blanks(cells_, width);
     header_ = cells_;
     has_header_ = has_word(cells_, separator_);
-    if (has_header_ && is_row(cells_, separator_, 1) && !names_any(cells_) && at(1) != nullptr) {
-      // Not its header: a row that has a word, or half of one.
+    if (has_header_ && (is_row(cells_, separator_, 1) || is_greeting(cells_)) && !names_any(cells_) &&
+        at(1) != nullptr) {  // not its header: a row that has a word, or half of one, or a greeting
       has_header_ = false;
       if (!has_word(cells_of(at(1)->text, separator_), separator_)) leave_out_titles(1);
     }
@@ -347,6 +405,7 @@ class Finder : public TableState {
     } else {
       has_header_ = comment_is_header(at(0)->comment);
     }
+    has_index_ = has_header_ && header_[0].empty();
     for (std::size_t i = 0; i < header_.size(); ++i) {
       if (!has_header_ || header_[i].empty()) header_[i] = fmt::format("column{}", i + 1);
     }
@@ -451,8 +510,9 @@ class Finder : public TableState {
 
   // Whether the column is called a time; and the unit that it states.
   bool is_time(std::size_t place, std::optional<double>& unit_s) const {
-    const bool out =
-        has_header_ ? is_time_name(header_[place], unit_s) : place == 0 && options_.from != From::port;
+    const bool out = place == 0 && (has_index_ || (!has_header_ && options_.from != From::port))
+                         ? true
+                         : has_header_ && is_time_name(header_[place], unit_s);
     if (!unit_s) unit_s = seconds_in(header_units_[place]);
     return out;
   }
@@ -463,9 +523,11 @@ class Finder : public TableState {
     const bool is_named = is_time(place, out.unit_s);
     const auto time = time_in(place < first.size() ? first[place] : "", separator_);
     const bool is_number = time && time->format == TimeFormat::number;
+    if (!is_named && time && time->format == TimeFormat::days) return std::nullopt;
     if (!is_named && (!time || is_number)) return std::nullopt;
-    if (!time) return out;
     const std::vector<std::string> cells = cells_ahead(place);
+    if (!time && frame_rate_hz_ > 0 && std::ranges::all_of(cells, is_missing)) return std::nullopt;
+    if (!time) return out;
     const auto counts = [&](const auto& a, const auto& b) {
       const auto above = read_number(a, separator_);
       const auto below = read_number(b, separator_);
@@ -478,7 +540,7 @@ class Finder : public TableState {
         std::ranges::adjacent_find(cells, std::not_fn(counts)) == cells.end()) {
       out.rank = out.unit_s || !options_.time.unit.empty() ? 3 : 2;
     } else if (!stands) {
-      out.rank = is_named ? 5 : 4;
+      out.rank = place == 0 && has_index_ && is_number ? 3 : is_named ? 5 : 4;
     }
     return out;
   }
@@ -494,16 +556,21 @@ class Finder : public TableState {
       std::optional<Clock> clock = clock_in(i, first);
       wants_more_ = wants_more_ || (has_rate && at(1) == nullptr);
       if (!clock || (has_rate && (has_header_ ? clock->rank < 3 : clock->rank != 4))) continue;
-      wants_more_ = wants_more_ || (best && !(best->unit_s && clock->unit_s) && at(1) == nullptr);
+      const bool are_stated = options_.from == From::port && best && best->unit_s && clock->unit_s;
+      wants_more_ = wants_more_ || (best && !are_stated && at(1) == nullptr);
+      if (best && header_[i] == header_[best->place]) continue;  // as Delsys repeats X[s]
       if (!best || clock->rank > best->rank) std::swap(best, clock);
       if (clock && clock->rank > (best->rank > 3 ? 3 : 2)) other = clock;
     }
     const std::vector<std::string>& asked = options_.time.columns;
-    if (!asked.empty()) {
+    if (const auto parted = asked.empty() || has(one_of(asked)) ? find_parted_time() : std::nullopt) {
+      best = parted;
+      other.reset();
+    } else if (!asked.empty()) {
       const auto place = place_of(one_of(asked));
       if (!place && !has(one_of(asked)))
-        problem_->detail +=
-            "; each file takes the first that it has: --time-column " + asked.front() + " t_s";
+        problem_->detail += fmt::format("; each file takes the first that it has: --time-column {} {}",
+                                        asked.front(), best ? header_[best->place] : "t_s");
       if (!place) return;
       const auto by_name = seconds_in(cut_name(header_[*place]).unit);
       arrow_ = false;
@@ -515,13 +582,62 @@ class Finder : public TableState {
     if (other) times_.other = header_[other->place];
     for (std::size_t i = 0; best && times_.other.empty() && i < header_.size(); ++i) {
       const bool has_unit = seconds_in(header_units_[i]) || seconds_in(cut_name(header_[i]).unit);
-      if (i == best->place || !has_unit || !course(i)) continue;
+      if (i == best->place || is_of_time(i) || !has_unit || !course(i)) continue;
       times_.other = header_[i];
       if (header_[i] != kHostClock && disagree(best->place, i))
         note(fmt::format("\"{}\" is taken for the time and disagrees with \"{}\": --time-column takes that",
                          header_[best->place], header_[i]));
     }
     if (best && !best->unit_s && options_.time.unit.empty()) find_packed_clock();
+  }
+
+  // Of two columns that are one time, as stamp.sec and stamp.nanosec, or a clock of whole seconds and ms, that of the seconds.
+  std::optional<Clock> find_parted_time() {
+    for (std::size_t i = 0; i < header_.size() && !arrow_ && has_header_; ++i) {
+      const auto [stem, second] = cut_unit(header_[i]);
+      std::optional<double> unit_s;
+      const bool is_clock = second != 1 && is_time(i, unit_s) && !unit_s;
+      if ((second != 1 && !is_clock) ||
+          (!options_.time.columns.empty() && header_[i] != one_of(options_.time.columns)))
+        continue;
+      const std::vector<std::string> seconds = cells_ahead(i);
+      for (std::size_t j = 0; j < header_.size(); ++j) {
+        const auto [part_stem, part_s] = cut_unit(header_[j]);
+        if (part_s == 0 || part_s >= 1 || part_stem != (is_clock ? "" : stem)) continue;
+        if (!fits_part(seconds, cells_ahead(j), part_s, is_clock)) continue;
+        wants_more_ = wants_more_ || (options_.from == From::pipe && seconds.front() == seconds.back() &&
+                                      at(kStandingRows - 1) == nullptr);
+        part_place_ = j;
+        part_s_ = part_s;
+        note(fmt::format("\"{}\" and \"{}\" are one time", header_[i], header_[j]));
+        return Clock{i, 5, is_clock ? std::nullopt : std::optional(1.0)};
+      }
+    }
+    return std::nullopt;
+  }
+
+  // What a name is before the unit of time at its end, and the seconds of this; 0: there is none.
+  static std::pair<std::string, double> cut_unit(const std::string& column) {
+    const std::size_t unit = column.find_last_of("._ ") + 1;
+    return {lower(column.substr(0, unit)), seconds_in(column.substr(unit)).value_or(0)};
+  }
+
+  // Whether one column has whole seconds and the other what is left of them. A clock's must fall where the seconds go on.
+  bool fits_part(const std::vector<std::string>& seconds, const std::vector<std::string>& parts,
+                 double part_s, bool is_clock) const {
+    bool falls = !is_clock;
+    double last = 0;
+    for (std::size_t k = 0; k < std::min(seconds.size(), parts.size()); ++k) {
+      const auto time = time_in(seconds[k], separator_);
+      const auto part = read_number(parts[k], separator_);
+      if (!time || is_clock == (time->format == TimeFormat::number) || time->value != std::floor(time->value))
+        return false;
+      if (!part || part->decimal != 0 || part->value < 0 || part->value * part_s >= 1) return false;
+      if (part->value < last && is_clock && seconds[k] == seconds[k - 1]) return false;
+      falls = falls || part->value < last;
+      last = part->value;
+    }
+    return falls && !seconds.empty();
   }
 
   // How far a column goes over the rows ahead, of many the second half, which a burst at the start is not in, and its longest step as
@@ -593,7 +709,7 @@ class Finder : public TableState {
       if (!parts.empty()) frame_rows_ = std::ranges::max(parts) - std::ranges::min(parts) + 1;
     }
     if (best) time_place_ = best->place;
-    times_.are_guessed = best && !has_header_;
+    times_.are_guessed = best && (!has_header_ || (has_index_ && best->place == 0));
     if (other) {
       const std::string both = fmt::format("columns \"{}\" and \"{}\" could both be the time",
                                            header_[best->place], header_[other->place]);
@@ -610,7 +726,7 @@ class Finder : public TableState {
     }
     const auto since_1970 = best && !best->unit_s && !asked ? epoch_unit_s(best->place) : std::nullopt;
     times_.unit_s = (best ? best->unit_s : since_1970).value_or(asked.value_or(since_1970.value_or(1)));
-    times_.is_unit_known = !best || best->unit_s || asked || since_1970;
+    times_.is_unit_known = (best ? best->unit_s.has_value() : !arrow_) || asked || since_1970;
   }
 
   // Of a count in a unit so small that its seconds were not of our time.
@@ -701,6 +817,7 @@ class Finder : public TableState {
   std::vector<std::size_t> columns_of_numbers() {
     std::vector<std::optional<int>> more(header_.size());  // numbers than words; none: all are missing
     if (time_place_) more[*time_place_] = 0;
+    if (part_place_) more[*part_place_] = 0;
     const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
     const std::size_t fewest = options_.from == From::file ? kLiveRows : 1;
     std::size_t k = 0;
@@ -708,7 +825,7 @@ class Finder : public TableState {
          ++k) {
       split_line(at(k)->text);
       for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
-        if (is_missing(cells_[i]) || time_place_ == i || (k >= fewest && more[i])) continue;
+        if (is_missing(cells_[i]) || is_of_time(i) || (k >= fewest && more[i])) continue;
         more[i] = more[i].value_or(0) + (read_number(cells_[i], separator_) ? 1 : -1);
       }
     }
@@ -719,7 +836,7 @@ class Finder : public TableState {
     for (std::size_t i = 0; i < header_.size(); ++i) {
       if (more[i] ? *more[i] > 0 : options_.holes == Holes::all) {
         out.push_back(i);
-      } else if (time_place_ != i && (!more[i] || !header_units_[i].empty())) {
+      } else if (!is_of_time(i) && (!more[i] || !header_units_[i].empty())) {
         left.push_back(header_[i]);
       }
     }
@@ -729,6 +846,7 @@ class Finder : public TableState {
 
   std::vector<std::vector<std::string>> titles_;
   std::size_t first_row_ = 0;  // that is one for sure
+  bool has_index_ = false;     // its first column has no name, as pandas writes the index
   bool wants_more_ = false;
 };
 
@@ -787,7 +905,7 @@ bool TableReader::push(Line& line) {
   line.comment = std::exchange(comment_, {});
   line.time.clear();
   line.is_title = false;
-  (void)cut_at_arrow(line.text, line.time);
+  cut_prefix(line.text, line.time);
   is_new_ = is_settled_ && ahead_.empty();
   std::swap(is_new_ ? line_ : ahead_.emplace_back(), line);
   if (is_settled_ || problem_) return true;
@@ -921,17 +1039,20 @@ bool TableReader::read_values(std::vector<double>& value, Problem& why) {
   return true;
 }
 
+// By rows, or Vicon's frames.
+bool TableReader::read_frame(double& t_s) {
+  const auto frame = frame_rows_ > 0 ? to_number(cells_[0]) : std::nullopt;
+  const auto part = frame ? to_number(cells_[1]) : std::nullopt;
+  if (frame_rows_ > 0 && !part) return false;
+  const double row = part ? *frame * frame_rows_ + *part : static_cast<double>(rows_.rows() + malformed_);
+  if (part && !first_frame_) first_frame_ = row;
+  t_s = (row - first_frame_.value_or(0)) / options_.time.log_rate_hz;
+  return true;
+}
+
 // False with a reason, or without one where no time stands.
 bool TableReader::read_time(double& t_s, Problem& why) {
-  if (!has_time()) {
-    const auto frame = frame_rows_ > 0 ? to_number(cells_[0]) : std::nullopt;
-    const auto part = frame ? to_number(cells_[1]) : std::nullopt;
-    if (frame_rows_ > 0 && !part) return false;
-    const double row = part ? *frame * frame_rows_ + *part : static_cast<double>(rows_.rows() + malformed_);
-    if (part && !first_frame_) first_frame_ = row;
-    t_s = (row - first_frame_.value_or(0)) / options_.time.log_rate_hz;
-    return true;
-  }
+  if (!has_time()) return read_frame(t_s);
   const std::string& text = arrow_ ? line_.time : cells_[*time_place_];
   if (is_missing(text)) return false;
   const auto refuse_it = [&](const std::string& what) {
@@ -966,17 +1087,28 @@ bool TableReader::read_time(double& t_s, Problem& why) {
     times_.is_unit_known = times_.is_unit_known || found->format != TimeFormat::number;
     if (found->format == TimeFormat::clock) times_.wrap_s = kDay_s;
     if (found->format == TimeFormat::minutes) times_.wrap_s = kHour_s;
-    if (found->format == TimeFormat::number && times_.unit_s < 1) times_.wrap_s = kCounter * times_.unit_s;
   }
+  if (const std::size_t point = text.find_last_of(".,");
+      !number && point != text.npos && text.size() - point < 4)
+    times_.are_uneven = true;  // of milliseconds without their zeros
   if (found->format != *time_format_) return refuse_it("is written otherwise than the times before");
+  if (found->format == TimeFormat::slashed && !is_month_first_ && lower(text).find('m') != text.npos) {
+    note("dates with AM or PM are taken month first");
+    is_month_first_ = true;
+  }
   if (found->is_ambiguous && options_.from != From::port)
     return refuse_it("can be read as two dates; write it as 2026-05-01");
   t_s = found->format == TimeFormat::number ? (found->value - time_zero_) * times_.unit_s : found->value;
+  if (part_place_) {
+    const auto part = read_number(cells_[*part_place_], separator_);
+    if (!part) return false;
+    if (part->value * part_s_ < 1) t_s += part->value * part_s_;  // else it is a clock of its own
+  }
   return is_measurement(t_s) || refuse_it("is no time");
 }
 
-void TableReader::leave_out() {
-  if (malformed_++ == 0) first_malformed_ = line_.number;
+void TableReader::leave_out(const Problem& why) {
+  if (malformed_++ == 0) first_malformed_ = why;
   too_long_ += cells_.size() > header_.size() ? 1 : 0;
   const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_.kept());
   if (static_cast<double>(malformed_) <= forgiven || options_.from == From::port) return;
@@ -987,7 +1119,7 @@ void TableReader::leave_out() {
           "{} of the first {} rows are malformed: too short or too long, without a time, or with text for a "
           "number; mend or remove them{}",
           malformed_, rows_.kept() + malformed_, has_commas ? "; decimal commas need another separator" : ""),
-      first_malformed_);
+      first_malformed_.row);
 }
 
 TableReader::Take TableReader::take(Row& row) {
@@ -1031,7 +1163,7 @@ TableReader::Take TableReader::take(Row& row) {
   if (!why.detail.empty() && !is_header && options_.from == From::file) {
     problem_ = why;
   } else {
-    leave_out();
+    leave_out(why);
   }
   return problem_ ? Take::none : Take::malformed;
 }
@@ -1070,6 +1202,7 @@ std::vector<std::string> TableReader::notes() const {
   if (separator_ != ',' && layout_ == Layout::table)
     out.push_back(fmt::format("{} separate the columns", separator_ == ';'    ? "semicolons"
                                                          : separator_ == '\t' ? "tabs"
+                                                         : separator_ == '|'  ? "bars"
                                                                               : "blanks"));
   if (!has_header_ && time_place_) out.push_back(fmt::format("{} is the time", header_[*time_place_]));
   if (!has_time()) out.push_back(fmt::format("{} rows are a second", options_.time.log_rate_hz));
@@ -1080,8 +1213,9 @@ std::vector<std::string> TableReader::notes() const {
   if (decimal_ == ',') out.push_back("commas in numbers are decimal commas");
   if (headers_ > 0) out.push_back(fmt::format("{} row(s) repeat the header", headers_));
   if (malformed_ > 0)
-    out.push_back(fmt::format("{} row(s) are malformed and were left out, the first is row {}", malformed_,
-                              first_malformed_));
+    out.push_back(fmt::format("{} row(s) are malformed and were left out, the first is row {}{}{}",
+                              malformed_, first_malformed_.row, rows_.kept() > 0 ? "" : ": ",
+                              rows_.kept() > 0 ? "" : first_malformed_.detail));
   std::ranges::move(rows_.notes(columns_), std::back_inserter(out));
   return out;
 }

@@ -94,6 +94,7 @@ class TableState {
   std::string time_column() const { return time_place_ ? header_[*time_place_] : std::string(); }
   bool has(const std::string& column) const { return std::ranges::count(header_, column) > 0; }
   bool has_time() const { return time_place_ || arrow_; }
+  bool is_of_time(std::size_t place) const { return time_place_ == place || part_place_ == place; }
 
   TableOptions options_;
   Layout layout_ = Layout::table;
@@ -123,6 +124,8 @@ class TableState {
   std::vector<std::string> units_;
   std::vector<std::size_t> places_;
   std::optional<std::size_t> time_place_;
+  std::optional<std::size_t> part_place_;  // of the column with the rest of its seconds,
+  double part_s_ = 0;                      // in this unit
   std::optional<std::size_t> segment_place_;
   bool labels_begin_ = false;     // a trial each, which goes on below them
   bool splits_by_clock_ = false;  // into trials
@@ -175,10 +178,11 @@ class TableReader : TableState {
   bool is_header_again();
   bool is_anothers();
   bool is_whole(Problem& why);
+  bool read_frame(double& t_s);
   bool read_time(double& t_s, Problem& why);
   bool read_values(std::vector<double>& value, Problem& why);
   const char* fault_of(const std::string& cell, const Number& number, double& last);
-  void leave_out();
+  void leave_out(const Problem& why);
 
   std::string comment_;
   Line line_;
@@ -190,11 +194,12 @@ class TableReader : TableState {
   std::optional<TimeFormat> time_format_;
   std::vector<double> last_;  // of each column, the last whole number
   double last_time_ = 0;
-  char decimal_ = 0;  // what separates the fractions, once one was seen
+  bool is_month_first_ = false;  // and noted
+  char decimal_ = 0;             // what separates the fractions, once one was seen
   std::string segment_;
   std::size_t segments_ = 0;
   std::size_t malformed_ = 0;
-  std::size_t first_malformed_ = 0;
+  Problem first_malformed_{};
   std::size_t too_long_ = 0;  // of the malformed ones
   std::size_t headers_ = 0;   // that came again
   HoleCounter rows_{options_.holes};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -11,8 +12,10 @@
 namespace flexor::recording {
 namespace {
 
-// Takes numbers off the front of a text, by a pattern: d has 1 or 2 digits, m 2, y 4, s is seconds[.fff] or [,fff].
+// Takes numbers off the front of a text, by a pattern: d has 1 or 2 digits, m 2, y 4, s is seconds[.fff] or [,fff], also .fff,fff
+// as Zephyr has it; n is a month's name.
 bool take(std::string_view& text, std::string_view pattern, double* value) {
+  static constexpr std::string_view kMonths = "janfebmaraprmayjunjulaugsepoctnovdec";
   std::string_view rest = text;
   const auto digit = [&](std::size_t n) { return n < rest.size() && rest[n] >= '0' && rest[n] <= '9'; };
   for (const char p : pattern) {
@@ -20,14 +23,29 @@ bool take(std::string_view& text, std::string_view pattern, double* value) {
     const std::size_t most = p == 'y' ? 4 : 2;
     std::size_t n = is_number || !rest.starts_with(p) ? 0 : 1;
     for (*value = 0; is_number && n < most && digit(n); ++n) *value = *value * 10 + (rest[n] - '0');
+    if (p == 'n') {
+      const std::size_t month = rest.size() < 3 ? 1 : kMonths.find(lower(rest.substr(0, 3)));
+      *value = static_cast<double>(month / 3 + 1);
+      for (n = 0; month < kMonths.size() && month % 3 == 0 && n < rest.size() &&
+                  std::isalpha(static_cast<unsigned char>(rest[n]));)
+        ++n;
+    }
+    for (; p == ' ' && n > 0 && n < rest.size() && rest[n] == ' ';) ++n;
     if (n < (p == 'y' ? 4U : p == 'm' ? 2U : 1U)) return false;
     if (p == 's' && n < rest.size() && (rest[n] == '.' || rest[n] == ',')) {
       if (!digit(n + 1)) return false;
       double unit = 0.1;
-      for (++n; digit(n); ++n, unit /= 10) *value += unit * (rest[n] - '0');
+      const std::size_t point = n;
+      for (++n; digit(n) ||
+                (n == point + 4 && rest[n - 4] == '.' && rest.substr(n).starts_with(',') && digit(n + 1));
+           ++n) {
+        if (rest[n] == ',') continue;
+        *value += unit * (rest[n] - '0');
+        unit /= 10;
+      }
     }
     rest.remove_prefix(n);
-    if (is_number) ++value;
+    value += is_number || p == 'n' ? 1 : 0;
   }
   text = rest;
   return true;
@@ -50,7 +68,8 @@ bool take_clock(std::string_view& text, double& value_s) {
   const auto thousandths =
       may_be && !counts_frames && has_digits_alone(rest) ? to_number(rest) : std::nullopt;
   if (thousandths) text = {};
-  const std::string half = lower(trimmed(text));
+  std::string half = lower(trimmed(text));
+  std::erase_if(half, [](char c) { return c == '.' || c == ' '; });  // p. m.
   if (half == "am" || half == "pm") {
     text = {};
     if (of[0] < 1 || of[0] > 12) return false;
@@ -65,43 +84,66 @@ std::optional<double> since_1970(double year, double month, double day) {
                                          std::chrono::month(static_cast<unsigned>(month)),
                                          std::chrono::day(static_cast<unsigned>(day))};
   if (!date.ok()) return std::nullopt;
-  return static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count()) * 86400;
+  return static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count()) * kDay_s;
 }
 
-std::optional<double> to_iso(std::string_view text) {
-  std::array<double, 4> of{};
+constexpr std::array kDates = {"y-d-d", "y/d/d", "y.d.d", "ymm",   "d.d.y",  "d.d.m", "d/d/y",
+                               "d-d-y", "d/d/m", "d-n-y", "d n y", "n d, y", "n d y", "n d"};
+
+// A date, then a clock. Of slashes day first, but with AM or PM; where that is no date, the other first.
+std::optional<Time> to_date(std::string_view text) {
+  std::array<double, 5> of{};
   std::array<double, 3> zone{};
   double clock_s = 0;
-  const bool is_packed = take(text, "ymm", of.data());
-  if (!is_packed && !take(text, "y-d-d", of.data()) && !take(text, "y/d/d", of.data())) return std::nullopt;
-  const bool has_gap = text.starts_with('T') || text.starts_with(' ') || text.starts_with('_');
-  if (!has_gap && !is_packed) return std::nullopt;
-  text.remove_prefix(has_gap ? 1 : 0);
+  const std::size_t word = text.find_first_of(" ,");
+  if (word != text.npos && word > 2 && is_one_of(text.substr(0, 3), "mon tue wed thu fri sat sun"))
+    text.remove_prefix(std::min(text.find_first_not_of(" ,", word), text.size()));
+  const auto kind = std::ranges::find_if(kDates, [&](const char* k) { return take(text, k, of.data()); });
+  if (kind == kDates.end()) return std::nullopt;
+  const std::string_view pattern = *kind;
+  const std::size_t gap = text.find_first_not_of(",T_ ");
+  if ((gap == 0 && pattern != "ymm") || gap > 3) return std::nullopt;
+  text.remove_prefix(gap);
+  const bool has_half = lower(trimmed(text)).ends_with('m') || text.ends_with('.');
   if (!take_clock(text, clock_s)) return std::nullopt;
   text = trimmed(text);
+  const std::size_t first = pattern[0] == 'y'   ? 1
+                            : pattern[0] == 'n' ? 0
+                                                : 2;  // of month, day and year in a row
+  double year = pattern == "n d" ? 0 : of[first == 1 ? 0 : 2];
+  if (pattern == "n d" && take(text, "y", &year)) text = trimmed(text);
+  if (year == 0) return text.empty() ? std::optional(Time{TimeFormat::clock, clock_s}) : std::nullopt;
+  if (year < 100) year += 2000;
+  if (text == "Z" || text == "UTC" || text == "GMT") text = {};
+  if (text.starts_with("UTC") || text.starts_with("GMT")) text.remove_prefix(3);
   const double sign = text.starts_with('-') ? -1 : 1;
-  if (text == "Z" || text == "UTC") text = {};
   if (!text.empty() && !take(text, sign < 0 ? "-m:m" : "+m:m", zone.data()) &&
       !take(text, sign < 0 ? "-mm" : "+mm", zone.data()))
     return std::nullopt;
-  const auto date = since_1970(of[0], of[1], of[2]);
+  double month = of[first == 2 ? 1 : first];
+  double day = of[first == 2 ? 0 : first + 1];
+  const TimeFormat format = first == 1                          ? TimeFormat::iso
+                            : pattern.find('n') != pattern.npos ? TimeFormat::named
+                            : pattern[1] == '.'                 ? TimeFormat::dotted
+                                                                : TimeFormat::slashed;
+  const bool may_be_both = format == TimeFormat::slashed && month <= 12 && day <= 12 && month != day;
+  if (format == TimeFormat::slashed && (has_half || month > 12) && day <= 12) std::swap(month, day);
+  const auto date = since_1970(year, month, day);
   if (!date || !text.empty()) return std::nullopt;
-  return *date + clock_s - sign * (zone[0] * 3600 + zone[1] * 60);
+  return Time{format, *date + clock_s - sign * (zone[0] * 3600 + zone[1] * 60), may_be_both && !has_half};
 }
 
-// dd.mm.yyyy or dd/mm/yyyy, then a clock. Day first; where that is no date, month first.
-std::optional<Time> to_date(std::string_view text, char separator) {
-  std::array<double, 4> of{};
+// As pandas and Python have it, also -1 days +23:59:59.95; or with its unit in each cell, as MATLAB and R write durations.
+std::optional<Time> to_days(std::string_view text) {
+  const std::size_t word = text.find(' ');
+  const auto number = word == text.npos ? std::nullopt : to_number(text.substr(0, word));
+  if (!number) return std::nullopt;
+  if (const auto unit_s = seconds_in(text.substr(word))) return Time{TimeFormat::days, *number * *unit_s};
   double clock_s = 0;
-  if (!take(text, separator == '.' ? "d.d.y" : "d/d/y", of.data())) return std::nullopt;
-  if (text.starts_with(',')) text.remove_prefix(1);
-  text = trimmed(text);
-  if (!take_clock(text, clock_s) || !trimmed(text).empty()) return std::nullopt;
-  auto date = since_1970(of[2], of[1], of[0]);
-  if (!date && separator == '/') date = since_1970(of[2], of[0], of[1]);
-  if (!date) return std::nullopt;
-  return Time{separator == '.' ? TimeFormat::dotted : TimeFormat::slashed, *date + clock_s,
-              separator == '/' && of[0] <= 12 && of[1] <= 12 && of[0] != of[1]};
+  if (!text.substr(word).starts_with(" day") || *number != std::floor(*number)) return std::nullopt;
+  text = text.substr(std::min(text.find_first_not_of("days, +", word), text.size()));
+  if (text.empty() || !take_clock(text, clock_s) || !text.empty()) return std::nullopt;
+  return Time{TimeFormat::days, *number * kDay_s + clock_s};
 }
 
 }  // namespace
@@ -120,9 +162,8 @@ bool is_measurement(double value) {
 }
 
 bool is_missing(std::string_view cell) {
-  static constexpr std::array kMissing = {"nan", "na", "n/a", "none", "null", "-", "--", "#n/a"};
   if (cell.empty() || cell.size() > 4 || (cell.front() >= '0' && cell.front() <= '9')) return cell.empty();
-  return std::ranges::find(kMissing, lower(cell)) != kMissing.end();
+  return is_one_of(cell, "nan na n/a none null - -- #n/a");
 }
 
 std::optional<double> to_packed_clock(double number) {
@@ -137,7 +178,7 @@ bool is_packed_date(std::string_view text) {
   const std::string_view whole = text.substr(0, text.find_first_of(".,"));
   const bool may_be =
       (whole.size() == 14 || text.size() == 17) && (text.starts_with("19") || text.starts_with("20"));
-  return may_be && has_digits_alone(whole) && to_iso(text);
+  return may_be && has_digits_alone(whole) && to_date(text);
 }
 
 std::optional<Time> to_time(std::string_view text) {
@@ -146,12 +187,11 @@ std::optional<Time> to_time(std::string_view text) {
     if (!std::isfinite(*number)) return std::nullopt;
     return Time{TimeFormat::number, *number};
   }
-  if (const auto iso = to_iso(text)) return Time{TimeFormat::iso, *iso};
-  if (const auto date = to_date(text, '.')) return date;
-  if (const auto date = to_date(text, '/')) return date;
   double clock_s = 0;
   std::string_view rest = text;
   if (take_clock(rest, clock_s) && rest.empty()) return Time{TimeFormat::clock, clock_s};
+  if (const auto date = to_date(text)) return date;
+  if (const auto days = to_days(text)) return days;
   std::array<double, 3> of{};
   const bool has_fraction = text.find_first_of(".,") == text.find(':') + 3;
   if (has_fraction && take(text, "d:s", of.data()) && text.empty() && of[0] <= 59 && of[1] < 61)

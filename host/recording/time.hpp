@@ -12,6 +12,8 @@ namespace flexor::recording {
 // Of this machine, monotonic: flexor record and live write it beside each row of a source.
 inline constexpr const char* kHostClock = "host_s";
 inline constexpr double kFirstEpoch_s = 1e9;  // since 1970, of 2001: what is less is no date
+inline constexpr double kLastEpoch_s = 4e9;
+inline constexpr double kDay_s = 86400;
 
 struct TimeOptions {
   TimeOptions() = default;
@@ -25,14 +27,16 @@ struct TimeOptions {
                  // has, or clock, which starts again; empty: one trial
 };
 
-// Behind every clock AM or PM may stand.
+// Behind every clock AM or PM may stand, behind a date's a zone: Z, UTC, +hh:mm, +hhmm.
 enum class TimeFormat {
   number,  // in a unit that the column states
-  iso,  // 2026-05-01T12:03:11.123, a blank or _ for the T, Z or +hh:mm behind it; or 20260501120311[.123], 20260501T120311.123
-  dotted,   // 1.5.2026 12:03:11.123: day first, nobody writes it otherwise
-  clock,    // 12:03:11.123 or 12-03-11.123: since midnight
+  iso,  // 2026-05-01T12:03:11.123, a blank or _ for the T, / or . for the -; 20260501120311[.123], 20260501T120311.123
+  dotted,   // 1.5.2026 12:03:11.123 or 01.05.26: day first, nobody writes it otherwise
+  clock,    // 12:03:11.123, 12-03-11.123 or May 01 12:03:11: since midnight
   minutes,  // 03:11.123: since the hour. With a fraction, for 03:11 may be hours and minutes
-  slashed   // 13/5/2026 12:03:11 where one of the two numbers is above 12, so that the order is plain
+  slashed,  // 13/5/2026 12:03:11, 13-05-2026 or 13/05/26, one of the two numbers above 12, or month first with AM or PM
+  named,  // 01-May-2026 12:03:11, May 1, 2026 12:03 or Fri May 01 12:03:11 2026
+  days    // 0 days 00:00:01.020000, or 0.05 sec: since a start
 };
 
 struct Time {
@@ -42,7 +46,8 @@ struct Time {
 };
 
 inline bool is_date(TimeFormat f) {
-  return f != TimeFormat::number && f != TimeFormat::clock && f != TimeFormat::minutes;
+  return f == TimeFormat::iso || f == TimeFormat::dotted || f == TimeFormat::slashed ||
+         f == TimeFormat::named;
 }
 
 // None where the text is no time. Numbers that are not finite are none.

@@ -26,10 +26,10 @@ const std::vector<Unit>& units() {
       {"mm", 0, {"mm", "millimeter", "millimeters", "millimetres"}},
       {"s", 1, {"s", "sec", "secs", "second", "seconds"}},
       {"ms", 1e-3, {"ms", "msec", "msecs", "millis", "millis()", "millisecond", "milliseconds"}},
-      {"us", 1e-6, {"us", "usec", "µs", "micros", "micros()", "microseconds"}},
-      {"ns", 1e-9, {"ns", "nsec", "nanoseconds"}},
-      {"min", 60, {"min"}},
-      {"h", 3600, {"h", "hours"}}};
+      {"us", 1e-6, {"us", "usec", "usecs", "µs", "μs", "micros", "micros()", "microsec", "microseconds"}},
+      {"ns", 1e-9, {"ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecs", "nanoseconds"}},
+      {"min", 60, {"min", "mins", "minute", "minutes"}},
+      {"h", 3600, {"h", "hr", "hour", "hours"}}};
   return all;
 }
 
@@ -55,6 +55,11 @@ std::string lower(std::string_view text) {
   std::string out(text);
   std::ranges::transform(out, out.begin(), [](unsigned char c) { return std::tolower(c); });
   return out;
+}
+
+bool is_one_of(std::string_view word, std::string_view list) {
+  if (word.empty() || word.size() > 15 || word.find(' ') != word.npos) return false;
+  return (' ' + std::string(list) + ' ').find(' ' + lower(word) + ' ') != std::string::npos;
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -107,10 +112,7 @@ std::string unknown_angle_unit(std::string_view column) {
   if (!unit.empty()) return known_unit(unit) ? "" : unit;
   const std::string text = lower(trimmed(column));
   const std::string last = text.substr(text.find_last_of("_ ") + 1);
-  for (const char* other : {"grad", "gon", "mrad", "turn", "turns", "percent", "%"}) {
-    if (last == other && last.size() < text.size()) return last;
-  }
-  return "";
+  return last.size() < text.size() && is_one_of(last, "grad gon mrad turn turns percent %") ? last : "";
 }
 
 std::optional<double> seconds_in(std::string_view text) {

@@ -33,6 +33,7 @@ struct NameAndUnit {
 };
 NameAndUnit cut_name(std::string_view column);
 
+bool is_one_of(std::string_view word, std::string_view list);  // of words between blanks, in any capitals
 std::string lower(std::string_view text);
 std::string_view trimmed(std::string_view text);
 

@@ -114,6 +114,14 @@ TEST(Additive, AnAngleGoesOnBeyondWhatWasSeenUnlessLimitsAreBetter) {
   EXPECT_GE(open, 4);
 }
 
+TEST(Additive, AnEndBeyondWhichNoEstimateLiesHasNoLimit) {
+  Session stops = drawn(1, 0);
+  stops.angle_deg = (120 * (stops.input.col(0).array() - 300) / 400).min(60);
+  const model::Saturation limits = fit_of({stops}, "curve(2)").limits;
+  EXPECT_NEAR(limits.upper_deg, 60, 0.1);
+  EXPECT_LT(limits.lower_deg, stops.angle_deg.minCoeff() - 40);
+}
+
 TEST(Additive, OfSeveralSensorsTheSmallestWithinAStandardErrorComesFirst) {
   std::vector<Additive> two(2);
   two[0].value.resize(12, 4);

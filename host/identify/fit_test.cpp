@@ -92,6 +92,15 @@ TEST(Fit, ASaturationThatIsNeverReachedIsRefusedByName) {
   EXPECT_TRUE(refuses(s, "saturation upper limit"));
 }
 
+TEST(Fit, ACurveGoesOnStraightBeyondWhatWasRead) {
+  const Data data = example();
+  const model::Curve curve = *fit(blocks_of("curve(10) > lti(1)"), data).channel.input_curve;
+  const double range = data.input.maxCoeff() - data.input.minCoeff();
+  EXPECT_GT(curve.x.back(), data.input.maxCoeff() + 0.2 * range);
+  EXPECT_GT(curve(curve.x.back()) - curve(data.input.maxCoeff()), 5);
+  EXPECT_LT(curve(curve.x.front()) - curve(data.input.minCoeff()), -5);
+}
+
 TEST(Fit, ADeadZoneEdgeWithoutSamplesIsRefusedByName) {
   Data data = example();
   data.angle_deg = 10 + 0.1 * (data.input.array() - 400).max(0);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace flexor::recording {
@@ -106,6 +107,19 @@ TEST(Resample, NeverLeavesTheRangeOfTheReadingsAndNeverGrowsBeyondThem) {
     RC_ASSERT(s.value.size() <= x.size() * 144);  // ten seconds' worth for each reading
     for (const double v : s.value) RC_ASSERT(v >= *low - 1e-9 && v <= *high + 1e-9);
   }));
+}
+
+TEST(WithoutJumps, LeavesOutWhatATrackerSaysThatLostItsMarkAndNoMotion) {
+  std::vector<double> t, x;
+  for (int k = 0; k < 900; ++k) {
+    t.push_back(k / 30.0);
+    x.push_back(45 - 45 * std::cos(6 * t.back()) + 0.3 * std::sin(91.0 * k));  // up and down once a second
+  }
+  EXPECT_EQ(std::ranges::count(without_jumps({t, x}), 0), 0);
+  for (const std::size_t lost : {45U, 250U, 251U, 252U, 610U}) x[lost] = 0;
+  const std::vector<std::uint8_t> kept = without_jumps({t, x});
+  EXPECT_EQ(std::ranges::count(kept, 0), 5);
+  EXPECT_EQ(kept[45] + kept[250] + kept[251] + kept[252] + kept[610], 0);
 }
 
 TEST(SinceStart, DoesNotDependOnWhereTheClockStarted) {

@@ -105,7 +105,7 @@ Range without_spikes(std::span<const double> value) {
 
 std::vector<std::uint8_t> without_jumps(const Series& series) {
   constexpr double kLongest_s = 0.2;
-  constexpr double kRange_s = 0.08;
+  constexpr double kRange_s = 0.12;
   constexpr double kFar = 5;
   constexpr double kNear = 0.3;  // of the jump, from where it came
   std::vector<std::uint8_t> out(series.value.size(), 1);

@@ -107,7 +107,7 @@ Samples resample(const Series& series, double period_s, double max_gap_s, const 
 // Of the readings, without holes and without the few that lie three times as far from all others as these are wide: a malformed line, a spike.
 Range without_spikes(std::span<const double> value);
 
-// 1 for each reading, 0 where it jumps away from its neighbours and back within 0.2 s, both ways faster than the range in 80 ms,
+// 1 for each reading, 0 where it jumps away from its neighbours and back within 0.2 s, both ways faster than the range in 0.12 s,
 // which no finger is, and five times as far as nearly all others step: what a tracker says that has lost its mark.
 std::vector<std::uint8_t> without_jumps(const Series& series);
 

@@ -5,33 +5,32 @@
 //   x_b = play of u, radius r     what it says depends on where it came from
 //   f_b(u) - H_tau f_b(u)         motion: H_tau a first-order lag; zero wherever the reading rests
 //
-// For given radii and time constants the angle is linear in the curves' values. The loss counts small errors by
-// their square and large ones by their size (pseudo-Huber, one degree wide). A sum goes on beyond what was seen, its curves
-// as straight as at their ends, by the range at most. One that is not open has limits: where a finger rests at an end of its range, any
-// estimate beyond it is right, and the limit is the median of the angles there. An end beyond which no estimate lies has none. A fold
-// has no limit farther than the angles that it was fitted to. Two priors: neighbouring slopes are alike (second differences), and what plays and
-// motion add is small (their values). The second also settles what the others leave undetermined. Minimised by
-// least squares again and again, from the plain least-squares solution on.
-// Held still, the angle holds still after a second. Motion of more than a second (creep) is the exception: it is there for a
-// sensor that creeps while the finger holds still, and is taken only where that pays (joint_fit.hpp).
+// For given radii and time constants the angle is linear in the curves' values. The loss counts small errors by their square and
+// large ones by their size (pseudo-Huber, one degree wide). A sum goes on beyond what was seen, its curves as straight as at
+// their ends, by the range at most. One that is not open has limits: where a finger rests at an end of its range, any estimate
+// beyond it is right, and the limit is the median of the angles there. An end beyond which no estimate lies has none. A fold has
+// no limit farther than the angles that it was fitted to. Two priors: neighbouring slopes are alike (second differences), and
+// what plays and motion add is small (their values). The second also settles what the others leave undetermined. Minimised by
+// least squares again and again, from the plain least-squares solution on. Held still, the angle holds still after a second.
+// Motion of more than a second (creep) is the exception: it is there for a sensor that creeps while the finger holds still, and
+// is taken only where that pays (joint_fit.hpp).
 //
-// A glove is put on anew and then reads otherwise. Where a finger rests at an end, the compensator is fitted for
-// readings 3 % of their range off (one standard deviation, of each sensor by itself), which is what donnings of a
-// cloth glove differ by: it rests then, too.
+// A glove is put on anew and then reads otherwise. Where a finger rests at an end, the compensator is fitted for readings 3 % of
+// their range off (one standard deviation, of each sensor by itself), which is what donnings of a cloth glove differ by: it
+// rests then, too.
 //
-// Of several recordings each is a donning, with an offset and a slope of its own by each sensor, drawn from normal
-// distributions about zero, together zero: they take what differs between recordings, and the curves keep what all share.
+// Of several recordings each is a donning, with an offset and a slope of its own by each sensor, drawn from normal distributions
+// about zero, together zero: they take what differs between recordings, and the curves keep what all share.
 //
-// Radii, time constants, knots and the strength of the priors are chosen by cross-validation: over blocks of the
-// fitted samples, or over recordings where there are more than two. Of candidates that are as good within 3 %, in
-// loss and in mean square, the smallest is taken: less to run on a board. Curves with limits are tried of the best open ones, and
-// taken where their loss over the folds, of the samples as they were, is lower by more than a standard error.
-// The curve of one sensor, of all that is still, turns back only where it does so by more than ten standard errors.
-// Standard errors of the curves' values are those of a bootstrap over blocks of 20 s, six at least, or whole recordings, so
-// that they hold for errors that come in runs; knots and priors stay as they are.
-// Sources: P. Eilers, B. Marx, Statistical Science 11 (1996) 89 (penalised curves); J. Tobin, Econometrica 26 (1958)
-// 24 (limits in the loss); B. Silverman, JRSS B 47 (1985) 1; H. Kuensch, Ann. Statist. 17 (1989) 1217 (bootstrap over
-// blocks).
+// Radii, time constants, knots and the strength of the priors are chosen by cross-validation: over blocks of the fitted samples,
+// or over recordings where there are more than two. Of candidates that are as good within 3 %, in loss and in mean square, the
+// smallest is taken: less to run on a board. Curves with limits are tried of the best open ones, and taken where their loss over
+// the folds, of the samples as they were, is lower by more than a standard error. The curve of one sensor, of all that is still,
+// turns back only where it does so by more than ten standard errors. Standard errors of the curves' values are those of a
+// bootstrap over blocks of 20 s, six at least, or whole recordings, so that they hold for errors that come in runs; knots and
+// priors stay as they are. Sources: P. Eilers, B. Marx, Statistical Science 11 (1996) 89 (penalised curves); J. Tobin,
+// Econometrica 26 (1958) 24 (limits in the loss); B. Silverman, JRSS B 47 (1985) 1; H. Kuensch, Ann. Statist. 17 (1989) 1217
+// (bootstrap over blocks).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,12 +1,13 @@
-// The compensator of one joint: the chain that was asked for (chain_fit.hpp), or of the additive candidates
-// (additive.hpp), best first, the first that can be worn. It holds still when the finger does, to a degree in a minute,
-// and in the glove's integers it is as near to double as deploy asks for (model::allowed_fixed_error_deg); where none is, the
-// best that holds still. A candidate that creeps back after its sensor is taken in
-// its place where its cross-validated error is a tenth lower, its loss surely lower over the folds, and its
-// error wanders no more than half as much again in the holds that the reference itself shows; a drift above ten degrees, without
-// a hold one above twice the error, needs an error that is a quarter lower. Then chains, over the same folds and fitted for other donnings too (Donnings): one is taken where its loss
-// is lower, by a standard error unless it is the smaller; one that creeps is judged as other candidates that do. Of several
-// sensors their mix (structure_text.hpp) and the own one alone are tried as well, and taken where they are as good and hold as still. Of readings that no board takes the integers are not asked for.
+// The compensator of one joint: the chain that was asked for (chain_fit.hpp), or of the additive candidates (additive.hpp), best
+// first, the first that can be worn. It holds still when the finger does, to a degree in a minute, and in the glove's integers
+// it is as near to double as deploy asks for (model::allowed_fixed_error_deg); where none is, the best that holds still. A
+// candidate that creeps back after its sensor is taken in its place where its cross-validated error is a tenth lower, its loss
+// surely lower over the folds, and its error wanders no more than half as much again in the holds that the reference itself
+// shows; a drift above ten degrees, without a hold one above twice the error, needs an error that is a quarter lower. Then
+// chains, over the same folds and fitted for other donnings too (Donnings): one is taken where its loss is lower, by a standard
+// error unless it is the smaller; one that creeps is judged as other candidates that do. Of several sensors their mix
+// (structure_text.hpp) and the own one alone are tried as well, and taken where they are as good and hold as still. Of readings
+// that no board takes the integers are not asked for.
 #pragma once
 
 #include <cmath>

@@ -16,7 +16,6 @@
 namespace flexor::listen {
 namespace {
 
-constexpr std::array<const char*, 5> kFingerNames = {"thumb", "index", "middle", "ring", "pinky"};
 constexpr std::size_t kLongestLine = 4096;  // bytes; beyond it is no line of a glove's
 
 // A clock of 16 bits in milliseconds, which wraps every 65.5 s, made whole by the host's.
@@ -185,8 +184,9 @@ class GloveFrames : public FrameDecoder {
   // The first frame says how many there are.
   bool fits(std::size_t count, const char* unit) {
     for (std::size_t i = columns_.size(); tally_.samples == 0 && i < count; ++i) {
-      columns_.push_back(count == kFingerNames.size() ? fmt::format("{}_{}", kFingerNames.at(i), unit)
-                                                      : fmt::format("joint{}_{}", i + 1, unit));
+      columns_.push_back(count == recording::kFingers.size()
+                             ? fmt::format("{}_{}", recording::kFingers.at(i), unit)
+                             : fmt::format("joint{}_{}", i + 1, unit));
     }
     if (columns_.size() != count) count_misfit(count, columns_.size());
     return columns_.size() == count;
@@ -216,7 +216,7 @@ class HandFrames : public FrameDecoder {
  public:
   HandFrames() {
     for (const char* unit : {"deg", "duty_percent", "fault"}) {
-      for (const char* finger : kFingerNames) columns_.push_back(fmt::format("{}_{}", finger, unit));
+      for (const char* finger : recording::kFingers) columns_.push_back(fmt::format("{}_{}", finger, unit));
     }
     columns_.emplace_back("board_faults");
   }

@@ -33,6 +33,8 @@ constexpr double kHour_s = 3600;
 
 std::string excerpt(std::string_view text) { return io::start_of(text, kLongestExcerpt); }
 
+bool has_fraction(std::string_view number) { return number.find_first_of(".,") != number.npos; }
+
 // What a file that is no text is, by how it begins, with the mend; nothing of text.
 const char* binary_kind(std::string_view line) {
   static constexpr std::array<std::pair<std::string_view, const char*>, 14> kKinds = {
@@ -62,8 +64,7 @@ const char* binary_kind(std::string_view line) {
 
 // More numbers than words, and at least so many.
 bool is_row(const std::vector<std::string>& cells, char separator, std::size_t fewest) {
-  const auto numbers = static_cast<std::size_t>(std::ranges::count_if(
-      cells, [&](const auto& c) { return !is_missing(c) && is_number_or_time(c, separator); }));
+  const std::size_t numbers = count_cells(cells, separator).numbers;
   return numbers >= fewest && 2 * numbers > cells.size();
 }
 
@@ -79,12 +80,6 @@ std::vector<std::string> cells_of(const std::string& text, char separator, std::
   return out;
 }
 
-// A number in some unit, or a time as it is written.
-std::optional<Time> time_in(const std::string& cell, char separator) {
-  const auto number = is_packed_date(cell) ? std::nullopt : read_number(cell, separator);
-  return number ? Time{TimeFormat::number, number->value} : to_time(cell);
-}
-
 // Vicon's, below which rows a second stand.
 bool is_section_title(std::vector<std::string> cells) {
   static constexpr std::array kSections = {"Devices", "Model Outputs", "Trajectories", "Joints", "Segments"};
@@ -98,10 +93,7 @@ class Finder : public TableState {
   explicit Finder(const TableState& known) : TableState(known) {}
 
   // Only lines that say for sure what they are make a live log's columns; but what begins as a table without rows is one.
-  bool is_strict() const {
-    return options_.from == From::port ||
-           (options_.from == From::pipe && !has_ended_ && ahead_.size() <= kTitles);
-  }
+  bool is_strict() const { return is_port() || (is_pipe() && !has_ended_ && ahead_.size() <= kTitles); }
 
   bool is_enough() const {
     Cells cells;
@@ -133,8 +125,7 @@ class Finder : public TableState {
     };
     for (const std::string& name : columns) take(place_of(name));
     if (!columns.empty()) return;
-    for (const std::size_t place : columns_of_numbers())
-      take(options_.from == From::port ? place : place_of(header_[place]));
+    for (const std::size_t place : columns_of_numbers()) take(is_port() ? place : place_of(header_[place]));
     if (!columns_.empty()) return;
     const std::size_t row = at(0)->number;
     split_line(at(0)->text);
@@ -150,9 +141,11 @@ class Finder : public TableState {
   bool may_be_elsewhere() const { return is_section_ && problem_ && problem_->kind == Kind::no_column; }
   const std::vector<std::string>& header() const { return header_; }
 
-  bool must_wait() const { return !has_ended_ && (wants_more_ || (options_.from == From::port && problem_)); }
+  bool must_wait() const { return !has_ended_ && (wants_more_ || (is_port() && problem_)); }
 
  private:
+  std::size_t most_ahead() const { return is_live() ? kLiveRows : kRows; }
+
   struct FirstRow {
     std::size_t place;
     char separator;
@@ -164,10 +157,9 @@ class Finder : public TableState {
   };
 
   void find_layout() {
-    if (at(0) == nullptr) return refuse(Kind::empty, "is empty");
-    const char* kind = options_.from == From::port ? nullptr : binary_kind(at(0)->text);
+    const char* kind = is_port() || at(0) == nullptr ? nullptr : binary_kind(at(0)->text);
     if (kind != nullptr) return refuse(Kind::not_text, fmt::format("is {}", kind));
-    if (at(0)->text.size() == 5 && lower(at(0)->text).starts_with("sep="))
+    if (at(0) != nullptr && at(0)->text.size() == 5 && lower(at(0)->text).starts_with("sep="))
       separator_ = ahead_[first_++].text[4];
     Cells cells;
     while (at(0) != nullptr && read_labelled(at(0)->text, cells) && cells.label.empty())
@@ -216,17 +208,16 @@ class Finder : public TableState {
       return cells_of(std::string(text), separator_of(text)).size();
     };
     std::string& names = ahead_[first_ + row - 1].text;
-    std::optional<double> unused;
     while (count(names) > count(at(row)->text)) {
       const std::size_t end = names.find_first_of(" \t,;");
-      if (end == names.npos || !is_time_name(names.substr(0, end), unused)) return;
+      if (end == names.npos || !read_time_name(names.substr(0, end)).is_time) return;
       names.erase(0, names.find_first_not_of(" \t,;", end));
       ahead_[first_ + row - 1].time = at(row)->time;
     }
   }
 
-  std::vector<char> separators() const {
-    return separator_ != 0 ? std::vector{separator_} : std::vector{';', '\t', ',', '|', ' '};
+  std::string_view separators() const {
+    return separator_ != 0 ? std::string_view(&separator_, 1) : kSeparators;
   }
 
   // The first line of labels that one of the next two has, too, or the first line; at a port the newest, whatever it began with.
@@ -235,18 +226,18 @@ class Finder : public TableState {
     const auto has_same = [&](std::size_t i) {
       return at(i) != nullptr && read_labelled(at(i)->text, next) && next.label == cells.label;
     };
-    for (std::size_t i = 0; options_.from != From::port && i < kTitles && at(i) != nullptr; ++i) {
+    for (std::size_t i = 0; !is_port() && i < kTitles && at(i) != nullptr; ++i) {
       const bool are_labels = read_labelled(at(i)->text, cells) && !cells.label.empty();
       if (are_labels && std::ranges::none_of(cells.value, is_missing) && (has_same(i + 1) || has_same(i + 2)))
         return i;
     }
-    const std::size_t i = options_.from == From::port ? ahead_.size() - first_ - 1 : 0;
+    const std::size_t i = is_port() ? ahead_.size() - first_ - 1 : 0;
     if (at(i) == nullptr || !read_labelled(at(i)->text, cells) || cells.label.empty()) return std::nullopt;
     const bool may_be_title =
         cells.label.size() == 1 && at(i)->time.empty() && at(i)->text.find(':') == std::string::npos;
     if (may_be_title && (i == 0 || !has_same(i - 1))) return std::nullopt;  // nRows=3
     const auto missing = static_cast<std::size_t>(std::ranges::count_if(cells.value, is_missing));
-    const bool is_row = missing == 0 || (options_.from == From::port && missing < cells.value.size());
+    const bool is_row = missing == 0 || (is_port() && missing < cells.value.size());
     return is_row ? std::optional(i) : std::nullopt;
   }
 
@@ -256,7 +247,7 @@ class Finder : public TableState {
     std::optional<FirstRow> of_words;
     for (std::size_t i = 0; i < kTitles && at(i + 1) != nullptr; ++i) {
       const Line& second = *at(i + 1);
-      const bool takes_one = !second.time.empty() || options_.from == From::port;
+      const bool takes_one = !second.time.empty() || is_port();
       for (const char c : separators()) {
         std::vector<std::string> b = cells_of(second.text, c);
         const std::vector<std::string> a = cells_of(at(i)->text, c, b.size());
@@ -311,12 +302,11 @@ class Finder : public TableState {
       const bool is_above = i + 1 == row;
       const bool is_odd =
           names.size() == 1
-              ? !is_above || (options_.from == From::port && at(i)->time.empty()) ||
-                    names[0].find(' ') != std::string::npos
+              ? !is_above || (is_port() && at(i)->time.empty()) || names[0].find(' ') != std::string::npos
               : names.size() != width && !names_any(names) && at(i)->text.find(':') != std::string::npos;
       const bool is_no_header = is_odd || (is_greeting(names) && !names_any(names));
       const bool fits = names.size() <= width && 2 * names.size() > width;
-      const auto is_number = [&](const auto& cell) { return is_number_or_time(cell, separator_); };
+      const auto is_number = [&](const auto& cell) { return time_in(cell, separator_).has_value(); };
       if (!is_no_header && (fits || is_above) && !(is_units_row(names) && i > 0) &&
           std::ranges::none_of(names, is_number) && !std::ranges::all_of(names, is_missing))
         return i;
@@ -326,9 +316,8 @@ class Finder : public TableState {
 
   // Whether a cell is called a time, or states a unit.
   static bool names_any(const std::vector<std::string>& cells) {
-    std::optional<double> unit_s;
     return std::ranges::any_of(
-        cells, [&](const auto& cell) { return is_time_name(cell, unit_s) || !unit_of(cell).empty(); });
+        cells, [](const auto& cell) { return read_time_name(cell).is_time || !unit_of(cell).empty(); });
   }
 
   void leave_out_titles(std::size_t count) {
@@ -340,7 +329,7 @@ class Finder : public TableState {
       std::string text = lower(trimmed(ahead_[first_].text));
       std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
       is_storage = is_storage || text.starts_with("version=");
-      if (const auto rate = rate_in(text); rate && options_.time.log_rate_hz == 0) frame_rate_hz_ = *rate;
+      take_rate(rate_in(text));
       if (text == "indegrees=yes") title_unit_ = "deg";
       if (text == "indegrees=no" || (text == "endheader" && is_storage && title_unit_.empty()))
         title_unit_ = "rad";  // as OpenSim reads what says nothing
@@ -354,16 +343,20 @@ class Finder : public TableState {
              : fmt::format("rows {} to {} are titles", ahead_[begin].number, ahead_[first_ - 1].number));
   }
 
-  // Of a title such as FREQUENCY 100, OutputRate: 60Hz, in lower case without blanks.
-  static std::optional<double> rate_in(std::string_view title) {
+  // Of a title such as FREQUENCY 100, OutputRate: 60Hz, in lower case without blanks; 0: it states none.
+  static double rate_in(std::string_view title) {
     title.remove_prefix(std::min(title.find_first_not_of("/"), title.size()));
     const std::size_t end = std::min(title.find_first_of(":=,;.0123456789"), title.size());
     if (!is_one_of(title.substr(0, end), "frequency samplingrate samplerate outputrate updaterate framerate"))
-      return std::nullopt;
+      return 0;
     title.remove_prefix(std::min(title.find_first_not_of(":=,;", end), title.size()));
     if (title.ends_with("hz")) title.remove_suffix(2);
-    const auto rate = to_number(title);
-    return rate && *rate > 0 ? rate : std::nullopt;
+    return to_number(title).value_or(0);
+  }
+
+  // One that is given goes before.
+  void take_rate(double rate_hz) {
+    if (rate_hz > 0 && options_.time.log_rate_hz == 0) frame_rate_hz_ = rate_hz;
   }
 
   // By the row above it: OpenSim's .trc has the unit of all positions below "Units", Vicon the rows a second below a section.
@@ -371,13 +364,12 @@ class Finder : public TableState {
     const auto place = static_cast<std::size_t>(std::ranges::find(above, "Units") - above.begin());
     if (place < std::min(above.size(), cells.size())) title_unit_ = cells[place];
     if (cells.size() > 1 && cells[0] == "Y_Unit_Label") title_unit_ = known_unit(cells[1]).value_or("");
-    if (const auto step_s = cells.size() > 1 && cells[0] == "Delta_X" ? to_number(cells[1]) : std::nullopt;
-        step_s && *step_s > 0 && options_.time.log_rate_hz == 0)
-      frame_rate_hz_ = 1 / *step_s;
-    const auto rate = is_section_title(above) && cells.size() == 1 ? to_number(cells[0]) : std::nullopt;
-    if (!rate || !(*rate > 0)) return;
-    is_section_ = true;
-    if (options_.time.log_rate_hz == 0) frame_rate_hz_ = *rate;
+    const bool is_step = cells.size() > 1 && cells[0] == "Delta_X";
+    const double step_s = is_step ? to_number(cells[1]).value_or(0) : 0;
+    const bool is_rate = cells.size() == 1 && is_section_title(above);
+    const double rate_hz = is_rate ? to_number(cells[0]).value_or(0) : step_s > 0 ? 1 / step_s : 0;
+    is_section_ |= is_rate && rate_hz > 0;
+    take_rate(rate_hz);
   }
 
   void read_header() {
@@ -424,9 +416,7 @@ class Finder : public TableState {
       if (c < ' ' || c == 0x7F || is_latin1) begin = i + 1;
     }
     const std::string rest = name.substr(begin);
-    std::optional<double> unused;
-    const bool is_name =
-        is_time_name(rest, unused) || (options_.from == From::port && !unit_of(rest).empty());
+    const bool is_name = read_time_name(rest).is_time || (is_port() && !unit_of(rest).empty());
     if (begin == 0 || !is_name) return;
     note(fmt::format("what stands before \"{}\" in the header is noise and is left out", excerpt(rest)));
     name = rest;
@@ -475,9 +465,8 @@ class Finder : public TableState {
   // A row below the header that holds units instead of numbers; else a title's.
   void read_units() {
     for (const std::string& name : header_) {
-      std::optional<double> ignored;
-      const bool is_angle = !is_time_name(name, ignored) && !lower(name).ends_with("_tx") &&
-                            !lower(name).ends_with("_ty") && !lower(name).ends_with("_tz");
+      const std::string ending = lower(name.substr(name.size() - std::min<std::size_t>(name.size(), 3)));
+      const bool is_angle = !read_time_name(name).is_time && !is_one_of(ending, "_tx _ty _tz");
       const std::string unit = unit_of(name);
       header_units_.push_back(unit.empty() && is_angle ? title_unit_ : unit);
     }
@@ -490,8 +479,7 @@ class Finder : public TableState {
       for (; first_ < i; ++first_) ahead_[first_].is_title = true;
       ++first_;
       for (std::size_t k = 0; k < cells_.size(); ++k) {
-        if (known_unit(cells_[k]) || seconds_in(cells_[k]))
-          header_units_[k] = known_unit(cells_[k]).value_or(cells_[k]);
+        if (is_unit(cells_[k])) header_units_[k] = known_unit(cells_[k]).value_or(cells_[k]);
       }
       note(fmt::format("row {} is taken as a row of units", ahead_[i].number));
     }
@@ -508,19 +496,18 @@ class Finder : public TableState {
     return out;
   }
 
-  // Whether the column is called a time; and the unit that it states.
-  bool is_time(std::size_t place, std::optional<double>& unit_s) const {
-    const bool out = place == 0 && (has_index_ || (!has_header_ && options_.from != From::port))
-                         ? true
-                         : has_header_ && is_time_name(header_[place], unit_s);
-    if (!unit_s) unit_s = seconds_in(header_units_[place]);
+  // Whether the column is called a time, or stands for one; and the unit that it states.
+  TimeName time_name(std::size_t place) const {
+    const bool is_index = place == 0 && (has_index_ || (!has_header_ && !is_port()));
+    TimeName out = has_header_ && !is_index ? read_time_name(header_[place]) : TimeName{is_index};
+    if (!out.unit_s) out.unit_s = seconds_in(header_units_[place]);
     return out;
   }
 
   // How likely a column is the time, the higher the likelier; none: it is not.
   std::optional<Clock> clock_in(std::size_t place, const std::vector<std::string>& first) {
-    Clock out{place, 1, {}};
-    const bool is_named = is_time(place, out.unit_s);
+    const auto [is_named, unit_s] = time_name(place);
+    Clock out{place, 1, unit_s};
     const auto time = time_in(place < first.size() ? first[place] : "", separator_);
     const bool is_number = time && time->format == TimeFormat::number;
     if (!is_named && time && time->format == TimeFormat::days) return std::nullopt;
@@ -531,11 +518,11 @@ class Finder : public TableState {
     const auto counts = [&](const auto& a, const auto& b) {
       const auto above = read_number(a, separator_);
       const auto below = read_number(b, separator_);
-      return above && below && below->value == above->value + 1;
+      return above && below && *below == *above + 1;
     };
     // The same for so long is no clock, but when a session began.
     const bool stands = cells.size() > 1 && std::ranges::count(cells, cells[0]) == std::ssize(cells);
-    wants_more_ = wants_more_ || (options_.from == From::pipe && stands && at(kStandingRows - 1) == nullptr);
+    wants_more_ |= is_pipe() && stands && at(kStandingRows - 1) == nullptr;
     if (is_number && out.unit_s.value_or(1) == 1 && cells.size() > 1 &&
         std::ranges::adjacent_find(cells, std::not_fn(counts)) == cells.end()) {
       out.rank = out.unit_s || !options_.time.unit.empty() ? 3 : 2;
@@ -554,10 +541,10 @@ class Finder : public TableState {
     std::optional<Clock> other;  // that would do as well
     for (std::size_t i = 0; i < header_.size() && !arrow_; ++i) {
       std::optional<Clock> clock = clock_in(i, first);
-      wants_more_ = wants_more_ || (has_rate && at(1) == nullptr);
+      wants_more_ |= has_rate && at(1) == nullptr;
       if (!clock || (has_rate && (has_header_ ? clock->rank < 3 : clock->rank != 4))) continue;
-      const bool are_stated = options_.from == From::port && best && best->unit_s && clock->unit_s;
-      wants_more_ = wants_more_ || (best && !are_stated && at(1) == nullptr);
+      const bool are_stated = is_port() && best && best->unit_s && clock->unit_s;
+      wants_more_ |= best && !are_stated && at(1) == nullptr;
       if (best && header_[i] == header_[best->place]) continue;  // as Delsys repeats X[s]
       if (!best || clock->rank > best->rank) std::swap(best, clock);
       if (clock && clock->rank > (best->rank > 3 ? 3 : 2)) other = clock;
@@ -595,8 +582,8 @@ class Finder : public TableState {
   std::optional<Clock> find_parted_time() {
     for (std::size_t i = 0; i < header_.size() && !arrow_ && has_header_; ++i) {
       const auto [stem, second] = cut_unit(header_[i]);
-      std::optional<double> unit_s;
-      const bool is_clock = second != 1 && is_time(i, unit_s) && !unit_s;
+      const auto [is_named, unit_s] = time_name(i);
+      const bool is_clock = second != 1 && is_named && !unit_s;
       if ((second != 1 && !is_clock) ||
           (!options_.time.columns.empty() && header_[i] != one_of(options_.time.columns)))
         continue;
@@ -605,8 +592,7 @@ class Finder : public TableState {
         const auto [part_stem, part_s] = cut_unit(header_[j]);
         if (part_s == 0 || part_s >= 1 || part_stem != (is_clock ? "" : stem)) continue;
         if (!fits_part(seconds, cells_ahead(j), part_s, is_clock)) continue;
-        wants_more_ = wants_more_ || (options_.from == From::pipe && seconds.front() == seconds.back() &&
-                                      at(kStandingRows - 1) == nullptr);
+        wants_more_ |= is_pipe() && seconds.front() == seconds.back() && at(kStandingRows - 1) == nullptr;
         part_place_ = j;
         part_s_ = part_s;
         note(fmt::format("\"{}\" and \"{}\" are one time", header_[i], header_[j]));
@@ -632,10 +618,10 @@ class Finder : public TableState {
       const auto part = read_number(parts[k], separator_);
       if (!time || is_clock == (time->format == TimeFormat::number) || time->value != std::floor(time->value))
         return false;
-      if (!part || part->decimal != 0 || part->value < 0 || part->value * part_s >= 1) return false;
-      if (part->value < last && is_clock && seconds[k] == seconds[k - 1]) return false;
-      falls = falls || part->value < last;
-      last = part->value;
+      if (!part || has_fraction(parts[k]) || *part < 0 || *part * part_s >= 1) return false;
+      if (*part < last && is_clock && seconds[k] == seconds[k - 1]) return false;
+      falls = falls || *part < last;
+      last = *part;
     }
     return falls && !seconds.empty();
   }
@@ -650,8 +636,7 @@ class Finder : public TableState {
   std::optional<Course> course(std::size_t place) {
     Course out;
     std::optional<double> last;
-    std::optional<double> unit_s;
-    (void)is_time(place, unit_s);
+    std::optional<double> unit_s = time_name(place).unit_s;
     const std::vector<std::string> cells = cells_ahead(place);
     for (std::size_t k = cells.size() > 20 ? cells.size() / 2 : 0; k < cells.size(); ++k) {
       if (is_missing(cells[k])) continue;
@@ -713,7 +698,7 @@ class Finder : public TableState {
     if (other) {
       const std::string both = fmt::format("columns \"{}\" and \"{}\" could both be the time",
                                            header_[best->place], header_[other->place]);
-      if (options_.from != From::port && (!has_header_ || disagree(best->place, other->place)))
+      if (!is_port() && (!has_header_ || disagree(best->place, other->place)))
         return refuse(Kind::ambiguous, both + ": say which: --time-column " + header_[best->place]);
       note(fmt::format("{}: \"{}\" is taken; the other: --time-column \"{}\"", both, header_[best->place],
                        header_[other->place]));
@@ -742,10 +727,9 @@ class Finder : public TableState {
                                                       {1e-7, 11'644'473'600, "100 ns since 1601"},
                                                       {1e-7, 62'135'596'800, "100 ns since the year 1"}}};
     split_line(at(0)->text);
-    const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;
+    const double number = place < cells_.size() ? read_number(cells_[place], separator_).value_or(0) : 0;
     for (const auto& [unit_s, before_1970_s, name] : kEpochs) {
-      const double since_1970_s = number ? number->value * unit_s - before_1970_s : 0;
-      if (since_1970_s < kFirstEpoch_s || since_1970_s >= kLastEpoch_s) continue;
+      if (!is_epoch(number * unit_s - before_1970_s)) continue;
       note(fmt::format("\"{}\" is taken for {}", header_[place], name));
       time_zero_ = before_1970_s / unit_s;
       return unit_s;
@@ -761,9 +745,8 @@ class Finder : public TableState {
     std::optional<double> last_s;
     double ticks = 0;  // a second
     bool passes = false;
-    const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
-    for (std::size_t k = 0; k < most && packed_ticks_ == 0; ++k) {
-      wants_more_ = wants_more_ || (at(k) == nullptr && !passes);
+    for (std::size_t k = 0; k < most_ahead() && packed_ticks_ == 0; ++k) {
+      wants_more_ |= at(k) == nullptr && !passes;
       if (at(k) == nullptr) break;
       split_line(at(k)->text);
       const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;
@@ -773,7 +756,7 @@ class Finder : public TableState {
       const std::size_t size = std::min(digits, cells_[place].size());
       const bool is_whole = digits == std::string::npos;
       if (ticks == 0) ticks = size == 5 || size == 6 ? 1 : is_whole && (size == 8 || size == 9) ? 1000 : 0;
-      const auto clock_s = ticks > 0 ? to_packed_clock(number->value / ticks) : std::nullopt;
+      const auto clock_s = ticks > 0 ? to_packed_clock(*number / ticks) : std::nullopt;
       if (!clock_s || (last_s && *clock_s < *last_s)) return;
       const double step_s = *clock_s - last_s.value_or(*clock_s);
       if (ticks > 1 && last_s && step_s < 1) packed_ticks_ = ticks;
@@ -791,7 +774,7 @@ class Finder : public TableState {
   void require_time() {
     const bool is_asked = options_.time.log_rate_hz > 0;
     if (has_time() && is_asked) note("has times of its own: --log-rate is not for it");
-    if (has_time() || is_asked || options_.from == From::port) return;
+    if (has_time() || is_asked || is_port()) return;
     refuse(Kind::no_time,
            fmt::format(
                "{}: {}; record with time stamps, as 12:03:11.123 -> ..., name a column t_s or time_ms, say "
@@ -818,8 +801,8 @@ class Finder : public TableState {
     std::vector<std::optional<int>> more(header_.size());  // numbers than words; none: all are missing
     if (time_place_) more[*time_place_] = 0;
     if (part_place_) more[*part_place_] = 0;
-    const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
-    const std::size_t fewest = options_.from == From::file ? kLiveRows : 1;
+    const std::size_t most = most_ahead();
+    const std::size_t fewest = is_live() ? 1 : kLiveRows;
     std::size_t k = 0;
     for (; k < most && (k < fewest || std::ranges::count(more, std::optional<int>()) > 0) && at(k) != nullptr;
          ++k) {
@@ -829,8 +812,8 @@ class Finder : public TableState {
         more[i] = more[i].value_or(0) + (read_number(cells_[i], separator_) ? 1 : -1);
       }
     }
-    const bool is_known = std::ranges::count(more, std::optional<int>()) == 0 || options_.from == From::port;
-    wants_more_ = wants_more_ || (!is_known && k < most);
+    const bool is_known = std::ranges::count(more, std::optional<int>()) == 0 || is_port();
+    wants_more_ |= !is_known && k < most;
     std::vector<std::size_t> out;
     std::vector<std::string> left;
     for (std::size_t i = 0; i < header_.size(); ++i) {
@@ -910,7 +893,7 @@ bool TableReader::push(Line& line) {
   std::swap(is_new_ ? line_ : ahead_.emplace_back(), line);
   if (is_settled_ || problem_) return true;
   try_settle();
-  if (!is_settled_ && options_.from == From::port && ahead_.size() > kTitles) {
+  if (!is_settled_ && is_port() && ahead_.size() > kTitles) {
     ahead_.front().is_title = true;
     first_ = 1;
   }
@@ -924,7 +907,7 @@ void TableReader::end() {
 
 // On a copy: more lines may be needed, and a port's may be noise.
 void TableReader::try_settle() {
-  if (options_.from == From::file && !has_ended_ && ahead_.size() < next_try_) return;
+  if (!is_live() && !has_ended_ && ahead_.size() < next_try_) return;
   Finder finder(*this);
   if (!finder.is_enough()) return;
   finder.settle();
@@ -1003,19 +986,17 @@ bool TableReader::is_whole(Problem& why) {
 }
 
 // Null: none. `last` is the number above it without a fraction, 0: there is none.
-const char* TableReader::fault_of(const std::string& cell, const Number& number, double& last) {
-  const bool is_whole = number.decimal == 0;
-  const std::size_t separator = cell.find_last_of(".,");
-  const bool may_be_thousands =
-      !is_whole && number.value >= 1 && separator < 4 && cell.size() == separator + 4;
-  if (may_be_thousands && last >= 100 && number.value < last / 100 &&
-      std::abs(1000 * number.value - last) < last / 2)
+const char* TableReader::fault_of(const std::string& cell, double number, double& last) {
+  const std::size_t point = cell.find_last_of(".,");
+  const bool may_be_thousands = number >= 1 && point < 4 && cell.size() == point + 4;
+  if (may_be_thousands && last >= 100 && number < last / 100 && std::abs(1000 * number - last) < last / 2)
     return "follows whole numbers a thousand times as large: leave out what separates the thousands";
-  last = is_whole ? number.value : 0;
-  if (!is_measurement(number.value)) return "is not a measurement; mend or remove the row";
-  if (number.decimal != 0 && decimal_ != 0 && number.decimal != decimal_ && options_.from != From::port)
+  last = point == cell.npos ? number : 0;
+  if (!is_measurement(number)) return "is not a measurement; mend or remove the row";
+  if (point == cell.npos) return nullptr;
+  if (decimal_ != 0 && cell[point] != decimal_ && !is_port())
     return "some numbers have a decimal point and some a decimal comma; use one";
-  if (number.decimal != 0) decimal_ = number.decimal;
+  decimal_ = cell[point];
   return nullptr;
 }
 
@@ -1034,7 +1015,7 @@ bool TableReader::read_values(std::vector<double>& value, Problem& why) {
       why.detail = fmt::format(fmt::runtime(number ? "{} {}" : "\"{}\" {}"), excerpt(cell), fault);
       return false;
     }
-    value[i] = number->value;
+    value[i] = *number;
   }
   return true;
 }
@@ -1060,49 +1041,46 @@ bool TableReader::read_time(double& t_s, Problem& why) {
     why.detail = fmt::format("\"{}\" {}", excerpt(text), what);
     return false;
   };
-  auto number = is_packed_date(text) ? std::nullopt : read_number(text, separator_);
-  std::optional<Time> found = number ? Time{TimeFormat::number, number->value} : to_time(text);
+  std::optional<Time> found = time_in(text, separator_);
   if (!found && to_time(text + ".0")) {
     return refuse_it(
         fmt::format("may be hours and minutes, or minutes and seconds; write it as 0:{}", excerpt(text)));
   }
+  bool is_number = found && found->format == TimeFormat::number;
   // Fractions, and seconds since 1970, are what they look like.
-  times_.is_unit_known =
-      times_.is_unit_known ||
-      (number && (number->decimal != 0 || (number->value >= kFirstEpoch_s && number->value < kLastEpoch_s)));
+  times_.is_unit_known |= is_number && (has_fraction(text) || is_epoch(found->value));
   if (packed_ticks_ > 0) {
-    const auto clock_s = number ? to_packed_clock(number->value / packed_ticks_) : std::nullopt;
+    const auto clock_s = is_number ? to_packed_clock(found->value / packed_ticks_) : std::nullopt;
     if (!clock_s)
       return refuse_it(fmt::format(
           "is no clock as {} is 12:03:11.123, as the rows before; if it counts, add --time-unit {}",
           packed_ticks_ > 1 ? "120311123" : "120311.123", packed_ticks_ > 1 ? "ms" : "s"));
     found = Time{TimeFormat::clock, *clock_s};
-    number.reset();
+    is_number = false;
   }
   if (!found)
     return refuse_it("is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove the row");
-  if (const char* fault = number ? fault_of(text, *number, last_time_) : nullptr) return refuse_it(fault);
-  if (!time_format_ || options_.from == From::port) {
+  if (const char* fault = is_number ? fault_of(text, found->value, last_time_) : nullptr)
+    return refuse_it(fault);
+  if (!time_format_ || is_port()) {
     time_format_ = found->format;
-    times_.is_unit_known = times_.is_unit_known || found->format != TimeFormat::number;
+    times_.is_unit_known |= !is_number;
     if (found->format == TimeFormat::clock) times_.wrap_s = kDay_s;
     if (found->format == TimeFormat::minutes) times_.wrap_s = kHour_s;
   }
-  if (const std::size_t point = text.find_last_of(".,");
-      !number && point != text.npos && text.size() - point < 4)
-    times_.are_uneven = true;  // of milliseconds without their zeros
+  const std::size_t point = text.find_last_of(".,");
+  times_.are_uneven |= !is_number && point != text.npos && text.size() - point < 4;
   if (found->format != *time_format_) return refuse_it("is written otherwise than the times before");
   if (found->format == TimeFormat::slashed && !is_month_first_ && lower(text).find('m') != text.npos) {
     note("dates with AM or PM are taken month first");
     is_month_first_ = true;
   }
-  if (found->is_ambiguous && options_.from != From::port)
-    return refuse_it("can be read as two dates; write it as 2026-05-01");
-  t_s = found->format == TimeFormat::number ? (found->value - time_zero_) * times_.unit_s : found->value;
+  if (found->is_ambiguous && !is_port()) return refuse_it("can be read as two dates; write it as 2026-05-01");
+  t_s = is_number ? (found->value - time_zero_) * times_.unit_s : found->value;
   if (part_place_) {
     const auto part = read_number(cells_[*part_place_], separator_);
     if (!part) return false;
-    if (part->value * part_s_ < 1) t_s += part->value * part_s_;  // else it is a clock of its own
+    if (*part * part_s_ < 1) t_s += *part * part_s_;  // else it is a clock of its own
   }
   return is_measurement(t_s) || refuse_it("is no time");
 }
@@ -1111,7 +1089,7 @@ void TableReader::leave_out(const Problem& why) {
   if (malformed_++ == 0) first_malformed_ = why;
   too_long_ += cells_.size() > header_.size() ? 1 : 0;
   const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_.kept());
-  if (static_cast<double>(malformed_) <= forgiven || options_.from == From::port) return;
+  if (static_cast<double>(malformed_) <= forgiven || is_port()) return;
   const bool has_commas = 2 * too_long_ > malformed_ && separator_ == ',';
   refuse(
       Kind::malformed,
@@ -1141,8 +1119,7 @@ TableReader::Take TableReader::take(Row& row) {
   Problem why{Kind::cell, line_.number, "", ""};
   bool is_good = is_whole(why) && read_time(row.t_s, why) && read_values(row.value, why);
   const auto is_none = [](double value) { return std::isnan(value); };
-  is_good =
-      is_good && (options_.from != From::port || has_time() || !std::ranges::all_of(row.value, is_none));
+  is_good = is_good && (!is_port() || has_time() || !std::ranges::all_of(row.value, is_none));
   if (is_good && rows_.keeps(row.value, line_.number)) {
     is_fresh_ = false;
     if (is_labelled &&
@@ -1160,7 +1137,7 @@ TableReader::Take TableReader::take(Row& row) {
   }
   if (found_ == header_.size()) found_ = 0;
   const bool is_header = has_header_ && line_.text.find(header_.front() + separator_) != std::string::npos;
-  if (!why.detail.empty() && !is_header && options_.from == From::file) {
+  if (!why.detail.empty() && !is_header && !is_live()) {
     problem_ = why;
   } else {
     leave_out(why);

@@ -94,6 +94,9 @@ class TableState {
   std::string time_column() const { return time_place_ ? header_[*time_place_] : std::string(); }
   bool has(const std::string& column) const { return std::ranges::count(header_, column) > 0; }
   bool has_time() const { return time_place_ || arrow_; }
+  bool is_port() const { return options_.from == From::port; }
+  bool is_pipe() const { return options_.from == From::pipe; }
+  bool is_live() const { return is_port() || is_pipe(); }
   bool is_of_time(std::size_t place) const { return time_place_ == place || part_place_ == place; }
 
   TableOptions options_;
@@ -166,7 +169,7 @@ class TableReader : TableState {
   std::size_t width() const { return header_.size(); }
   using TableState::has_time;
   const Times& times() const { return times_; }
-  bool is_live() const { return options_.from != From::file; }
+  using TableState::is_live;
   Layout layout() const { return layout_; }
   bool splits_by_clock() const { return splits_by_clock_; }
   bool is_dated() const { return time_format_ && is_date(*time_format_); }
@@ -181,7 +184,7 @@ class TableReader : TableState {
   bool read_frame(double& t_s);
   bool read_time(double& t_s, Problem& why);
   bool read_values(std::vector<double>& value, Problem& why);
-  const char* fault_of(const std::string& cell, const Number& number, double& last);
+  const char* fault_of(const std::string& cell, double number, double& last);
   void leave_out(const Problem& why);
 
   std::string comment_;

@@ -55,8 +55,7 @@ bool has_digits_alone(std::string_view text) {
   return text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-// Of the day, AM or PM behind it or not; 9:59:30:50 and 9:59:30::050 have 50 ms; or as file names have it, 12-03-11; or of digits alone, 120311 or
-// 120311123.
+// Of the day, AM or PM behind it or not; 9:59:30:50 and 9:59:30::050 have 50 ms; 12-03-11 in file names; or 120311 and 120311123.
 bool take_clock(std::string_view& text, double& value_s) {
   std::array<double, 4> of{};  // hour, minute, second
   const char separator = take(text, "d:d:s", of.data()) ? ':' : take(text, "m-m-s", of.data()) ? '-' : '\0';
@@ -107,22 +106,20 @@ std::optional<Time> to_date(std::string_view text) {
   const bool has_half = lower(trimmed(text)).ends_with('m') || text.ends_with('.');
   if (!take_clock(text, clock_s)) return std::nullopt;
   text = trimmed(text);
-  const std::size_t first = pattern[0] == 'y'   ? 1
-                            : pattern[0] == 'n' ? 0
-                                                : 2;  // of month, day and year in a row
-  double year = pattern == "n d" ? 0 : of[first == 1 ? 0 : 2];
+  const char first = pattern.front();
+  double year = pattern == "n d" ? 0 : of[first == 'y' ? 0 : 2];
   if (pattern == "n d" && take(text, "y", &year)) text = trimmed(text);
   if (year == 0) return text.empty() ? std::optional(Time{TimeFormat::clock, clock_s}) : std::nullopt;
   if (year < 100) year += 2000;
-  if (text == "Z" || text == "UTC" || text == "GMT") text = {};
+  if (text == "Z") text = {};
   if (text.starts_with("UTC") || text.starts_with("GMT")) text.remove_prefix(3);
   const double sign = text.starts_with('-') ? -1 : 1;
   if (!text.empty() && !take(text, sign < 0 ? "-m:m" : "+m:m", zone.data()) &&
       !take(text, sign < 0 ? "-mm" : "+mm", zone.data()))
     return std::nullopt;
-  double month = of[first == 2 ? 1 : first];
-  double day = of[first == 2 ? 0 : first + 1];
-  const TimeFormat format = first == 1                          ? TimeFormat::iso
+  double month = of[first == 'n' ? 0 : 1];
+  double day = of[first == 'y' ? 2 : first == 'n' ? 1 : 0];
+  const TimeFormat format = first == 'y'                        ? TimeFormat::iso
                             : pattern.find('n') != pattern.npos ? TimeFormat::named
                             : pattern[1] == '.'                 ? TimeFormat::dotted
                                                                 : TimeFormat::slashed;
@@ -156,10 +153,7 @@ std::optional<double> to_number(std::string_view text) {
   return value;
 }
 
-bool is_measurement(double value) {
-  constexpr double kLargest = 1e30;
-  return std::abs(value) <= kLargest;
-}
+bool is_measurement(double value) { return std::abs(value) <= 1e30; }
 
 bool is_missing(std::string_view cell) {
   if (cell.empty() || cell.size() > 4 || (cell.front() >= '0' && cell.front() <= '9')) return cell.empty();
@@ -183,10 +177,8 @@ bool is_packed_date(std::string_view text) {
 
 std::optional<Time> to_time(std::string_view text) {
   text = trimmed(text);
-  if (const auto number = to_number(text); number && !is_packed_date(text)) {
-    if (!std::isfinite(*number)) return std::nullopt;
-    return Time{TimeFormat::number, *number};
-  }
+  if (const auto number = to_number(text); number && !is_packed_date(text))
+    return std::isfinite(*number) ? std::optional(Time{TimeFormat::number, *number}) : std::nullopt;
   double clock_s = 0;
   std::string_view rest = text;
   if (take_clock(rest, clock_s) && rest.empty()) return Time{TimeFormat::clock, clock_s};

@@ -23,14 +23,9 @@ class WrappingClock {
  public:
   double seconds(std::uint16_t now_ms, double host_s) {
     constexpr double kWrap_ms = 65536;
-    if (!started_) {
-      started_ = true;
-      total_ms_ = now_ms;
-    } else {
-      const double step_ms = static_cast<std::uint16_t>(now_ms - last_ms_);
-      const double wraps = std::max(0.0, std::round((1000 * (host_s - host_s_) - step_ms) / kWrap_ms));
-      total_ms_ += step_ms + wraps * kWrap_ms;
-    }
+    const double step_ms = static_cast<std::uint16_t>(now_ms - last_ms_);
+    const double passed_ms = std::exchange(started_, true) ? 1000 * (host_s - host_s_) : 0;
+    total_ms_ += step_ms + kWrap_ms * std::max(0.0, std::round((passed_ms - step_ms) / kWrap_ms));
     last_ms_ = now_ms;
     host_s_ = host_s;
     return total_ms_ / 1000;
@@ -66,11 +61,10 @@ class FrameDecoder : public Decoder {
       if (result == link::Received::nothing) continue;
       if (result != link::Received::pending) {
         count_torn();
-        continue;
+      } else if (is_its_own()) {
+        tally_.understood += size;
+        if (is_sample()) take(host_s, out);
       }
-      if (!is_its_own()) continue;
-      tally_.understood += size;
-      if (is_sample()) take(host_s, out);
     }
   }
 
@@ -106,12 +100,9 @@ class FrameDecoder : public Decoder {
   void take(double host_s, std::vector<Sample>& out) {
     std::uint16_t time_ms = 0;
     Sample sample;
-    if (!read(time_ms, sample)) {
-      count_torn();
-      return;
-    }
-    const std::optional<int> behind_ms = clock_.behind_ms(time_ms, host_s);
-    if (behind_ms && (*behind_ms > 0 || packet_.sequence() == last_sequence_)) {
+    if (!read(time_ms, sample)) return count_torn();
+    if (const auto behind_ms = clock_.behind_ms(time_ms, host_s);
+        behind_ms && (*behind_ms > 0 || packet_.sequence() == last_sequence_)) {
       ++tally_.late;
       return;
     }
@@ -129,10 +120,7 @@ class FrameDecoder : public Decoder {
   std::uint16_t last_sequence_ = 0;  // of a sample
 };
 
-const char* remark_of(link::SensorStatus status) {
-  static constexpr std::array kNames = {"", "broken wire", "short circuit", "stuck"};
-  return kNames.at(std::min(static_cast<std::size_t>(status), kNames.size() - 1));
-}
+constexpr std::array kSensorRemarks = {"", "broken wire", "short circuit", "stuck"};  // by SensorStatus
 
 class GloveFrames : public FrameDecoder {
  public:
@@ -167,7 +155,7 @@ class GloveFrames : public FrameDecoder {
     link::get_angles(packet_.body(), joints, time_ms, angle.data(), status.data());
     for (std::size_t i = 0; i < joints; ++i) {
       sample.value.push_back(angle.at(i) / 16.0);
-      sample.remark.emplace_back(remark_of(status.at(i)));
+      sample.remark.emplace_back(kSensorRemarks.at(static_cast<std::size_t>(status.at(i))));
     }
     return true;
   }
@@ -183,10 +171,10 @@ class GloveFrames : public FrameDecoder {
 
   // The first frame says how many there are.
   bool fits(std::size_t count, const char* unit) {
+    const bool are_fingers = count == recording::kFingers.size();
     for (std::size_t i = columns_.size(); tally_.samples == 0 && i < count; ++i) {
-      columns_.push_back(count == recording::kFingers.size()
-                             ? fmt::format("{}_{}", recording::kFingers.at(i), unit)
-                             : fmt::format("joint{}_{}", i + 1, unit));
+      const std::string joint = are_fingers ? recording::kFingers.at(i) : fmt::format("joint{}", i + 1);
+      columns_.push_back(fmt::format("{}_{}", joint, unit));
     }
     if (columns_.size() != count) count_misfit(count, columns_.size());
     return columns_.size() == count;

@@ -21,14 +21,13 @@ constexpr double kShortestMean_s = 1e-5;  // of steps: days in a spreadsheet's d
 constexpr double kOwnClock_s = 1;         // a clock that begins before it is the log's own
 
 std::unique_ptr<std::istream> open(const std::filesystem::path& path) {
+  if (path == "-") return nullptr;
   io::require_readable(path);
   return std::make_unique<std::ifstream>(path, std::ios::binary);
 }
 
-bool is_file(const std::filesystem::path& path) { return std::filesystem::is_regular_file(path); }
-
 TableOptions of_file(TableOptions options, const std::filesystem::path& path) {
-  if (!is_file(path)) options.from = From::pipe;
+  if (!std::filesystem::is_regular_file(path)) options.from = From::pipe;
   return options;
 }
 
@@ -80,15 +79,15 @@ std::vector<Recording> segments_of(LogReader& reader, Resets resets) {
 }  // namespace
 
 CsvReader::CsvReader(std::istream& stream, std::string source, const TableOptions& options)
-    : lines_(stream, source, options.from != From::file), source_(std::move(source)), table_(options) {
+    : source_(std::move(source)), table_(options), lines_(stream, source_, table_.is_live()) {
   begin();
 }
 
 CsvReader::CsvReader(const std::filesystem::path& path, const TableOptions& options)
-    : file_(path == "-" ? nullptr : open(path)),
-      lines_(file_ ? *file_ : std::cin, file_ ? path.string() : "standard input", !is_file(path)),
+    : file_(open(path)),
       source_(file_ ? path.string() : "standard input"),
-      table_(of_file(options, path)) {
+      table_(of_file(options, path)),
+      lines_(file_ ? *file_ : std::cin, source_, table_.is_live()) {
   begin();
 }
 
@@ -142,11 +141,10 @@ std::vector<std::string> CsvReader::notes() const {
   std::vector<std::string> out = table_.notes();
   if (lines_.is_utf16()) out.emplace_back("is read as UTF-16");
   if (lines_.saw_latin1()) out.emplace_back("is not UTF-8 and is read as Latin-1");
-  if (seconds_.per_second() > 0) {
+  if (seconds_.per_second() > 0)
     out.push_back(
         fmt::format("the times are whole seconds: the rows of each, {} in most, are spread evenly over it",
                     seconds_.per_second()));
-  }
   for (std::string& note : out) note.insert(0, source_ + ": ");
   return out;
 }
@@ -158,18 +156,19 @@ MemoryReader::MemoryReader(std::shared_ptr<const Recording> recording, const Tab
 
 void MemoryReader::choose(const std::vector<std::string>& columns) {
   chosen_.clear();
-  for (const std::string& name : columns) chosen_.push_back(&recording_->column(name));
-  for (const Column& column : recording_->columns) {
-    const auto holes = std::ranges::count_if(column.value, [](double v) { return std::isnan(v); });
-    if (columns.empty() && 2 * holes < std::ssize(column.value)) chosen_.push_back(&column);
-  }
-  if (chosen_.empty()) throw InputError("{}: no column of numbers", name());
   names_.clear();
   units_.clear();
-  for (const Column* column : chosen_) {
-    names_.push_back(column->name);
-    units_.push_back(column->unit);
+  const auto take = [this](const Column& column) {
+    chosen_.push_back(&column);
+    names_.push_back(column.name);
+    units_.push_back(column.unit);
+  };
+  for (const std::string& name : columns) take(recording_->column(name));
+  for (const Column& column : recording_->columns) {
+    const auto holes = std::ranges::count_if(column.value, [](double v) { return std::isnan(v); });
+    if (columns.empty() && 2 * holes < std::ssize(column.value)) take(column);
   }
+  if (chosen_.empty()) throw InputError("{}: no column of numbers", name());
 }
 
 bool MemoryReader::has(const std::string& column) const {
@@ -258,16 +257,13 @@ std::string quoted(const std::string& name) {
 }
 
 std::string to_csv(const Recording& recording) {
-  fmt::memory_buffer out;
-  fmt::format_to(std::back_inserter(out), "t_s");
-  for (const Column& c : recording.columns) fmt::format_to(std::back_inserter(out), ",{}", quoted(c.name));
-  out.push_back('\n');
+  std::string out = "t_s";
+  for (const Column& c : recording.columns) out += "," + quoted(c.name);
   for (std::size_t i = 0; i < recording.t_s.size(); ++i) {
-    fmt::format_to(std::back_inserter(out), "{}", recording.t_s[i]);
+    fmt::format_to(std::back_inserter(out), "\n{}", recording.t_s[i]);
     for (const Column& c : recording.columns) fmt::format_to(std::back_inserter(out), ",{}", c.value[i]);
-    out.push_back('\n');
   }
-  return fmt::to_string(out);
+  return out + '\n';
 }
 
 }  // namespace flexor::recording

@@ -72,9 +72,9 @@ class CsvReader : public LogReader {
   void require_good() const;
 
   std::unique_ptr<std::istream> file_;
-  LineReader lines_;
   std::string source_;
   TableReader table_;
+  LineReader lines_;
   Line line_;
   bool has_ended_ = false;
   WholeSeconds seconds_;

@@ -96,7 +96,7 @@ class Stream {
   void begin_segment(Row row);
   void leave_out(const Row& row, Count& count);
   bool is_forgiven(std::size_t odd) const;
-  std::string mend(const std::string& by_hand) const;  // of times that go back
+  std::string mend(std::string by_hand) const;  // of times that go back
   void check_unit() const;
 
   LogReader& source_;

@@ -49,6 +49,8 @@ class WrappingClock {
 // What one of both boards says in frames, of which some are samples.
 class FrameDecoder : public Decoder {
  public:
+  explicit FrameDecoder(link::Type samples) : samples_(samples) {}
+
   void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) final {
     for (const std::uint8_t byte : bytes) {
       ++tally_.bytes;
@@ -63,7 +65,7 @@ class FrameDecoder : public Decoder {
         count_torn();
       } else if (is_its_own()) {
         tally_.understood += size;
-        if (is_sample()) take(host_s, out);
+        if (packet_.type() == samples_) take(host_s, out);
       }
     }
   }
@@ -76,9 +78,7 @@ class FrameDecoder : public Decoder {
 
  protected:
   virtual bool is_its_own() = 0;  // the frame is of this board
-  virtual bool is_sample() const = 0;
   virtual bool read(std::uint16_t& time_ms, Sample& sample) = 0;
-  virtual bool has_counter() const { return true; }
 
   bool is_state_of(link::BoardKind board) const {
     return packet_.type() == link::Type::state && packet_.body_bytes() == link::State::kBytes &&
@@ -94,6 +94,7 @@ class FrameDecoder : public Decoder {
     next_ = static_cast<std::uint16_t>(sequence + 1);
   }
 
+  const link::Type samples_;
   link::PacketReader packet_;
 
  private:
@@ -107,7 +108,7 @@ class FrameDecoder : public Decoder {
       return;
     }
     last_sequence_ = packet_.sequence();
-    if (has_counter()) count_gap();
+    if (samples_ != link::Type::readings) count_gap();  // which have no counter
     sample.host_s = host_s;
     sample.board_s = clock_.seconds(time_ms, host_s);
     count_sample();
@@ -124,10 +125,10 @@ constexpr std::array kSensorRemarks = {"", "broken wire", "short circuit", "stuc
 
 class GloveFrames : public FrameDecoder {
  public:
-  explicit GloveFrames(bool readings) : wanted_(readings ? link::Type::readings : link::Type::angles) {}
+  explicit GloveFrames(bool readings) : FrameDecoder(readings ? link::Type::readings : link::Type::angles) {}
   // Its angles would wait for the hand's challenge; readings carry no tag in any case: nobody moves by them.
   std::string remark() const override {
-    if (wanted_ == link::Type::angles || !waits_for_hand_) return {};
+    if (samples_ == link::Type::angles || !waits_for_hand_) return {};
     return "the glove waits for its hand; nothing guards its readings";
   }
 
@@ -140,11 +141,9 @@ class GloveFrames : public FrameDecoder {
     return state || type == link::Type::angles || type == link::Type::readings ||
            type == link::Type::coefficients;
   }
-  bool is_sample() const override { return packet_.type() == wanted_; }
   bool read(std::uint16_t& time_ms, Sample& sample) override {
-    return wanted_ == link::Type::angles ? angles(time_ms, sample) : readings(time_ms, sample);
+    return samples_ == link::Type::angles ? angles(time_ms, sample) : readings(time_ms, sample);
   }
-  bool has_counter() const override { return wanted_ == link::Type::angles; }
 
  private:
   bool angles(std::uint16_t& time_ms, Sample& sample) {
@@ -180,7 +179,6 @@ class GloveFrames : public FrameDecoder {
     return columns_.size() == count;
   }
 
-  link::Type wanted_;
   bool waits_for_hand_ = false;
 };
 
@@ -202,7 +200,7 @@ std::string remark_of_board(std::uint8_t faults) {
 
 class HandFrames : public FrameDecoder {
  public:
-  HandFrames() {
+  HandFrames() : FrameDecoder(link::Type::telemetry) {
     for (const char* unit : {"deg", "duty_percent", "fault"}) {
       for (const char* finger : recording::kFingers) columns_.push_back(fmt::format("{}_{}", finger, unit));
     }
@@ -216,7 +214,6 @@ class HandFrames : public FrameDecoder {
     if (state) count_gap();
     return state || type == link::Type::telemetry || type == link::Type::challenge;
   }
-  bool is_sample() const override { return packet_.type() == link::Type::telemetry; }
   bool read(std::uint16_t& time_ms, Sample& sample) override {
     if (packet_.body_bytes() != link::telemetry_bytes(link::kFingers)) return false;
     const std::uint8_t* body = packet_.body();

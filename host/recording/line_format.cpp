@@ -87,12 +87,6 @@ std::size_t time_end(std::string_view text) {
   return out;
 }
 
-// Of numbers between commas.
-bool is_list(std::string_view text) {
-  return text.find_first_of("-.0123456789") == 0 && text.find(',') != text.npos &&
-         text.find_first_of("\t;") == text.npos;
-}
-
 // What was cut off the front of a line so far.
 struct Prefix {
   std::string_view rest;
@@ -217,16 +211,16 @@ void cut_prefix(std::string& line, std::string& time) {
   take_arrow(p);
   while (!p.rest.empty() && take_part(p)) {
   }
-  const auto is_dated_list = [&] {
-    return is_list(p.rest) && is_epoch(to_number(p.time).value_or(kFirstEpoch_s));
-  };
   Cells labels;
   const auto is_labelled = [&](std::string_view text) {
     return !text.empty() && is_letter(text.front()) && read_labelled(text, labels);
   };
   if (p.has_time_and(":") || (p.has_time_and(kMarks) && is_labelled(trimmed(p.rest.substr(1))))) p.drop(1);
+  const bool is_list = p.rest.find_first_of("-.0123456789") == 0 && p.rest.find(',') != p.rest.npos &&
+                       p.rest.find_first_of("\t;") == p.rest.npos;
+  const bool is_dated_list = is_list && is_epoch(to_number(p.time).value_or(kFirstEpoch_s));
   if (!p.time.empty() && !p.rest.empty() &&
-      (p.is_sure || p.is_logged || is_dated_list() || is_labelled(p.rest))) {
+      (p.is_sure || p.is_logged || is_dated_list || is_labelled(p.rest))) {
     const std::size_t tag = p.is_logged ? p.rest.find(": ") : p.rest.npos;
     if (tag != p.rest.npos && (p.has_tag || is_labelled(trimmed(p.rest.substr(tag + 1))))) p.drop(tag + 2);
     time = std::string(p.time);

@@ -35,12 +35,6 @@ bool is_utf8(std::string_view text) {
   return true;
 }
 
-std::string latin1_to_utf8(std::string_view text) {
-  std::string out;
-  for (const char c : text) append_utf8(out, static_cast<unsigned char>(c));
-  return out;
-}
-
 bool LineSplitter::push_half(std::uint8_t byte) {
   if (!half_) {
     half_ = byte;
@@ -73,13 +67,13 @@ bool LineSplitter::finish() {
                                                               : Encoding::utf8;
     if (line_.starts_with("\xEF\xBB\xBF")) line_.erase(0, 3);
     if (is_utf16()) {
-      const std::string bytes = std::exchange(line_, {}).substr(is_marked ? 2 : 0);
-      for (const char c : bytes) push_half(static_cast<std::uint8_t>(c));
+      if (is_marked) line_.erase(0, 2);
+      for (const char c : std::exchange(line_, {})) push_half(static_cast<std::uint8_t>(c));
       return push_half('\n');
     }
   }
   if (!is_utf8(line_)) {
-    line_ = latin1_to_utf8(line_);
+    for (const char c : std::exchange(line_, {})) append_utf8(line_, static_cast<unsigned char>(c));
     saw_latin1_ = true;
   }
   while (line_.ends_with('\r')) line_.pop_back();

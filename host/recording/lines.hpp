@@ -89,6 +89,5 @@ class LineReader {
 };
 
 bool is_utf8(std::string_view text);
-std::string latin1_to_utf8(std::string_view text);
 
 }  // namespace flexor::recording

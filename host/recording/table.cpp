@@ -236,8 +236,8 @@ class Finder : public TableState {
     const bool may_be_title =
         cells.label.size() == 1 && at(i)->time.empty() && at(i)->text.find(':') == std::string::npos;
     if (may_be_title && (i == 0 || !has_same(i - 1))) return std::nullopt;  // nRows=3
-    const auto missing = static_cast<std::size_t>(std::ranges::count_if(cells.value, is_missing));
-    const bool is_row = missing == 0 || (is_port() && missing < cells.value.size());
+    const bool is_row = is_port() ? !std::ranges::all_of(cells.value, is_missing)
+                                  : std::ranges::none_of(cells.value, is_missing);
     return is_row ? std::optional(i) : std::nullopt;
   }
 
@@ -283,13 +283,10 @@ class Finder : public TableState {
       if (last == 0 && row.size() > 1 && cells_of(at(0)->comment, c).size() == row.size() &&
           is_row(row, c, 2))
         return FirstRow{0, c};
-      for (std::size_t i = 0; i < last; ++i) {
-        const std::vector<std::string> names = cells_of(at(i)->text, c, row.size());
-        if (names.size() == 1) continue;
-        if (names.size() == row.size() && is_header(names, c) && !is_greeting(names))
-          return FirstRow{last, c};
-        break;
-      }
+      std::vector<std::string> names;
+      for (std::size_t i = 0; i < last && names.size() < 2; ++i) names = cells_of(at(i)->text, c, row.size());
+      if (names.size() > 1 && names.size() == row.size() && is_header(names, c) && !is_greeting(names))
+        return FirstRow{last, c};
     }
     return std::nullopt;
   }
@@ -354,9 +351,11 @@ class Finder : public TableState {
     return to_number(title).value_or(0);
   }
 
-  // One that is given goes before.
-  void take_rate(double rate_hz) {
-    if (rate_hz > 0 && options_.time.log_rate_hz == 0) frame_rate_hz_ = rate_hz;
+  // One that is given goes before. False: it is none.
+  bool take_rate(double rate_hz) {
+    const bool is_rate = rate_hz > 0 && std::isfinite(rate_hz);
+    if (is_rate && options_.time.log_rate_hz == 0) frame_rate_hz_ = rate_hz;
+    return is_rate;
   }
 
   // By the row above it: OpenSim's .trc has the unit of all positions below "Units", Vicon the rows a second below a section.
@@ -364,12 +363,9 @@ class Finder : public TableState {
     const auto place = static_cast<std::size_t>(std::ranges::find(above, "Units") - above.begin());
     if (place < std::min(above.size(), cells.size())) title_unit_ = cells[place];
     if (cells.size() > 1 && cells[0] == "Y_Unit_Label") title_unit_ = known_unit(cells[1]).value_or("");
-    const bool is_step = cells.size() > 1 && cells[0] == "Delta_X";
-    const double step_s = is_step ? to_number(cells[1]).value_or(0) : 0;
-    const bool is_rate = cells.size() == 1 && is_section_title(above);
-    const double rate_hz = is_rate ? to_number(cells[0]).value_or(0) : step_s > 0 ? 1 / step_s : 0;
-    is_section_ |= is_rate && rate_hz > 0;
-    take_rate(rate_hz);
+    if (cells.size() > 1 && cells[0] == "Delta_X") take_rate(1 / to_number(cells[1]).value_or(0));
+    if (cells.size() == 1 && is_section_title(above))
+      is_section_ |= take_rate(to_number(cells[0]).value_or(0));
   }
 
   void read_header() {
@@ -801,19 +797,17 @@ class Finder : public TableState {
     std::vector<std::optional<int>> more(header_.size());  // numbers than words; none: all are missing
     if (time_place_) more[*time_place_] = 0;
     if (part_place_) more[*part_place_] = 0;
-    const std::size_t most = most_ahead();
+    const auto are_known = [&] { return std::ranges::count(more, std::optional<int>()) == 0; };
     const std::size_t fewest = is_live() ? 1 : kLiveRows;
     std::size_t k = 0;
-    for (; k < most && (k < fewest || std::ranges::count(more, std::optional<int>()) > 0) && at(k) != nullptr;
-         ++k) {
+    for (; k < most_ahead() && (k < fewest || !are_known()) && at(k) != nullptr; ++k) {
       split_line(at(k)->text);
       for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
         if (is_missing(cells_[i]) || is_of_time(i) || (k >= fewest && more[i])) continue;
         more[i] = more[i].value_or(0) + (read_number(cells_[i], separator_) ? 1 : -1);
       }
     }
-    const bool is_known = std::ranges::count(more, std::optional<int>()) == 0 || is_port();
-    wants_more_ |= !is_known && k < most;
+    wants_more_ |= !are_known() && !is_port() && k < most_ahead();
     std::vector<std::size_t> out;
     std::vector<std::string> left;
     for (std::size_t i = 0; i < header_.size(); ++i) {
@@ -866,10 +860,6 @@ void TableState::split_line(const std::string& text) {
     }
     cells_[static_cast<std::size_t>(column - header_.begin())] = labelled_.value[i];
   }
-}
-
-const Line* TableState::at(std::size_t i) const {
-  return first_ + i < ahead_.size() ? &ahead_[first_ + i] : nullptr;
 }
 
 TableReader::TableReader(const TableOptions& options) : TableState(options) {
@@ -943,24 +933,25 @@ void TableReader::choose(const std::vector<std::string>& columns) {
 // glove share some with it, or come when it was plugged in.
 bool TableReader::is_header_again() {
   const bool has_labels = layout_ != Layout::table;
-  std::vector<std::string> names = labelled_.label;
-  if (!has_labels) split(line_.text, separator_, names);
+  std::vector<std::string> names = has_labels ? labelled_.label : cells_of(line_.text, separator_);
   if (has_labels ? new_label_.empty() : !has_header_ || !is_header(names, separator_)) return false;
   if (!to_number(names[0].substr(0, 1))) found_ = 0;  // 1;2;3 may be a row that is separated otherwise
   const bool shares = std::ranges::any_of(names, [this](const auto& name) { return has(name); });
   for (std::string& name : names) {  // in other capitals
-    const auto own = std::ranges::find(header_, lower(name), [](const auto& h) { return lower(h); });
+    const auto own = std::ranges::find(header_, lower(name), lower);
     if (own != header_.end() && !has(name)) name = *own;
   }
   for (const std::string& name : header_) {
     const bool is_cut = names[0].ends_with(name) || name.ends_with(names[0]);
     if (is_cut && std::ranges::count(names, name) == 0) names[0] = name;
   }
-  const bool is_own = !has_labels && std::ranges::is_permutation(names, header_);
-  if (is_own) order_ = names == header_ ? std::vector<std::string>() : names;
-  if (is_own) other_.clear();
-  if (!is_own && names.size() > 1 && (is_fresh_ || shares)) other_ = names;
-  return is_own;
+  if (!has_labels && std::ranges::is_permutation(names, header_)) {
+    order_ = names == header_ ? std::vector<std::string>() : names;
+    other_.clear();
+    return true;
+  }
+  if (names.size() > 1 && (is_fresh_ || shares)) other_ = names;
+  return false;
 }
 
 // Whether the row is of the other header that came last.
@@ -1060,8 +1051,8 @@ bool TableReader::read_time(double& t_s, Problem& why) {
   }
   if (!found)
     return refuse_it("is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove the row");
-  if (const char* fault = is_number ? fault_of(text, found->value, last_time_) : nullptr)
-    return refuse_it(fault);
+  const char* fault = is_number ? fault_of(text, found->value, last_time_) : nullptr;
+  if (fault != nullptr) return refuse_it(fault);
   if (!time_format_ || is_port()) {
     time_format_ = found->format;
     times_.is_unit_known |= !is_number;
@@ -1113,18 +1104,17 @@ TableReader::Take TableReader::take(Row& row) {
   split_line(line_.text);
   is_over_ = is_over_ || (is_section_ && is_section_title(cells_));
   if (is_over_ || !refusal_.empty() || is_anothers()) return Take::aside;
-  const bool has_label = segment_place_ && *segment_place_ < cells_.size();
-  const bool is_labelled = has_label && !is_missing(cells_[*segment_place_]);
-  if (has_label && !is_labelled && (!labels_begin_ || segments_ == 0)) return Take::aside;
+  const std::string* label =
+      segment_place_ && *segment_place_ < cells_.size() ? &cells_[*segment_place_] : nullptr;
+  const bool is_labelled = label != nullptr && !is_missing(*label);
+  if (label != nullptr && !is_labelled && (!labels_begin_ || segments_ == 0)) return Take::aside;
   Problem why{Kind::cell, line_.number, "", ""};
-  bool is_good = is_whole(why) && read_time(row.t_s, why) && read_values(row.value, why);
   const auto is_none = [](double value) { return std::isnan(value); };
-  is_good = is_good && (!is_port() || has_time() || !std::ranges::all_of(row.value, is_none));
+  const bool is_good = is_whole(why) && read_time(row.t_s, why) && read_values(row.value, why) &&
+                       (!is_port() || has_time() || !std::ranges::all_of(row.value, is_none));
   if (is_good && rows_.keeps(row.value, line_.number)) {
     is_fresh_ = false;
-    if (is_labelled &&
-        (std::exchange(segment_, cells_[*segment_place_]) != cells_[*segment_place_] || labels_begin_))
-      ++segments_;
+    if (is_labelled && (std::exchange(segment_, *label) != *label || labels_begin_)) ++segments_;
     row.segment = segments_;
     row.line = line_.number;
     return Take::row;
@@ -1176,11 +1166,11 @@ std::vector<std::string> HoleCounter::notes(const std::vector<std::string>& colu
 
 std::vector<std::string> TableReader::notes() const {
   std::vector<std::string> out = notes_;
-  if (separator_ != ',' && layout_ == Layout::table)
-    out.push_back(fmt::format("{} separate the columns", separator_ == ';'    ? "semicolons"
-                                                         : separator_ == '\t' ? "tabs"
-                                                         : separator_ == '|'  ? "bars"
-                                                                              : "blanks"));
+  if (separator_ != ',' && layout_ == Layout::table) {
+    static constexpr std::array kNames = {"semicolons", "tabs", "commas", "bars", "blanks"};
+    const std::size_t kind = std::min(kSeparators.find(separator_), kNames.size() - 1);
+    out.push_back(fmt::format("{} separate the columns", kNames.at(kind)));
+  }
   if (!has_header_ && time_place_) out.push_back(fmt::format("{} is the time", header_[*time_place_]));
   if (!has_time()) out.push_back(fmt::format("{} rows are a second", options_.time.log_rate_hz));
   if (!title_unit_.empty())
@@ -1190,9 +1180,8 @@ std::vector<std::string> TableReader::notes() const {
   if (decimal_ == ',') out.push_back("commas in numbers are decimal commas");
   if (headers_ > 0) out.push_back(fmt::format("{} row(s) repeat the header", headers_));
   if (malformed_ > 0)
-    out.push_back(fmt::format("{} row(s) are malformed and were left out, the first is row {}{}{}",
-                              malformed_, first_malformed_.row, rows_.kept() > 0 ? "" : ": ",
-                              rows_.kept() > 0 ? "" : first_malformed_.detail));
+    out.push_back(fmt::format("{} row(s) are malformed and were left out, the first is row {}{}", malformed_,
+                              first_malformed_.row, rows_.kept() > 0 ? "" : ": " + first_malformed_.detail));
   std::ranges::move(rows_.notes(columns_), std::back_inserter(out));
   return out;
 }

@@ -308,8 +308,8 @@ class LineDecoder : public Decoder {
         const auto board_s = table_.has_time() ? std::optional(row.t_s) : std::nullopt;
         count_sample();
         out.push_back({line.host_s, board_s, row.value, {}});
-      } else if (tally_.samples > 0 && table_.found() != table_.width()) {
-        count_misfit(table_.found(), table_.width());
+      } else if (tally_.samples > 0 && table_.found() != table_.header().size()) {
+        count_misfit(table_.found(), table_.header().size());
       }
     }
   }
@@ -338,8 +338,7 @@ std::optional<Guess> judge(std::span<const std::uint8_t> bytes, Format format, b
   std::vector<Sample> samples;
   decoder->push(bytes, 0, samples);
   const Tally& tally = decoder->tally();
-  const bool frames = format == Format::frames || format == Format::hand;
-  const bool waits = frames && tally.samples == 0 && tally.understood >= kFewestFrameBytes;
+  const bool waits = format != Format::lines && tally.samples == 0 && tally.understood >= kFewestFrameBytes;
   if (tally.samples < (format == Format::hand ? 1 : kFewestSamples) && !waits) return {};
   const double share = static_cast<double>(tally.understood) / static_cast<double>(tally.bytes);
   if (share < 0.5) return {};

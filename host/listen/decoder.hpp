@@ -73,7 +73,7 @@ class Decoder {
     ++tally_.samples;
     tally_.torn_since = 0;
     tally_.misfit.reset();
-    other_values_ = kFits;
+    other_values_.reset();
   }
   void count_torn(std::string_view line = {}) {
     ++tally_.torn;
@@ -88,8 +88,7 @@ class Decoder {
   Tally tally_;
 
  private:
-  static constexpr std::size_t kFits = SIZE_MAX;
-  std::size_t other_values_ = kFits;  // of the row before
+  std::optional<std::size_t> other_values_;  // of the row before; none: it fits
 };
 
 // `readings`: of frames, those with readings instead of those with angles.

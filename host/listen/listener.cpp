@@ -127,15 +127,12 @@ void Listener::follow(std::span<const std::uint8_t> bytes) {
 }
 
 void Listener::speak() {
-  if (hand_) send_challenge();
+  for (const double now = now_s(); hand_ && ticked_s_ < now; ticked_s_ += 1e-3) hand_->tick();
+  if (hand_ && hand_->due() == link::HandEnd::Speech::challenge) {
+    std::array<std::uint8_t, link::kMaxWire> wire{};
+    port_->write({wire.data(), hand_->challenge(wire.data())});
+  }
   if (options_.readings) ask_for_readings();
-}
-
-void Listener::send_challenge() {
-  for (const double now = now_s(); ticked_s_ < now; ticked_s_ += 1e-3) hand_->tick();
-  if (hand_->due() != link::HandEnd::Speech::challenge) return;
-  std::array<std::uint8_t, link::kMaxWire> wire{};
-  port_->write({wire.data(), hand_->challenge(wire.data())});
 }
 
 // A glove gives them for a second. Two requests may be lost, since the hand speaks on the same line, and never two running at

@@ -31,11 +31,6 @@ TableOptions of_file(TableOptions options, const std::filesystem::path& path) {
   return options;
 }
 
-std::string message(const Problem& p, const std::string& source) {
-  return source + (p.row > 0 ? fmt::format(": row {}", p.row) : "") +
-         (p.column.empty() ? "" : fmt::format(": column \"{}\"", p.column)) + ": " + p.detail;
-}
-
 void check_times(const Recording& recording, const Times& times) {
   if (recording.t_s.size() < 2) {
     const auto& notes = recording.warnings;
@@ -54,10 +49,10 @@ void check_times(const Recording& recording, const Times& times) {
                        : fmt::format("take the other time: --time-column \"{}\"", times.other));
 }
 
-// Each segment, through Stream.
 std::vector<Recording> segments_of(LogReader& reader, Resets resets) {
   Recording empty;
   empty.source = reader.name();
+  empty.time_column = reader.time_column();
   for (std::size_t i = 0; i < reader.columns().size(); ++i)
     empty.columns.push_back({reader.columns()[i], {}, reader.units()[i]});
   std::vector<Recording> out = {empty};
@@ -69,10 +64,7 @@ std::vector<Recording> segments_of(LogReader& reader, Resets resets) {
     for (std::size_t i = 0; i < row.value.size(); ++i) out.back().columns[i].value.push_back(row.value[i]);
   }
   out.front().warnings = stream.notes();
-  for (Recording& one : out) {
-    one.digest = reader.digest();
-    one.time_column = reader.time_column();
-  }
+  for (Recording& one : out) one.digest = reader.digest();
   return out;
 }
 
@@ -97,18 +89,18 @@ void CsvReader::begin() {
 }
 
 void CsvReader::require_good() const {
-  if (const auto& problem = table_.problem()) throw InputError(message(*problem, source_));
+  if (const auto& p = table_.problem())
+    throw InputError("{}{}{}: {}", source_, p->row > 0 ? fmt::format(": row {}", p->row) : "",
+                     p->column.empty() ? "" : fmt::format(": column \"{}\"", p->column), p->detail);
 }
 
-// A line more for the table.
 void CsvReader::feed() {
-  has_ended_ = !lines_.next(line_.text);
-  line_.number = lines_.number();
-  line_.is_cut_off = lines_.cut_off();
-  if (has_ended_) {
-    table_.end();
-  } else {
+  if (lines_.next(line_.text)) {
+    line_.number = lines_.number();
+    line_.is_cut_off = lines_.cut_off();
     table_.push(line_);
+  } else {
+    table_.end();
   }
   require_good();
 }
@@ -119,8 +111,8 @@ void CsvReader::choose(const std::vector<std::string>& columns) {
 }
 
 bool CsvReader::next(Row& row) {
-  return seconds_.next(
-      row, [this](Row& read) { return read_row(read); }, source_);
+  const auto read = [this](Row& one) { return read_row(one); };
+  return seconds_.next(row, read, source_);
 }
 
 bool CsvReader::read_row(Row& row) {
@@ -132,7 +124,7 @@ bool CsvReader::read_row(Row& row) {
       throw InputError("{}: row {}: the rows of another glove: {}", source_, table_.line().number,
                        table_.refusal());
     if (take != TableReader::Take::none) continue;
-    if (has_ended_) return false;
+    if (table_.has_ended()) return false;
     feed();
   }
 }

@@ -6,7 +6,6 @@
 #include <cctype>
 
 #include "host/io/io.hpp"
-#include "host/recording/time.hpp"
 #include "host/recording/unit.hpp"
 #include "runtime/link/opengloves.hpp"
 
@@ -66,10 +65,8 @@ void unwrap(std::string& line) {
   }
 }
 
-// Of a logger's line.
-bool is_level(std::string_view word) {
-  return is_one_of(word, "i w e d v inf wrn err dbg info warn warning error debug trace");
-}
+constexpr const char* kLevels =
+    "i w e d v inf wrn err dbg info warn warning error debug trace";  // of loggers
 
 // How far a clock goes from the front, perhaps behind a date and before AM, a zone or a year; or seconds since 1970. 0: there is none.
 std::size_t time_end(std::string_view text) {
@@ -122,14 +119,14 @@ bool take_part(Prefix& p) {
     const std::string_view inner = trimmed(p.rest.substr(1, close - 1));
     const std::string_view time = inner.substr(inner.starts_with("0 ") ? 2 : 0);  // days, of Tera Term
     const bool is_time = p.time.empty() && to_time(time);
-    p.has_tag = p.has_tag || is_level(inner);
+    p.has_tag = p.has_tag || is_one_of(inner, kLevels);
     p.is_logged = p.is_logged || p.has_tag;
     if (!is_time && !(p.is_logged && inner.find_first_of("-.0123456789") != 0)) return false;
     if (is_time) p.time = time;
     p.is_sure = true;
     p.drop(close + 1);
     while (p.has_time_and(kMarks) || (!p.time.empty() && p.rest.starts_with("- "))) p.drop(1);
-  } else if (is_level(word) && (word.size() > 1 ? !after.empty() : after.starts_with('('))) {
+  } else if (is_one_of(word, kLevels) && (word.size() > 1 ? !after.empty() : after.starts_with('('))) {
     p.is_logged = true;
     p.has_tag = word.size() == 1;
     p.drop(word.size() + (after.starts_with(':') ? 1 : 0));
@@ -139,10 +136,8 @@ bool take_part(Prefix& p) {
     p.is_sure = p.rest[end] != '\t' && p.time.find(' ') != p.time.npos && next != p.rest.npos &&
                 kMarks.find(p.rest[next]) == kMarks.npos && p.rest[next] != '\t';
     p.drop(end);
-    if (const std::size_t last = p.rest.starts_with("- ") && std::ranges::any_of(p.rest, is_letter)
-                                     ? p.rest.rfind(" - ")
-                                     : p.rest.npos;
-        last != p.rest.npos) {
+    const std::size_t last = p.rest.rfind(" - ");
+    if (p.rest.starts_with("- ") && last != p.rest.npos && std::ranges::any_of(p.rest, is_letter)) {
       p.is_logged = true;  // Python: - glove - INFO -
       p.drop(last + 3);
     }

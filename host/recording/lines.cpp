@@ -40,10 +40,9 @@ bool LineSplitter::push_half(std::uint8_t byte) {
     half_ = byte;
     return false;
   }
-  const std::uint32_t first = *half_;
+  const std::uint32_t first = *std::exchange(half_, {});
   const std::uint32_t second = byte;
   const std::uint32_t c = encoding_ == Encoding::utf16_le ? first | second << 8 : first << 8 | second;
-  half_.reset();
   if (c == '\n') return finish();
   if (is_too_long()) return false;
   if (c >= 0xD800 && c < 0xDC00) {
@@ -101,10 +100,9 @@ bool LineReader::next(std::string& line) {
     is_whole = c >= 0 && splitter_.push(static_cast<std::uint8_t>(c));
   }
   if (splitter_.is_too_long() && is_live_ && is_whole) splitter_.line() = "too_long";
-  if (splitter_.is_too_long()) {
+  if (splitter_.is_too_long())
     throw io::InputError("{}: row {} does not end within a million bytes (\"{}\"): is this a log of text?",
                          source_, number_ + 1, io::start_of(splitter_.line(), 40));
-  }
   cut_off_ = !is_whole;
   if (!is_whole && !splitter_.end()) return false;
   std::swap(line, splitter_.line());

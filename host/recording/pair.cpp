@@ -12,7 +12,6 @@
 #include "host/io/numbers.hpp"
 #include "host/io/pipe_json.hpp"
 #include "host/recording/clock.hpp"
-#include "host/recording/resample.hpp"
 #include "host/recording/stream.hpp"
 #include "host/recording/unit.hpp"
 
@@ -354,12 +353,11 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   const double shift_s = a.clock_offset_s + lead_s;
   const auto first = std::ranges::lower_bound(a.t_s, reference.t_s.front() - shift_s);
   const auto last = std::ranges::upper_bound(a.t_s, reference.t_s.back() - shift_s);
-  if (last - first < 2 || !(*(last - 1) - *first > 1)) {
+  if (last - first < 2 || !(*(last - 1) - *first > 1))
     throw JobError(
         "with a clock offset of {:+.2f} s the recordings do not overlap; leave the offset out to find it "
         "from the signals",
         a.clock_offset_s);
-  }
   a.overlap_begin = static_cast<std::size_t>(first - a.t_s.begin());
   const auto size = static_cast<std::size_t>(last - a.t_s.begin());
   a.t_s.resize(size);
@@ -395,8 +393,7 @@ Recording to_recording(const Aligned& a, const Pair& pair) {
   Recording r;
   r.t_s = part(a.t_s);
   // A column in radians was converted, so its name must not say so any longer.
-  const bool degrees = unit_of(pair.output) == "deg";
-  const std::string angle = degrees ? pair.output : without_unit(pair.output) + "_deg";
+  const std::string angle = unit_of(pair.output) == "deg" ? pair.output : without_unit(pair.output) + "_deg";
   r.columns = {{pair.input, part(a.input)}, {angle, part(a.angle_deg)}, {"gap", part(a.gap)}};
   return r;
 }

@@ -22,6 +22,9 @@ constexpr double kOddShare = 0.01;   // one in a hundred
 constexpr const char* kNoTimes =
     "if the log has no times, --log-rate 50 gives the rows a second where the command has it";
 constexpr const char* kSort = "sort the log by time";
+constexpr const char* kCut =
+    "the clock was reset; cut the log there and use one part, or let identify take each for a trial: "
+    "--segment clock";
 constexpr std::size_t kFirstSteps = 9;  // that tell the unit
 constexpr double kLongestStep_s = 5;
 constexpr double kShortestStep_s = 1e-4;
@@ -169,13 +172,9 @@ void Stream::start_again(Row row) {
   const bool too_often = !is_forgiven(resets_seen_.rows + 1);
   if (source_.is_live() && (too_often || last_s_ - row.t_s < kLate_s)) return leave_out(row, back_);
   resets_seen_.add(row);
-  if (resets_ == Resets::refuse || too_often) {
+  if (resets_ == Resets::refuse || too_often)
     throw InputError("{}: {}: time does not increase ({:g} s, then {:g} s, and it goes on from there): {}",
-                     source_.name(), row_name(row.line), last_s_, row.t_s,
-                     mend(too_often ? kSort
-                                    : "the clock was reset; cut the log there and use one part, or let "
-                                      "identify take each for a trial: --segment clock"));
-  }
+                     source_.name(), row_name(row.line), last_s_, row.t_s, mend(too_often ? kSort : kCut));
   shift_s_ += last_s_ + last_step_s_ - row.t_s;
   row.t_s = last_s_ + last_step_s_;
   accept(std::move(row));

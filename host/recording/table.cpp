@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "host/io/io.hpp"
-#include "host/recording/time.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::recording {
@@ -53,9 +52,9 @@ const char* binary_kind(std::string_view line) {
        {"\xC3\x90\xC3\x8F\x11", "an old Excel workbook: save the sheet as CSV"},
        {"\x1F\xC2\x8B", "compressed: gunzip it"}}};
   const std::string first = lower(line.substr(0, kLongestExcerpt));
-  for (const auto& [begin, kind] : kKinds) {
-    if (first.starts_with(begin)) return kind;
-  }
+  const auto* const kind =
+      std::ranges::find_if(kKinds, [&](const auto& k) { return first.starts_with(k.first); });
+  if (kind != kKinds.end()) return kind->second;
   if (first == "{" || first == "[") return kKinds[0].second;
   const bool is_text = std::ranges::none_of(
       line.substr(0, 200), [](unsigned char c) { return c < ' ' && c != '\t' && c != '\r' && c != '\f'; });
@@ -73,7 +72,7 @@ void cut_blanks(std::vector<std::string>& cells, std::size_t least) {
 }
 
 // Without the empty ones at the end that are more than so many.
-std::vector<std::string> cells_of(const std::string& text, char separator, std::size_t least = SIZE_MAX) {
+std::vector<std::string> cells_of(std::string_view text, char separator, std::size_t least = SIZE_MAX) {
   std::vector<std::string> out;
   split(text, separator, out);
   cut_blanks(out, least);
@@ -127,20 +126,18 @@ class Finder : public TableState {
     if (!columns.empty()) return;
     for (const std::size_t place : columns_of_numbers()) take(is_port() ? place : place_of(header_[place]));
     if (!columns_.empty()) return;
-    const std::size_t row = at(0)->number;
     split_line(at(0)->text);
     const std::size_t i = time_place_ == 0U ? 1 : 0;
     if (i >= std::min(header_.size(), cells_.size()) || time_place_ == i)
-      return refuse(Kind::no_column, "no column beside the time", row);
+      return refuse(Kind::no_column, "no column beside the time", at(0)->number);
     const std::string held = excerpt(cells_[i]);
     refuse(Kind::no_column,
-           fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none", header_[i], held), row);
+           fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none", header_[i], held),
+           at(0)->number);
   }
 
   // Of several sections in a file another may have what was asked for.
   bool may_be_elsewhere() const { return is_section_ && problem_ && problem_->kind == Kind::no_column; }
-  const std::vector<std::string>& header() const { return header_; }
-
   bool must_wait() const { return !has_ended_ && (wants_more_ || (is_port() && problem_)); }
 
  private:
@@ -192,11 +189,10 @@ class Finder : public TableState {
   // The lines down to the second mark of an end; 0: it has not come.
   std::size_t labview_titles() const {
     int ends = 0;
-    for (std::size_t i = 0; at(i) != nullptr; ++i) {
+    std::size_t i = 0;
+    for (; at(i) != nullptr && ends < 2; ++i)
       ends += at(i)->text.find("***End_of_Header***") != std::string::npos ? 1 : 0;
-      if (ends == 2) return i + 1;
-    }
-    return 0;
+    return ends == 2 ? i : 0;
   }
 
   // What names the clock before the rows, where theirs was cut off them: Date Time flex above 2026-05-01 12:03:11 430
@@ -204,9 +200,7 @@ class Finder : public TableState {
     std::size_t row = 1;
     while (row < kTitles && at(row) != nullptr && at(row)->time.empty()) ++row;
     if (at(row) == nullptr || at(row)->time.empty() || !at(row - 1)->time.empty()) return;
-    const auto count = [](std::string_view text) {
-      return cells_of(std::string(text), separator_of(text)).size();
-    };
+    const auto count = [](std::string_view text) { return cells_of(text, separator_of(text)).size(); };
     std::string& names = ahead_[first_ + row - 1].text;
     while (count(names) > count(at(row)->text)) {
       const std::size_t end = names.find_first_of(" \t,;");
@@ -253,11 +247,11 @@ class Finder : public TableState {
         const std::vector<std::string> a = cells_of(at(i)->text, c, b.size());
         cut_blanks(b, a.size());
         if (a.size() != b.size() || (a.size() < 2 && (!takes_one || c != ','))) continue;
-        const std::size_t fewest = takes_one ? 1 : 2;
-        const bool is_first = is_row(a, c, fewest) ||
-                              (i == 0 && a.size() > 1 && is_header(a, c) && !is_greeting(a)) ||
-                              is_under_header(a, c, i);
-        if (is_first && (is_row(b, c, fewest) || is_under_header(b, c, i + 1))) return FirstRow{i, c};
+        const auto is_data = [&](const std::vector<std::string>& cells, std::size_t row) {
+          return is_row(cells, c, takes_one ? 1 : 2) || is_under_header(cells, c, row);
+        };
+        const bool is_names = i == 0 && a.size() > 1 && is_header(a, c) && !is_greeting(a);
+        if ((is_names || is_data(a, i)) && is_data(b, i + 1)) return FirstRow{i, c};
         if (i == 0 && a.size() > 1 && !of_words) of_words = FirstRow{0, c};
       }
     }
@@ -397,9 +391,9 @@ class Finder : public TableState {
     for (std::size_t i = 0; i < header_.size(); ++i) {
       if (!has_header_ || header_[i].empty()) header_[i] = fmt::format("column{}", i + 1);
     }
-    if (has_header_) return;
-    note(fmt::format("has no header: the columns are called {} to {} in their order", header_.front(),
-                     header_.back()));
+    if (!has_header_)
+      note(fmt::format("has no header: the columns are called column1 to column{} in their order",
+                       header_.size()));
   }
 
   // Bytes that a line caught before its board began to send are Latin-1 or control characters; a name that states a time or a unit
@@ -466,9 +460,8 @@ class Finder : public TableState {
       const std::string unit = unit_of(name);
       header_units_.push_back(unit.empty() && is_angle ? title_unit_ : unit);
     }
-    if (at(0) == nullptr) return refuse(Kind::empty, kNoData);
-    if (layout_ != Layout::table || !has_header_) return;
-    const std::size_t end = std::max(first_row_, first_ + 1);
+    const bool may_have_row = layout_ == Layout::table && has_header_;
+    const std::size_t end = may_have_row ? std::max(first_row_, first_ + 1) : first_;
     for (std::size_t i = first_; i < std::min(end, ahead_.size()); ++i) {
       split_line(ahead_[i].text);
       if (cells_.size() > header_.size() || !is_units_row(cells_)) continue;
@@ -506,8 +499,7 @@ class Finder : public TableState {
     Clock out{place, 1, unit_s};
     const auto time = time_in(place < first.size() ? first[place] : "", separator_);
     const bool is_number = time && time->format == TimeFormat::number;
-    if (!is_named && time && time->format == TimeFormat::days) return std::nullopt;
-    if (!is_named && (!time || is_number)) return std::nullopt;
+    if (!is_named && (!time || is_number || time->format == TimeFormat::days)) return std::nullopt;
     const std::vector<std::string> cells = cells_ahead(place);
     if (!time && frame_rate_hz_ > 0 && std::ranges::all_of(cells, is_missing)) return std::nullopt;
     if (!time) return out;
@@ -562,7 +554,6 @@ class Finder : public TableState {
       other.reset();
     }
     choose_time(best, other);
-    if (other) times_.other = header_[other->place];
     for (std::size_t i = 0; best && times_.other.empty() && i < header_.size(); ++i) {
       const bool has_unit = seconds_in(header_units_[i]) || seconds_in(cut_name(header_[i]).unit);
       if (i == best->place || is_of_time(i) || !has_unit || !course(i)) continue;
@@ -668,13 +659,13 @@ class Finder : public TableState {
     if (!splits_by_clock_) segment_place_ = place_of(one_of(asked));
     if (!segment_place_) return;
     const std::vector<std::string> labels = cells_ahead(*segment_place_);
-    bool is_alone = false;
-    bool is_run = false;
-    for (std::size_t k = 0; k + 1 < labels.size(); ++k) {
-      is_alone = is_alone || (!is_missing(labels[k]) && is_missing(labels[k + 1]));
-      is_run = is_run || (!is_missing(labels[k]) && !is_missing(labels[k + 1]));
-    }
-    labels_begin_ = is_alone && !is_run;
+    const auto stands_above = [&](bool missing) {
+      const auto is_pair = [&](const auto& a, const auto& b) {
+        return !is_missing(a) && is_missing(b) == missing;
+      };
+      return std::ranges::adjacent_find(labels, is_pair) != labels.end();
+    };
+    labels_begin_ = stands_above(true) && !stands_above(false);
     if (labels_begin_)
       note(fmt::format("a label in \"{}\" begins a trial, which ends at the next", header_[*segment_place_]));
   }
@@ -696,15 +687,14 @@ class Finder : public TableState {
                                            header_[best->place], header_[other->place]);
       if (!is_port() && (!has_header_ || disagree(best->place, other->place)))
         return refuse(Kind::ambiguous, both + ": say which: --time-column " + header_[best->place]);
-      note(fmt::format("{}: \"{}\" is taken; the other: --time-column \"{}\"", both, header_[best->place],
-                       header_[other->place]));
+      times_.other = header_[other->place];
+      note(fmt::format("{}: \"{}\" is taken; the other: --time-column \"{}\"", both, time_column(),
+                       times_.other));
     }
     require_time();
     const auto asked = seconds_in(options_.time.unit);
-    if (asked && best && best->unit_s && *asked != *best->unit_s) {
-      note(fmt::format("column \"{}\" states its unit itself: --time-unit is not for it",
-                       header_[*time_place_]));
-    }
+    if (asked && best && best->unit_s && *asked != *best->unit_s)
+      note(fmt::format("column \"{}\" states its unit itself: --time-unit is not for it", time_column()));
     const auto since_1970 = best && !best->unit_s && !asked ? epoch_unit_s(best->place) : std::nullopt;
     times_.unit_s = (best ? best->unit_s : since_1970).value_or(asked.value_or(since_1970.value_or(1)));
     times_.is_unit_known = (best ? best->unit_s.has_value() : !arrow_) || asked || since_1970;
@@ -753,12 +743,11 @@ class Finder : public TableState {
       const bool is_whole = digits == std::string::npos;
       if (ticks == 0) ticks = size == 5 || size == 6 ? 1 : is_whole && (size == 8 || size == 9) ? 1000 : 0;
       const auto clock_s = ticks > 0 ? to_packed_clock(*number / ticks) : std::nullopt;
-      if (!clock_s || (last_s && *clock_s < *last_s)) return;
-      const double step_s = *clock_s - last_s.value_or(*clock_s);
-      if (ticks > 1 && last_s && step_s < 1) packed_ticks_ = ticks;
+      const double before_s = last_s.value_or(clock_s.value_or(0));
+      if (!clock_s || *clock_s < before_s) return;
+      if (ticks > 1 && last_s && *clock_s - before_s < 1) packed_ticks_ = ticks;
       if (ticks > 1 && last_s) break;
-      passes = passes ||
-               (step_s < kShort_s && std::floor(*clock_s / 60) > std::floor(last_s.value_or(*clock_s) / 60));
+      passes |= *clock_s - before_s < kShort_s && std::floor(*clock_s / 60) > std::floor(before_s / 60);
       last_s = clock_s;
     }
     if (passes) packed_ticks_ = ticks;
@@ -829,11 +818,6 @@ class Finder : public TableState {
 
 }  // namespace
 
-// The first problem stays.
-void TableState::refuse(Kind kind, const std::string& detail, std::size_t row) {
-  if (!problem_) problem_ = Problem{kind, row, "", detail};
-}
-
 // Into cells_, in the order of the header; none where the line is of another layout, or has a label of its own.
 void TableState::split_line(const std::string& text) {
   if (layout_ == Layout::table) {
@@ -881,7 +865,6 @@ bool TableReader::push(Line& line) {
   cut_prefix(line.text, line.time);
   is_new_ = is_settled_ && ahead_.empty();
   std::swap(is_new_ ? line_ : ahead_.emplace_back(), line);
-  if (is_settled_ || problem_) return true;
   try_settle();
   if (!is_settled_ && is_port() && ahead_.size() > kTitles) {
     ahead_.front().is_title = true;
@@ -892,12 +875,12 @@ bool TableReader::push(Line& line) {
 
 void TableReader::end() {
   has_ended_ = true;
-  if (!is_settled_ && !problem_) try_settle();
+  try_settle();
 }
 
 // On a copy: more lines may be needed, and a port's may be noise.
 void TableReader::try_settle() {
-  if (!is_live() && !has_ended_ && ahead_.size() < next_try_) return;
+  if (is_settled_ || problem_ || (!is_live() && !has_ended_ && ahead_.size() < next_try_)) return;
   Finder finder(*this);
   if (!finder.is_enough()) return;
   finder.settle();
@@ -948,6 +931,7 @@ bool TableReader::is_header_again() {
   if (!has_labels && std::ranges::is_permutation(names, header_)) {
     order_ = names == header_ ? std::vector<std::string>() : names;
     other_.clear();
+    ++headers_;
     return true;
   }
   if (names.size() > 1 && (is_fresh_ || shares)) other_ = names;
@@ -968,11 +952,10 @@ bool TableReader::is_anothers() {
 // Whether line_ has the header's cells. Without a reason it is what a restarting board leaves behind.
 bool TableReader::is_whole(Problem& why) {
   cut_blanks(cells_, header_.size());
-  if (cells_.size() > header_.size() && rows_.kept() == 0) {
+  if (cells_.size() > header_.size() && rows_.kept() == 0)
     why.detail =
         fmt::format("{} cells, the header has {}{}", cells_.size(), header_.size(),
                     separator_ == ',' ? "; decimal commas need another separator, such as a semicolon" : "");
-  }
   return cells_.size() == header_.size();
 }
 
@@ -1033,10 +1016,8 @@ bool TableReader::read_time(double& t_s, Problem& why) {
     return false;
   };
   std::optional<Time> found = time_in(text, separator_);
-  if (!found && to_time(text + ".0")) {
-    return refuse_it(
-        fmt::format("may be hours and minutes, or minutes and seconds; write it as 0:{}", excerpt(text)));
-  }
+  if (!found && to_time(text + ".0"))
+    return refuse_it("may be hours and minutes, or minutes and seconds; write it as 0:" + excerpt(text));
   bool is_number = found && found->format == TimeFormat::number;
   // Fractions, and seconds since 1970, are what they look like.
   times_.is_unit_known |= is_number && (has_fraction(text) || is_epoch(found->value));
@@ -1062,10 +1043,9 @@ bool TableReader::read_time(double& t_s, Problem& why) {
   const std::size_t point = text.find_last_of(".,");
   times_.are_uneven |= !is_number && point != text.npos && text.size() - point < 4;
   if (found->format != *time_format_) return refuse_it("is written otherwise than the times before");
-  if (found->format == TimeFormat::slashed && !is_month_first_ && lower(text).find('m') != text.npos) {
+  const bool is_month_first = found->format == TimeFormat::slashed && lower(text).find('m') != text.npos;
+  if (is_month_first && !std::exchange(is_month_first_, true))
     note("dates with AM or PM are taken month first");
-    is_month_first_ = true;
-  }
   if (found->is_ambiguous && !is_port()) return refuse_it("can be read as two dates; write it as 2026-05-01");
   t_s = is_number ? (found->value - time_zero_) * times_.unit_s : found->value;
   if (part_place_) {
@@ -1082,13 +1062,12 @@ void TableReader::leave_out(const Problem& why) {
   const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_.kept());
   if (static_cast<double>(malformed_) <= forgiven || is_port()) return;
   const bool has_commas = 2 * too_long_ > malformed_ && separator_ == ',';
-  refuse(
-      Kind::malformed,
-      fmt::format(
-          "{} of the first {} rows are malformed: too short or too long, without a time, or with text for a "
-          "number; mend or remove them{}",
-          malformed_, rows_.kept() + malformed_, has_commas ? "; decimal commas need another separator" : ""),
-      first_malformed_.row);
+  const std::string detail = fmt::format(
+      "{} of the first {} rows are malformed: too short or too long, without a time, or with text for a "
+      "number; "
+      "mend or remove them{}",
+      malformed_, rows_.kept() + malformed_, has_commas ? "; decimal commas need another separator" : "");
+  refuse(Kind::malformed, detail, first_malformed_.row);
 }
 
 TableReader::Take TableReader::take(Row& row) {
@@ -1121,10 +1100,7 @@ TableReader::Take TableReader::take(Row& row) {
   }
   if (line_.is_cut_off) return Take::aside;
   if (is_good) return Take::malformed;
-  if (is_header_again()) {
-    headers_ += refusal_.empty() ? 1 : 0;
-    return Take::aside;
-  }
+  if (is_header_again()) return Take::aside;
   if (found_ == header_.size()) found_ = 0;
   const bool is_header = has_header_ && line_.text.find(header_.front() + separator_) != std::string::npos;
   if (!why.detail.empty() && !is_header && !is_live()) {
@@ -1139,9 +1115,9 @@ bool HoleCounter::keeps(const std::vector<double>& value, std::size_t line) {
   std::size_t missing = 0;
   missing_.resize(value.size());
   for (std::size_t i = 0; i < value.size(); ++i) {
-    if (!std::isnan(value[i])) continue;
-    ++missing_[i];
-    ++missing;
+    const std::size_t holes = std::isnan(value[i]) ? 1 : 0;
+    missing_[i] += holes;
+    missing += holes;
   }
   const bool is_kept =
       holes_ == Holes::all || missing == 0 || (holes_ == Holes::some && missing < value.size());

@@ -87,12 +87,13 @@ class TableState {
       : options_(options), next_try_(options.from == From::file ? 1000 : 1) {}
 
   bool is_settled() const { return is_settled_; }  // what each column is, is known
+  bool has_ended() const { return has_ended_; }
   const std::optional<Problem>& problem() const { return problem_; }
   std::string time_column() const { return time_place_ ? header_[*time_place_] : std::string(); }
   bool has(const std::string& column) const { return std::ranges::count(header_, column) > 0; }
   const std::vector<std::string>& columns() const { return columns_; }
   const std::vector<std::string>& units() const { return units_; }  // from the name, or from the row of units
-  std::size_t width() const { return header_.size(); }
+  const std::vector<std::string>& header() const { return header_; }
   bool has_time() const { return time_place_ || arrow_; }
   const Times& times() const { return times_; }
   bool is_live() const { return options_.from != From::file; }
@@ -102,7 +103,9 @@ class TableState {
  protected:
   // Of those that may be rows; null: it has not come.
   const Line* at(std::size_t i) const { return first_ + i < ahead_.size() ? &ahead_[first_ + i] : nullptr; }
-  void refuse(Problem::Kind kind, const std::string& detail, std::size_t row = 0);
+  void refuse(Problem::Kind kind, const std::string& detail, std::size_t row = 0) {
+    if (!problem_) problem_ = Problem{kind, row, "", detail};
+  }
   void note(const std::string& text) { notes_.push_back(text); }
   void split_line(const std::string& text);
   bool is_port() const { return options_.from == From::port; }

@@ -78,14 +78,6 @@ bool take_clock(std::string_view& text, double& value_s) {
   return true;
 }
 
-std::optional<double> since_1970(double year, double month, double day) {
-  const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(year)),
-                                         std::chrono::month(static_cast<unsigned>(month)),
-                                         std::chrono::day(static_cast<unsigned>(day))};
-  if (!date.ok()) return std::nullopt;
-  return static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count()) * kDay_s;
-}
-
 constexpr std::array kDates = {"y-d-d", "y/d/d", "y.d.d", "ymm",   "d.d.y",  "d.d.m", "d/d/y",
                                "d-d-y", "d/d/m", "d-n-y", "d n y", "n d, y", "n d y", "n d"};
 
@@ -125,9 +117,14 @@ std::optional<Time> to_date(std::string_view text) {
                                                                 : TimeFormat::slashed;
   const bool may_be_both = format == TimeFormat::slashed && month <= 12 && day <= 12 && month != day;
   if (format == TimeFormat::slashed && (has_half || month > 12) && day <= 12) std::swap(month, day);
-  const auto date = since_1970(year, month, day);
-  if (!date || !text.empty()) return std::nullopt;
-  return Time{format, *date + clock_s - sign * (zone[0] * 3600 + zone[1] * 60), may_be_both && !has_half};
+  const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(year)),
+                                         std::chrono::month(static_cast<unsigned>(month)),
+                                         std::chrono::day(static_cast<unsigned>(day))};
+  if (!date.ok() || !text.empty()) return std::nullopt;
+  const auto midnight_s =
+      static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count()) * kDay_s;
+  return Time{format, midnight_s + clock_s - sign * (zone[0] * 3600 + zone[1] * 60),
+              may_be_both && !has_half};
 }
 
 // As pandas and Python have it, also -1 days +23:59:59.95; or with its unit in each cell, as MATLAB and R write durations.

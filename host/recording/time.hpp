@@ -8,13 +8,13 @@
 
 namespace flexor::recording {
 
-// What a person says of a log's times.
 // Of this machine, monotonic: flexor record and live write it beside each row of a source.
 inline constexpr const char* kHostClock = "host_s";
 inline constexpr double kFirstEpoch_s = 1e9;  // since 1970, of 2001: what is less is no date
 inline constexpr double kDay_s = 86400;
 inline bool is_epoch(double since_1970_s) { return since_1970_s >= kFirstEpoch_s && since_1970_s < 4e9; }
 
+// What a person says of a log's times.
 struct TimeOptions {
   TimeOptions() = default;
   TimeOptions(const char* unit_stated) : unit(unit_stated) {}

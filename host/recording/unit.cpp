@@ -84,9 +84,7 @@ std::optional<std::string> known_unit(std::string_view text) {
   return unit != nullptr && unit->seconds == 0 ? std::optional<std::string>(unit->name) : std::nullopt;
 }
 
-std::string unit_of(std::string_view column) {
-  return known_unit(cut_name(column).unit).value_or(std::string());
-}
+std::string unit_of(std::string_view column) { return known_unit(cut_name(column).unit).value_or(""); }
 
 std::string without_unit(std::string_view column) {
   const std::string name(trimmed(column));

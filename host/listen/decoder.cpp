@@ -16,7 +16,6 @@
 namespace flexor::listen {
 namespace {
 
-constexpr std::array<const char*, 5> kFingerNames = {"thumb", "index", "middle", "ring", "pinky"};
 constexpr std::size_t kLongestLine = 4096;  // bytes; beyond it is no line of a glove's
 
 // A clock of 16 bits in milliseconds, which wraps every 65.5 s, made whole by the host's.
@@ -24,14 +23,9 @@ class WrappingClock {
  public:
   double seconds(std::uint16_t now_ms, double host_s) {
     constexpr double kWrap_ms = 65536;
-    if (!started_) {
-      started_ = true;
-      total_ms_ = now_ms;
-    } else {
-      const double step_ms = static_cast<std::uint16_t>(now_ms - last_ms_);
-      const double wraps = std::max(0.0, std::round((1000 * (host_s - host_s_) - step_ms) / kWrap_ms));
-      total_ms_ += step_ms + wraps * kWrap_ms;
-    }
+    const double step_ms = static_cast<std::uint16_t>(now_ms - last_ms_);
+    const double passed_ms = std::exchange(started_, true) ? 1000 * (host_s - host_s_) : 0;
+    total_ms_ += step_ms + kWrap_ms * std::max(0.0, std::round((passed_ms - step_ms) / kWrap_ms));
     last_ms_ = now_ms;
     host_s_ = host_s;
     return total_ms_ / 1000;
@@ -55,6 +49,8 @@ class WrappingClock {
 // What one of both boards says in frames, of which some are samples.
 class FrameDecoder : public Decoder {
  public:
+  explicit FrameDecoder(link::Type samples) : samples_(samples) {}
+
   void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) final {
     for (const std::uint8_t byte : bytes) {
       ++tally_.bytes;
@@ -67,11 +63,10 @@ class FrameDecoder : public Decoder {
       if (result == link::Received::nothing) continue;
       if (result != link::Received::pending) {
         count_torn();
-        continue;
+      } else if (is_its_own()) {
+        tally_.understood += size;
+        if (packet_.type() == samples_) take(host_s, out);
       }
-      if (!is_its_own()) continue;
-      tally_.understood += size;
-      if (is_sample()) take(host_s, out);
     }
   }
 
@@ -83,9 +78,7 @@ class FrameDecoder : public Decoder {
 
  protected:
   virtual bool is_its_own() = 0;  // the frame is of this board
-  virtual bool is_sample() const = 0;
   virtual bool read(std::uint16_t& time_ms, Sample& sample) = 0;
-  virtual bool has_counter() const { return true; }
 
   bool is_state_of(link::BoardKind board) const {
     return packet_.type() == link::Type::state && packet_.body_bytes() == link::State::kBytes &&
@@ -101,23 +94,21 @@ class FrameDecoder : public Decoder {
     next_ = static_cast<std::uint16_t>(sequence + 1);
   }
 
+  const link::Type samples_;
   link::PacketReader packet_;
 
  private:
   void take(double host_s, std::vector<Sample>& out) {
     std::uint16_t time_ms = 0;
     Sample sample;
-    if (!read(time_ms, sample)) {
-      count_torn();
-      return;
-    }
-    const std::optional<int> behind_ms = clock_.behind_ms(time_ms, host_s);
-    if (behind_ms && (*behind_ms > 0 || packet_.sequence() == last_sequence_)) {
+    if (!read(time_ms, sample)) return count_torn();
+    if (const auto behind_ms = clock_.behind_ms(time_ms, host_s);
+        behind_ms && (*behind_ms > 0 || packet_.sequence() == last_sequence_)) {
       ++tally_.late;
       return;
     }
     last_sequence_ = packet_.sequence();
-    if (has_counter()) count_gap();
+    if (samples_ != link::Type::readings) count_gap();  // which have no counter
     sample.host_s = host_s;
     sample.board_s = clock_.seconds(time_ms, host_s);
     count_sample();
@@ -130,17 +121,14 @@ class FrameDecoder : public Decoder {
   std::uint16_t last_sequence_ = 0;  // of a sample
 };
 
-const char* remark_of(link::SensorStatus status) {
-  static constexpr std::array kNames = {"", "broken wire", "short circuit", "stuck"};
-  return kNames.at(std::min(static_cast<std::size_t>(status), kNames.size() - 1));
-}
+constexpr std::array kSensorRemarks = {"", "broken wire", "short circuit", "stuck"};  // by SensorStatus
 
 class GloveFrames : public FrameDecoder {
  public:
-  explicit GloveFrames(bool readings) : wanted_(readings ? link::Type::readings : link::Type::angles) {}
+  explicit GloveFrames(bool readings) : FrameDecoder(readings ? link::Type::readings : link::Type::angles) {}
   // Its angles would wait for the hand's challenge; readings carry no tag in any case: nobody moves by them.
   std::string remark() const override {
-    if (wanted_ == link::Type::angles || !waits_for_hand_) return {};
+    if (samples_ == link::Type::angles || !waits_for_hand_) return {};
     return "the glove waits for its hand; nothing guards its readings";
   }
 
@@ -153,11 +141,9 @@ class GloveFrames : public FrameDecoder {
     return state || type == link::Type::angles || type == link::Type::readings ||
            type == link::Type::coefficients;
   }
-  bool is_sample() const override { return packet_.type() == wanted_; }
   bool read(std::uint16_t& time_ms, Sample& sample) override {
-    return wanted_ == link::Type::angles ? angles(time_ms, sample) : readings(time_ms, sample);
+    return samples_ == link::Type::angles ? angles(time_ms, sample) : readings(time_ms, sample);
   }
-  bool has_counter() const override { return wanted_ == link::Type::angles; }
 
  private:
   bool angles(std::uint16_t& time_ms, Sample& sample) {
@@ -168,7 +154,7 @@ class GloveFrames : public FrameDecoder {
     link::get_angles(packet_.body(), joints, time_ms, angle.data(), status.data());
     for (std::size_t i = 0; i < joints; ++i) {
       sample.value.push_back(angle.at(i) / 16.0);
-      sample.remark.emplace_back(remark_of(status.at(i)));
+      sample.remark.emplace_back(kSensorRemarks.at(static_cast<std::size_t>(status.at(i))));
     }
     return true;
   }
@@ -184,15 +170,15 @@ class GloveFrames : public FrameDecoder {
 
   // The first frame says how many there are.
   bool fits(std::size_t count, const char* unit) {
+    const bool are_fingers = count == recording::kFingers.size();
     for (std::size_t i = columns_.size(); tally_.samples == 0 && i < count; ++i) {
-      columns_.push_back(count == kFingerNames.size() ? fmt::format("{}_{}", kFingerNames.at(i), unit)
-                                                      : fmt::format("joint{}_{}", i + 1, unit));
+      const std::string joint = are_fingers ? recording::kFingers.at(i) : fmt::format("joint{}", i + 1);
+      columns_.push_back(fmt::format("{}_{}", joint, unit));
     }
     if (columns_.size() != count) count_misfit(count, columns_.size());
     return columns_.size() == count;
   }
 
-  link::Type wanted_;
   bool waits_for_hand_ = false;
 };
 
@@ -214,9 +200,9 @@ std::string remark_of_board(std::uint8_t faults) {
 
 class HandFrames : public FrameDecoder {
  public:
-  HandFrames() {
+  HandFrames() : FrameDecoder(link::Type::telemetry) {
     for (const char* unit : {"deg", "duty_percent", "fault"}) {
-      for (const char* finger : kFingerNames) columns_.push_back(fmt::format("{}_{}", finger, unit));
+      for (const char* finger : recording::kFingers) columns_.push_back(fmt::format("{}_{}", finger, unit));
     }
     columns_.emplace_back("board_faults");
   }
@@ -228,7 +214,6 @@ class HandFrames : public FrameDecoder {
     if (state) count_gap();
     return state || type == link::Type::telemetry || type == link::Type::challenge;
   }
-  bool is_sample() const override { return packet_.type() == link::Type::telemetry; }
   bool read(std::uint16_t& time_ms, Sample& sample) override {
     if (packet_.body_bytes() != link::telemetry_bytes(link::kFingers)) return false;
     const std::uint8_t* body = packet_.body();
@@ -323,8 +308,8 @@ class LineDecoder : public Decoder {
         const auto board_s = table_.has_time() ? std::optional(row.t_s) : std::nullopt;
         count_sample();
         out.push_back({line.host_s, board_s, row.value, {}});
-      } else if (tally_.samples > 0 && table_.found() != table_.width()) {
-        count_misfit(table_.found(), table_.width());
+      } else if (tally_.samples > 0 && table_.found() != table_.header().size()) {
+        count_misfit(table_.found(), table_.header().size());
       }
     }
   }
@@ -353,8 +338,7 @@ std::optional<Guess> judge(std::span<const std::uint8_t> bytes, Format format, b
   std::vector<Sample> samples;
   decoder->push(bytes, 0, samples);
   const Tally& tally = decoder->tally();
-  const bool frames = format == Format::frames || format == Format::hand;
-  const bool waits = frames && tally.samples == 0 && tally.understood >= kFewestFrameBytes;
+  const bool waits = format != Format::lines && tally.samples == 0 && tally.understood >= kFewestFrameBytes;
   if (tally.samples < (format == Format::hand ? 1 : kFewestSamples) && !waits) return {};
   const double share = static_cast<double>(tally.understood) / static_cast<double>(tally.bytes);
   if (share < 0.5) return {};

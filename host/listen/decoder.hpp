@@ -23,11 +23,10 @@ enum class Format { frames, hand, gloves, lines };
 const char* name_of(Format format);
 
 struct Sample {
-  double host_s = 0;              // when its last byte came, monotonic
-  std::optional<double> board_s;  // by the board's own clock, if it says
-  std::vector<double> value;      // in the order of the columns; NaN: nothing was read
-  std::vector<std::string>
-      remark;  // of each value what is wrong, "" if nothing; empty: the format does not say
+  double host_s = 0;                // when its last byte came, monotonic
+  std::optional<double> board_s;    // by the board's own clock, if it says
+  std::vector<double> value;        // in the order of the columns; NaN: nothing was read
+  std::vector<std::string> remark;  // of each value what is wrong, or ""; empty: the format does not say
 };
 
 // Whole rows of another number of values than the first had.
@@ -45,10 +44,8 @@ struct Tally {
   std::uint64_t torn_since = 0;  // the newest sample
   std::string torn_line = {};    // the newest of them; frames have none
   std::uint64_t late = 0;        // frames that came twice, or after one that was sent later: no samples
-  std::optional<std::uint64_t> lost =
-      {};  // samples, by the gaps in their counter; none: they have no counter
-  std::optional<Misfit> misfit =
-      {};  // of the rows that come now: two alike, since one may be torn; none: they fit
+  std::optional<std::uint64_t> lost = {};  // samples, by the gaps in their counter; none: they have none
+  std::optional<Misfit> misfit = {};       // of the newest rows: two alike, one may be torn; none: they fit
 };
 // "2 lost", with ", 1 twice or late" where there are such.
 std::string lost_in_words(const Tally& tally);
@@ -76,7 +73,7 @@ class Decoder {
     ++tally_.samples;
     tally_.torn_since = 0;
     tally_.misfit.reset();
-    other_values_ = kFits;
+    other_values_.reset();
   }
   void count_torn(std::string_view line = {}) {
     ++tally_.torn;
@@ -91,8 +88,7 @@ class Decoder {
   Tally tally_;
 
  private:
-  static constexpr std::size_t kFits = SIZE_MAX;
-  std::size_t other_values_ = kFits;  // of the row before
+  std::optional<std::size_t> other_values_;  // of the row before; none: it fits
 };
 
 // `readings`: of frames, those with readings instead of those with angles.
@@ -102,8 +98,8 @@ struct Guess {
   Format format;
   bool readings;  // of frames: the samples are readings
   double share;   // of the bytes that are in whole frames or lines
-  std::uint64_t
-      samples;  // 0: frames, but no samples: a glove that waits for its hand, or a hand for its glove
+  // 0: frames, but no samples: a glove that waits for its hand, or a hand for its glove.
+  std::uint64_t samples;
 };
 
 // The format that most of the bytes are in; none where that is less than half of them, or fewer than three samples (one

@@ -32,10 +32,8 @@ std::string quoted_line(const std::vector<std::uint8_t>& bytes) {
   const std::string text(bytes.begin(), bytes.end());
   const std::size_t begin = text.find('\n') + 1;
   const std::string line = text.substr(begin, std::min(kLongest, text.find_first_of("\r\n", begin) - begin));
-  const bool is_plain = !line.empty() && std::ranges::all_of(line, [](unsigned char c) {
-    return c == '\t' || (c >= 0x20 && c < 0x7f);
-  });
-  return is_plain ? fmt::format(" (\"{}\")", line) : "";
+  const auto is_plain = [](unsigned char c) { return c == '\t' || (c >= 0x20 && c < 0x7f); };
+  return line.empty() || !std::ranges::all_of(line, is_plain) ? "" : fmt::format(" (\"{}\")", line);
 }
 
 }  // namespace
@@ -52,12 +50,11 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
   find(says);
   if (options_.readings && options_.format == Format::hand)
     throw io::InputError("{}: a hand, which has no strips: leave out --readings", options_.port);
-  if (options_.readings && options_.format == Format::gloves) {
+  if (options_.readings && options_.format == Format::gloves)
     throw io::InputError(
-        "{}: lines for VR drivers carry what the firmware made of the strips, no readings: "
-        "upload the logging sketch of the deployment",
+        "{}: lines for VR drivers carry what the firmware made of the strips, no readings: upload the "
+        "logging sketch of the deployment",
         options_.port);
-  }
   decoder_ = make_decoder(*options_.format, options_.readings);
   decoder_->cut();
   std::vector<Sample> before;  // without a time of their own; what is wanted of them is the header
@@ -93,9 +90,8 @@ std::optional<Guess> Listener::hear(double longest_s) {
 
 void Listener::find(const std::function<void(const std::string&)>& says) {
   const bool is_told = options_.baud > 0 && options_.format;  // and believed, where something comes
-  const std::vector<unsigned> rates = options_.baud > 0
-                                          ? std::vector{options_.baud}
-                                          : std::vector(std::begin(kUsualRates_Bd), std::end(kUsualRates_Bd));
+  const std::span<const unsigned> rates =
+      options_.baud > 0 ? std::span<const unsigned>(&options_.baud, 1) : kUsualRates_Bd;
   port_ = std::make_unique<io::SerialPort>(options_.port, rates.front());
   for (const unsigned rate : rates) {
     says(fmt::format("listening at {} baud", rate));
@@ -111,11 +107,9 @@ void Listener::find(const std::function<void(const std::string&)>& says) {
       if (options_.angles_will_do) options_.readings = heard->readings;
       return;
     }
-    if (heard_bytes_ == 0) break;  // at a wrong rate something would come
-  }
-  if (heard_bytes_ == 0) {
-    throw io::InputError("{}: nothing comes: is a program on the board that sends, and is the port its own?",
-                         options_.port);
+    if (heard_bytes_ == 0)  // at a wrong rate something would come
+      throw io::InputError(
+          "{}: nothing comes: is a program on the board that sends, and is the port its own?", options_.port);
   }
   throw io::InputError(
       "{}: {} bytes came, which are no format that is known at any usual rate{}: send numbers "
@@ -133,15 +127,12 @@ void Listener::follow(std::span<const std::uint8_t> bytes) {
 }
 
 void Listener::speak() {
-  if (hand_) send_challenge();
+  for (const double now = now_s(); hand_ && ticked_s_ < now; ticked_s_ += 1e-3) hand_->tick();
+  if (hand_ && hand_->due() == link::HandEnd::Speech::challenge) {
+    std::array<std::uint8_t, link::kMaxWire> wire{};
+    port_->write({wire.data(), hand_->challenge(wire.data())});
+  }
   if (options_.readings) ask_for_readings();
-}
-
-void Listener::send_challenge() {
-  for (const double now = now_s(); ticked_s_ < now; ticked_s_ += 1e-3) hand_->tick();
-  if (hand_->due() != link::HandEnd::Speech::challenge) return;
-  std::array<std::uint8_t, link::kMaxWire> wire{};
-  port_->write({wire.data(), hand_->challenge(wire.data())});
 }
 
 // A glove gives them for a second. Two requests may be lost, since the hand speaks on the same line, and never two running at
@@ -171,8 +162,7 @@ Event Listener::wait(double timeout_s, std::vector<Sample>& out) {
     try {
       port_ = std::make_unique<io::SerialPort>(options_.port, options_.baud);
     } catch (const io::InputError&) {  // what was let go is missed once
-      if (!std::exchange(was_let_go_, false)) return Event::quiet;
-      return Event::gone;
+      return std::exchange(was_let_go_, false) ? Event::gone : Event::quiet;
     }
     was_let_go_ = false;
     return Event::back;

@@ -58,7 +58,6 @@ class Listener : public Source {
   std::optional<Guess> hear(double longest_s);
   void follow(std::span<const std::uint8_t> bytes);
   void speak();
-  void send_challenge();
   void ask_for_readings();
 
   ListenerOptions options_;

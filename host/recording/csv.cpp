@@ -21,20 +21,14 @@ constexpr double kShortestMean_s = 1e-5;  // of steps: days in a spreadsheet's d
 constexpr double kOwnClock_s = 1;         // a clock that begins before it is the log's own
 
 std::unique_ptr<std::istream> open(const std::filesystem::path& path) {
+  if (path == "-") return nullptr;
   io::require_readable(path);
   return std::make_unique<std::ifstream>(path, std::ios::binary);
 }
 
-bool is_file(const std::filesystem::path& path) { return std::filesystem::is_regular_file(path); }
-
 TableOptions of_file(TableOptions options, const std::filesystem::path& path) {
-  if (!is_file(path)) options.from = From::pipe;
+  if (!std::filesystem::is_regular_file(path)) options.from = From::pipe;
   return options;
-}
-
-std::string message(const Problem& p, const std::string& source) {
-  return source + (p.row > 0 ? fmt::format(": row {}", p.row) : "") +
-         (p.column.empty() ? "" : fmt::format(": column \"{}\"", p.column)) + ": " + p.detail;
 }
 
 void check_times(const Recording& recording, const Times& times) {
@@ -55,10 +49,10 @@ void check_times(const Recording& recording, const Times& times) {
                        : fmt::format("take the other time: --time-column \"{}\"", times.other));
 }
 
-// Each segment, through Stream.
 std::vector<Recording> segments_of(LogReader& reader, Resets resets) {
   Recording empty;
   empty.source = reader.name();
+  empty.time_column = reader.time_column();
   for (std::size_t i = 0; i < reader.columns().size(); ++i)
     empty.columns.push_back({reader.columns()[i], {}, reader.units()[i]});
   std::vector<Recording> out = {empty};
@@ -70,25 +64,22 @@ std::vector<Recording> segments_of(LogReader& reader, Resets resets) {
     for (std::size_t i = 0; i < row.value.size(); ++i) out.back().columns[i].value.push_back(row.value[i]);
   }
   out.front().warnings = stream.notes();
-  for (Recording& one : out) {
-    one.digest = reader.digest();
-    one.time_column = reader.time_column();
-  }
+  for (Recording& one : out) one.digest = reader.digest();
   return out;
 }
 
 }  // namespace
 
 CsvReader::CsvReader(std::istream& stream, std::string source, const TableOptions& options)
-    : lines_(stream, source, options.from != From::file), source_(std::move(source)), table_(options) {
+    : source_(std::move(source)), table_(options), lines_(stream, source_, table_.is_live()) {
   begin();
 }
 
 CsvReader::CsvReader(const std::filesystem::path& path, const TableOptions& options)
-    : file_(path == "-" ? nullptr : open(path)),
-      lines_(file_ ? *file_ : std::cin, file_ ? path.string() : "standard input", !is_file(path)),
+    : file_(open(path)),
       source_(file_ ? path.string() : "standard input"),
-      table_(of_file(options, path)) {
+      table_(of_file(options, path)),
+      lines_(file_ ? *file_ : std::cin, source_, table_.is_live()) {
   begin();
 }
 
@@ -98,18 +89,18 @@ void CsvReader::begin() {
 }
 
 void CsvReader::require_good() const {
-  if (const auto& problem = table_.problem()) throw InputError(message(*problem, source_));
+  if (const auto& p = table_.problem())
+    throw InputError("{}{}{}: {}", source_, p->row > 0 ? fmt::format(": row {}", p->row) : "",
+                     p->column.empty() ? "" : fmt::format(": column \"{}\"", p->column), p->detail);
 }
 
-// A line more for the table.
 void CsvReader::feed() {
-  has_ended_ = !lines_.next(line_.text);
-  line_.number = lines_.number();
-  line_.is_cut_off = lines_.cut_off();
-  if (has_ended_) {
-    table_.end();
-  } else {
+  if (lines_.next(line_.text)) {
+    line_.number = lines_.number();
+    line_.is_cut_off = lines_.cut_off();
     table_.push(line_);
+  } else {
+    table_.end();
   }
   require_good();
 }
@@ -120,8 +111,8 @@ void CsvReader::choose(const std::vector<std::string>& columns) {
 }
 
 bool CsvReader::next(Row& row) {
-  return seconds_.next(
-      row, [this](Row& read) { return read_row(read); }, source_);
+  const auto read = [this](Row& one) { return read_row(one); };
+  return seconds_.next(row, read, source_);
 }
 
 bool CsvReader::read_row(Row& row) {
@@ -133,7 +124,7 @@ bool CsvReader::read_row(Row& row) {
       throw InputError("{}: row {}: the rows of another glove: {}", source_, table_.line().number,
                        table_.refusal());
     if (take != TableReader::Take::none) continue;
-    if (has_ended_) return false;
+    if (table_.has_ended()) return false;
     feed();
   }
 }
@@ -142,11 +133,10 @@ std::vector<std::string> CsvReader::notes() const {
   std::vector<std::string> out = table_.notes();
   if (lines_.is_utf16()) out.emplace_back("is read as UTF-16");
   if (lines_.saw_latin1()) out.emplace_back("is not UTF-8 and is read as Latin-1");
-  if (seconds_.per_second() > 0) {
+  if (seconds_.per_second() > 0)
     out.push_back(
         fmt::format("the times are whole seconds: the rows of each, {} in most, are spread evenly over it",
                     seconds_.per_second()));
-  }
   for (std::string& note : out) note.insert(0, source_ + ": ");
   return out;
 }
@@ -158,18 +148,19 @@ MemoryReader::MemoryReader(std::shared_ptr<const Recording> recording, const Tab
 
 void MemoryReader::choose(const std::vector<std::string>& columns) {
   chosen_.clear();
-  for (const std::string& name : columns) chosen_.push_back(&recording_->column(name));
-  for (const Column& column : recording_->columns) {
-    const auto holes = std::ranges::count_if(column.value, [](double v) { return std::isnan(v); });
-    if (columns.empty() && 2 * holes < std::ssize(column.value)) chosen_.push_back(&column);
-  }
-  if (chosen_.empty()) throw InputError("{}: no column of numbers", name());
   names_.clear();
   units_.clear();
-  for (const Column* column : chosen_) {
-    names_.push_back(column->name);
-    units_.push_back(column->unit);
+  const auto take = [this](const Column& column) {
+    chosen_.push_back(&column);
+    names_.push_back(column.name);
+    units_.push_back(column.unit);
+  };
+  for (const std::string& name : columns) take(recording_->column(name));
+  for (const Column& column : recording_->columns) {
+    const auto holes = std::ranges::count_if(column.value, [](double v) { return std::isnan(v); });
+    if (columns.empty() && 2 * holes < std::ssize(column.value)) take(column);
   }
+  if (chosen_.empty()) throw InputError("{}: no column of numbers", name());
 }
 
 bool MemoryReader::has(const std::string& column) const {
@@ -258,16 +249,13 @@ std::string quoted(const std::string& name) {
 }
 
 std::string to_csv(const Recording& recording) {
-  fmt::memory_buffer out;
-  fmt::format_to(std::back_inserter(out), "t_s");
-  for (const Column& c : recording.columns) fmt::format_to(std::back_inserter(out), ",{}", quoted(c.name));
-  out.push_back('\n');
+  std::string out = "t_s";
+  for (const Column& c : recording.columns) out += "," + quoted(c.name);
   for (std::size_t i = 0; i < recording.t_s.size(); ++i) {
-    fmt::format_to(std::back_inserter(out), "{}", recording.t_s[i]);
+    fmt::format_to(std::back_inserter(out), "\n{}", recording.t_s[i]);
     for (const Column& c : recording.columns) fmt::format_to(std::back_inserter(out), ",{}", c.value[i]);
-    out.push_back('\n');
   }
-  return fmt::to_string(out);
+  return out + '\n';
 }
 
 }  // namespace flexor::recording

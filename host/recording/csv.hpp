@@ -47,7 +47,6 @@ class CsvReader : public LogReader {
   // Of a file or a pipe; "-" is standard input.
   CsvReader(const std::filesystem::path& path, const TableOptions& options);
 
-  // Other columns than before, while no row was read; none: as of TableOptions.
   void choose(const std::vector<std::string>& columns) override;
   bool has(const std::string& column) const override { return table_.has(column); }
   std::string time_column() const override { return table_.time_column(); }
@@ -72,11 +71,10 @@ class CsvReader : public LogReader {
   void require_good() const;
 
   std::unique_ptr<std::istream> file_;
-  LineReader lines_;
   std::string source_;
   TableReader table_;
+  LineReader lines_;
   Line line_;
-  bool has_ended_ = false;
   WholeSeconds seconds_;
 };
 

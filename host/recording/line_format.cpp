@@ -3,18 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 
 #include "host/io/io.hpp"
-#include "host/recording/time.hpp"
 #include "host/recording/unit.hpp"
 #include "runtime/link/opengloves.hpp"
 
 namespace flexor::recording {
 namespace {
-
-constexpr std::array kFingers = {"thumb", "index", "middle", "ring", "pinky"};
 
 bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
 
@@ -69,10 +65,8 @@ void unwrap(std::string& line) {
   }
 }
 
-// Of a logger's line.
-bool is_level(std::string_view word) {
-  return is_one_of(word, "i w e d v inf wrn err dbg info warn warning error debug trace");
-}
+constexpr const char* kLevels =
+    "i w e d v inf wrn err dbg info warn warning error debug trace";  // of loggers
 
 // How far a clock goes from the front, perhaps behind a date and before AM, a zone or a year; or seconds since 1970. 0: there is none.
 std::size_t time_end(std::string_view text) {
@@ -90,12 +84,6 @@ std::size_t time_end(std::string_view text) {
   return out;
 }
 
-// Of numbers between commas.
-bool is_list(std::string_view text) {
-  return text.find_first_of("-.0123456789") == 0 && text.find(',') != text.npos &&
-         text.find_first_of("\t;") == text.npos;
-}
-
 // What was cut off the front of a line so far.
 struct Prefix {
   std::string_view rest;
@@ -104,6 +92,7 @@ struct Prefix {
   bool is_logged = false;
   bool has_tag = false;
   void drop(std::size_t n) { rest = trimmed(rest.substr(std::min(n, rest.size()))); }
+  bool has_time_and(std::string_view marks) const { return !time.empty() && rest.find_first_of(marks) == 0; }
 };
 
 void take_arrow(Prefix& p) {
@@ -128,17 +117,16 @@ bool take_part(Prefix& p) {
   const std::string_view after = trimmed(p.rest.substr(word.size()));
   if (close != p.rest.npos) {
     const std::string_view inner = trimmed(p.rest.substr(1, close - 1));
-    const bool is_time = p.time.empty() && to_time(inner.starts_with("0 ") ? inner.substr(2) : inner);
-    p.has_tag = p.has_tag || is_level(inner);
+    const std::string_view time = inner.substr(inner.starts_with("0 ") ? 2 : 0);  // days, of Tera Term
+    const bool is_time = p.time.empty() && to_time(time);
+    p.has_tag = p.has_tag || is_one_of(inner, kLevels);
     p.is_logged = p.is_logged || p.has_tag;
     if (!is_time && !(p.is_logged && inner.find_first_of("-.0123456789") != 0)) return false;
-    if (is_time) p.time = inner.substr(inner.starts_with("0 ") ? 2 : 0);  // days, of Tera Term
+    if (is_time) p.time = time;
     p.is_sure = true;
     p.drop(close + 1);
-    while (!p.time.empty() && !p.rest.empty() &&
-           (kMarks.find(p.rest.front()) != p.rest.npos || p.rest.starts_with("- ")))
-      p.drop(1);
-  } else if (is_level(word) && (word.size() > 1 ? !after.empty() : after.starts_with('('))) {
+    while (p.has_time_and(kMarks) || (!p.time.empty() && p.rest.starts_with("- "))) p.drop(1);
+  } else if (is_one_of(word, kLevels) && (word.size() > 1 ? !after.empty() : after.starts_with('('))) {
     p.is_logged = true;
     p.has_tag = word.size() == 1;
     p.drop(word.size() + (after.starts_with(':') ? 1 : 0));
@@ -148,10 +136,8 @@ bool take_part(Prefix& p) {
     p.is_sure = p.rest[end] != '\t' && p.time.find(' ') != p.time.npos && next != p.rest.npos &&
                 kMarks.find(p.rest[next]) == kMarks.npos && p.rest[next] != '\t';
     p.drop(end);
-    if (const std::size_t last = p.rest.starts_with("- ") && std::ranges::any_of(p.rest, is_letter)
-                                     ? p.rest.rfind(" - ")
-                                     : p.rest.npos;
-        last != p.rest.npos) {
+    const std::size_t last = p.rest.rfind(" - ");
+    if (p.rest.starts_with("- ") && last != p.rest.npos && std::ranges::any_of(p.rest, is_letter)) {
       p.is_logged = true;  // Python: - glove - INFO -
       p.drop(last + 3);
     }
@@ -200,7 +186,7 @@ char separator_of(std::string_view first, std::string_view second) {
   std::vector<std::string> b;
   char out = second.empty() ? ' ' : ',';
   std::size_t most = 1;
-  for (const char c : {';', '\t', ',', '|', ' '}) {
+  for (const char c : kSeparators) {
     split(first, c, a);
     if (!second.empty()) split(second, c, b);
     if (a.size() > 1 && (second.empty() || a.size() == b.size())) return c;
@@ -220,19 +206,16 @@ void cut_prefix(std::string& line, std::string& time) {
   take_arrow(p);
   while (!p.rest.empty() && take_part(p)) {
   }
-  const auto is_dated_list = [&] {  // or with seconds since 1970
-    if (!is_list(p.rest)) return false;
-    const auto number = to_number(p.time);
-    return !number || (*number >= kFirstEpoch_s && *number < kLastEpoch_s);
-  };
   Cells labels;
   const auto is_labelled = [&](std::string_view text) {
     return !text.empty() && is_letter(text.front()) && read_labelled(text, labels);
   };
-  const bool is_marked = !p.time.empty() && !p.rest.empty() && kMarks.find(p.rest.front()) != kMarks.npos;
-  if (is_marked && (p.rest.front() == ':' || is_labelled(trimmed(p.rest.substr(1))))) p.drop(1);
+  if (p.has_time_and(":") || (p.has_time_and(kMarks) && is_labelled(trimmed(p.rest.substr(1))))) p.drop(1);
+  const bool is_list = p.rest.find_first_of("-.0123456789") == 0 && p.rest.find(',') != p.rest.npos &&
+                       p.rest.find_first_of("\t;") == p.rest.npos;
+  const bool is_dated_list = is_list && is_epoch(to_number(p.time).value_or(kFirstEpoch_s));
   if (!p.time.empty() && !p.rest.empty() &&
-      (p.is_sure || p.is_logged || is_dated_list() || is_labelled(p.rest))) {
+      (p.is_sure || p.is_logged || is_dated_list || is_labelled(p.rest))) {
     const std::size_t tag = p.is_logged ? p.rest.find(": ") : p.rest.npos;
     if (tag != p.rest.npos && (p.has_tag || is_labelled(trimmed(p.rest.substr(tag + 1))))) p.drop(tag + 2);
     time = std::string(p.time);
@@ -276,9 +259,9 @@ bool read_labelled(std::string_view line, Cells& cells) {
   return has_number;
 }
 
-std::optional<Number> read_number(std::string_view cell, char separator) {
-  if (const auto value = to_number(cell)) return Number{*value, cell.find('.') != cell.npos ? '.' : char()};
-  if (separator == ',' || cell.find(',') == cell.npos) return std::nullopt;
+std::optional<double> read_number(std::string_view cell, char separator) {
+  const auto number = to_number(cell);
+  if (number || separator == ',' || cell.find(',') == cell.npos) return number;
   const std::size_t last = cell.find_last_of(".,");
   const char decimal = cell[last];
   std::string whole(cell.substr(0, last));
@@ -287,64 +270,62 @@ std::optional<Number> read_number(std::string_view cell, char separator) {
     if (whole[i] == decimal || i + 3 >= whole.size()) return std::nullopt;
     whole.erase(i, 1);
   }
-  const auto value = to_number(fmt::format("{}.{}", whole, cell.substr(last + 1)));
-  if (!value) return std::nullopt;
-  return Number{*value, decimal};
+  return to_number(fmt::format("{}.{}", whole, cell.substr(last + 1)));
 }
 
-bool is_number_or_time(const std::string& cell, char separator) {
-  return read_number(cell, separator) || to_time(cell);
+std::optional<Time> time_in(std::string_view cell, char separator) {
+  const auto number = is_packed_date(cell) ? std::nullopt : read_number(cell, separator);
+  return number ? Time{TimeFormat::number, *number} : to_time(cell);
+}
+
+CellCounts count_cells(const std::vector<std::string>& cells, char separator) {
+  CellCounts out;
+  for (const std::string& cell : cells) {
+    if (!is_missing(cell)) ++(time_in(cell, separator) ? out.numbers : out.words);
+  }
+  return out;
 }
 
 bool has_word(const std::vector<std::string>& cells, char separator) {
-  return std::ranges::any_of(cells, [separator](const std::string& cell) {
-    return !is_missing(cell) && !is_number_or_time(cell, separator);
-  });
+  return count_cells(cells, separator).words > 0;
 }
 
 bool is_header(const std::vector<std::string>& cells, char separator) {
-  return std::ranges::none_of(cells, [separator](const std::string& cell) {
-    return is_missing(cell) || is_number_or_time(cell, separator);
-  });
+  return count_cells(cells, separator).words == cells.size();
 }
 
 bool is_greeting(const std::vector<std::string>& cells) {
+  constexpr const char* kWords =
+      "ready started starting hello boot booting initialized connected calibrating version";
   return std::ranges::any_of(cells, [](std::string_view word) {
-    while (word.size() > 1 && std::string_view(".,:!").find(word.back()) != word.npos) word.remove_suffix(1);
-    const bool is_version =
-        word.size() > 2 && lower(word)[0] == 'v' && word.find_first_not_of("0123456789.", 1) == word.npos;
-    return is_version ||
-           is_one_of(word,
-                     "ready started starting hello boot booting initialized connected calibrating version");
+    word = word.substr(0, word.find_last_not_of(".,:!") + 1);
+    const bool is_numbered = word.size() > 2 && word.find_first_not_of("0123456789.", 1) == word.npos;
+    return is_one_of(word, kWords) || (is_numbered && lower(word).starts_with('v'));
   });
 }
 
-bool is_time_name(std::string_view column, std::optional<double>& unit_s) {
-  const NameAndUnit cut = cut_name(column);
-  unit_s = seconds_in(cut.unit);
+TimeName read_time_name(std::string_view column) {
   constexpr const char* kNames =
       "t time times timestamps date datetime clock elapsed elapsedtime timems elapsedtimein relativetime "
-      "systime systemtime "
-      "sampletime localtime xvalue zeit uhrzeit datum zeitstempel temps heure horodatage tiempo hora tempo "
-      "ora tijd tid czas zaman "
-      "masa waktu aika cas čas idő время Время 時間 時刻 时间 時間戳 时间戳 시간";
-  if (cut.name.ends_with("stamp") || (cut.name == "x" && unit_s) || is_one_of(cut.name, kNames)) {
-    if (cut.name == "timems") unit_s = 1e-3;
-    return cut.unit.empty() || unit_s.has_value();
-  }
+      "systime "
+      "systemtime sampletime localtime xvalue zeit uhrzeit datum zeitstempel temps heure horodatage tiempo "
+      "hora "
+      "tempo ora tijd tid czas zaman masa waktu aika cas čas idő время Время 時間 時刻 时间 時間戳 时间戳 "
+      "시간";
+  const NameAndUnit cut = cut_name(column);
+  const auto unit_s = cut.name == "timems" ? 1e-3 : seconds_in(cut.unit);
+  if (cut.name.ends_with("stamp") || (cut.name == "x" && unit_s) || is_one_of(cut.name, kNames))
+    return {cut.unit.empty() || unit_s, unit_s};
+  if (!cut.unit.empty() || cut.name.size() < 2) return {false, unit_s};
   // A column called by its unit: millis, micros, ms, "seconds".
-  if (!cut.unit.empty() || cut.name.size() < 2) return false;
-  unit_s = seconds_in(cut.name.starts_with("time") ? cut.name.substr(4) : cut.name);
-  return unit_s.has_value() && *unit_s <= 1;
+  const auto called_s = seconds_in(cut.name.starts_with("time") ? cut.name.substr(4) : cut.name);
+  return {called_s && *called_s <= 1, called_s};
 }
 
 bool is_units_row(const std::vector<std::string>& cells) {
-  const auto is_unit = [](const std::string& cell) { return known_unit(cell) || seconds_in(cell); };
-  const auto in_brackets = [](const std::string& cell) {
-    return cell.starts_with('[') || cell.starts_with('(');
-  };
-  return std::ranges::any_of(cells, is_unit) && std::ranges::all_of(cells, [&](const std::string& cell) {
-           return is_unit(cell) || cell.empty() || cell == "-" || in_brackets(cell);
+  return std::ranges::any_of(cells, is_unit) && std::ranges::all_of(cells, [](std::string_view cell) {
+           return is_unit(cell) || cell.empty() || cell == "-" || cell.starts_with('[') ||
+                  cell.starts_with('(');
          });
 }
 

@@ -6,12 +6,18 @@
 // Each also behind the clock, level and tag that a terminal or a logger writes (cut_prefix), in brackets, and in colours.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "host/recording/time.hpp"
+
 namespace flexor::recording {
+
+inline constexpr std::array kFingers = {"thumb", "index", "middle", "ring", "pinky"};
+inline constexpr std::string_view kSeparators = ";\t,| ";
 
 enum class Layout { table, labelled, keyed };
 
@@ -44,20 +50,27 @@ bool is_greeting(const std::vector<std::string>& cells);
 // False where the line is neither labelled nor keyed. What else a VR driver's line says (buttons, its version) is left out.
 bool read_labelled(std::string_view line, Cells& cells);
 
-struct Number {
-  double value;
-  char decimal;  // '.', ',' or none
-};
 // With a decimal comma only where commas do not separate.
-std::optional<Number> read_number(std::string_view cell, char separator);
+std::optional<double> read_number(std::string_view cell, char separator);
 
-bool is_number_or_time(const std::string& cell, char separator);
-// A cell that is neither of these and not missing.
+// Such a number, in some unit, or a time as it is written.
+std::optional<Time> time_in(std::string_view cell, char separator);
+
+// Cells of which each is missing, a number or a time, or else a word.
+struct CellCounts {
+  std::size_t numbers = 0;
+  std::size_t words = 0;
+};
+CellCounts count_cells(const std::vector<std::string>& cells, char separator);
 bool has_word(const std::vector<std::string>& cells, char separator);
-bool is_header(const std::vector<std::string>& cells, char separator);
+bool is_header(const std::vector<std::string>& cells, char separator);  // words alone
 
-// Whether a column is called like a time; `unit_s` then has the seconds of the unit that the name states.
-bool is_time_name(std::string_view column, std::optional<double>& unit_s);
+// Whether a column is called like a time, and the seconds of the unit that its name states, whatever it is called.
+struct TimeName {
+  bool is_time = false;
+  std::optional<double> unit_s = {};
+};
+TimeName read_time_name(std::string_view column);
 
 // Cells of which each is a unit, or nothing, as a spreadsheet has them below its header.
 bool is_units_row(const std::vector<std::string>& cells);

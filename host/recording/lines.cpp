@@ -35,21 +35,14 @@ bool is_utf8(std::string_view text) {
   return true;
 }
 
-std::string latin1_to_utf8(std::string_view text) {
-  std::string out;
-  for (const char c : text) append_utf8(out, static_cast<unsigned char>(c));
-  return out;
-}
-
 bool LineSplitter::push_half(std::uint8_t byte) {
   if (!half_) {
     half_ = byte;
     return false;
   }
-  const std::uint32_t first = *half_;
+  const std::uint32_t first = *std::exchange(half_, {});
   const std::uint32_t second = byte;
   const std::uint32_t c = encoding_ == Encoding::utf16_le ? first | second << 8 : first << 8 | second;
-  half_.reset();
   if (c == '\n') return finish();
   if (is_too_long()) return false;
   if (c >= 0xD800 && c < 0xDC00) {
@@ -73,13 +66,13 @@ bool LineSplitter::finish() {
                                                               : Encoding::utf8;
     if (line_.starts_with("\xEF\xBB\xBF")) line_.erase(0, 3);
     if (is_utf16()) {
-      const std::string bytes = std::exchange(line_, {}).substr(is_marked ? 2 : 0);
-      for (const char c : bytes) push_half(static_cast<std::uint8_t>(c));
+      if (is_marked) line_.erase(0, 2);
+      for (const char c : std::exchange(line_, {})) push_half(static_cast<std::uint8_t>(c));
       return push_half('\n');
     }
   }
   if (!is_utf8(line_)) {
-    line_ = latin1_to_utf8(line_);
+    for (const char c : std::exchange(line_, {})) append_utf8(line_, static_cast<unsigned char>(c));
     saw_latin1_ = true;
   }
   while (line_.ends_with('\r')) line_.pop_back();
@@ -107,10 +100,9 @@ bool LineReader::next(std::string& line) {
     is_whole = c >= 0 && splitter_.push(static_cast<std::uint8_t>(c));
   }
   if (splitter_.is_too_long() && is_live_ && is_whole) splitter_.line() = "too_long";
-  if (splitter_.is_too_long()) {
+  if (splitter_.is_too_long())
     throw io::InputError("{}: row {} does not end within a million bytes (\"{}\"): is this a log of text?",
                          source_, number_ + 1, io::start_of(splitter_.line(), 40));
-  }
   cut_off_ = !is_whole;
   if (!is_whole && !splitter_.end()) return false;
   std::swap(line, splitter_.line());

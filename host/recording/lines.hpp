@@ -22,7 +22,7 @@ class LineSplitter {
     const bool after_return = std::exchange(after_return_, byte == '\r' && !may_be_utf16());
     if (byte == '\n' && after_return) return false;
     if (byte == '\n' || after_return_) return finish();
-    add(static_cast<char>(byte));
+    if (!is_too_long()) line_.push_back(static_cast<char>(byte));
     return false;
   }
   // The last line, which has no end; false: there is none.
@@ -40,9 +40,6 @@ class LineSplitter {
  private:
   enum class Encoding { unknown, utf8, utf16_le, utf16_be };
 
-  void add(char c) {
-    if (line_.size() <= longest_) line_.push_back(c);
-  }
   // Of the first line, as far as it came.
   bool may_be_utf16() const {
     return encoding_ == Encoding::unknown &&
@@ -89,6 +86,5 @@ class LineReader {
 };
 
 bool is_utf8(std::string_view text);
-std::string latin1_to_utf8(std::string_view text);
 
 }  // namespace flexor::recording

@@ -12,7 +12,6 @@
 #include "host/io/numbers.hpp"
 #include "host/io/pipe_json.hpp"
 #include "host/recording/clock.hpp"
-#include "host/recording/resample.hpp"
 #include "host/recording/stream.hpp"
 #include "host/recording/unit.hpp"
 
@@ -29,14 +28,13 @@ constexpr double kMostOffset_s = 1e10;  // three centuries
 constexpr double kMostPerRow = 60;
 constexpr double kMostSamples = 10000;
 
-constexpr double kAdcTop = 1023;
 constexpr double kRangeMargin = 0.25;
 constexpr double kBeyond = 0.01;  // share of the held-out readings
 
 // The rows of a log before `end_s`.
 Series until(const Series& series, double end_s) {
-  const auto rows =
-      static_cast<std::size_t>(std::ranges::lower_bound(series.t_s, end_s) - series.t_s.begin());
+  const auto end = std::ranges::lower_bound(series.t_s, end_s);
+  const auto rows = static_cast<std::size_t>(end - series.t_s.begin());
   return {series.t_s.first(rows), series.value.first(rows)};
 }
 
@@ -181,7 +179,7 @@ std::optional<Still> longest_still(const Series& signal, const Series& other, do
 }  // namespace
 
 double adc_top(double greatest) {
-  double out = kAdcTop;
+  double out = 1023;  // of 10 bits
   while (out < greatest) out = 4 * out + 3;
   return out;
 }
@@ -209,20 +207,17 @@ Recording without_holes(const Recording& r, const std::string& name) {
 }
 
 void leave_out_spikes(Recording& r, const std::string& name) {
-  const auto column = std::ranges::find(r.columns, name, &Column::name);
-  const Range range = without_spikes(column->value);
-  const std::vector<double> seen = column->value;
+  const std::vector<double> seen = r.column(name).value;
+  const Range range = without_spikes(seen);
   std::vector<std::uint8_t> keep = without_jumps({r.t_s, seen});
   for (std::size_t k = 0; k < seen.size(); ++k)
     keep[k] = keep[k] && !(seen[k] < range.min || seen[k] > range.max);
-  const auto first = std::ranges::find(keep, 0) - keep.begin();
-  if (first == std::ssize(keep)) return;
+  const auto first = static_cast<std::size_t>(std::ranges::find(keep, 0) - keep.begin());
+  if (first == keep.size()) return;
   r.warnings.push_back(
       fmt::format("{}: {} angle(s) of {} lie far from all others or from those just before and after, the "
-                  "first is {:g} at "
-                  "{:.2f} s: left out",
-                  r.source, std::ranges::count(keep, 0), name, seen[static_cast<std::size_t>(first)],
-                  r.t_s[static_cast<std::size_t>(first)]));
+                  "first is {:g} at {:.2f} s: left out",
+                  r.source, std::ranges::count(keep, 0), name, seen[first], r.t_s[first]));
   keep_rows(r, [&](std::size_t k) { return keep[k] != 0; });
 }
 
@@ -270,13 +265,11 @@ Recording read_angle(const Log& log, const std::string& column, const TimeOption
 }
 
 void to_degrees(Recording& recording, const std::string& name, const std::string& stated) {
-  const auto it = std::ranges::find(recording.columns, name, &Column::name);
-  (void)recording.column(name);
+  Column& column = recording.column(name);
   const auto wanted = known_unit(stated);
-  if (!stated.empty() && (!wanted || (*wanted != "deg" && *wanted != "rad"))) {
+  if (!stated.empty() && wanted != "deg" && wanted != "rad")
     throw InputError("unit \"{}\" of the angle: deg or rad", stated);
-  }
-  if (const std::string other = unknown_angle_unit(name); it->unit.empty() && !other.empty()) {
+  if (const std::string other = unknown_angle_unit(name); column.unit.empty() && !other.empty()) {
     const bool grad = lower(other) == "grad";
     if (!grad || !wanted)
       throw InputError(
@@ -286,8 +279,8 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
                  "rename the column to end in _deg"
                : "");
   }
-  if (it->unit.empty() && !wanted) {
-    const auto [low, high] = std::ranges::minmax(it->value);
+  if (column.unit.empty() && !wanted) {
+    const auto [low, high] = std::ranges::minmax(column.value);
     recording.warnings.push_back(fmt::format(
         "{}: column \"{}\" states no unit and is taken as degrees{}", recording.source, name,
         high - low < 3.5   ? "; it spans so little: are these radians? Then let its name end in _rad"
@@ -295,39 +288,30 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
                            : ""));
   }
   state_unit(recording, name, stated);
-  const std::string unit = it->unit.empty() ? "deg" : it->unit;
-  if (unit != "deg" && unit != "rad") {
+  if (!column.unit.empty() && column.unit != "deg" && column.unit != "rad")
     throw InputError("{}: column \"{}\" is in {}: an angle in deg or rad is needed", recording.source, name,
-                     unit);
-  }
-  it->unit = "deg";
-  if (unit == "rad") {
-    if (std::ranges::any_of(it->value, [](double v) { return std::abs(v) > kMostAngle_rad; })) {
+                     column.unit);
+  if (std::exchange(column.unit, "deg") == "rad") {
+    if (std::ranges::any_of(column.value, [](double v) { return std::abs(v) > kMostAngle_rad; }))
       throw InputError(
-          "{}: column \"{}\" has more than two turns in radians: are these degrees? An OpenSim "
-          "file then says "
-          "inDegrees=yes above its columns",
+          "{}: column \"{}\" has more than two turns in radians: are these degrees? An OpenSim file then "
+          "says inDegrees=yes above its columns",
           recording.source, name);
-    }
-    for (double& v : it->value) v *= 180 / std::numbers::pi;
+    for (double& v : column.value) v *= 180 / std::numbers::pi;
     recording.warnings.push_back(
         fmt::format("{}: column \"{}\" is in radians and was converted to degrees", recording.source, name));
   }
-  unwrap(recording, *it);
+  unwrap(recording, column);
 }
 
 void state_unit(Recording& recording, const std::string& column, const std::string& stated) {
   if (stated.empty()) return;
   const auto asked = known_unit(stated);
-  if (!asked) {
-    throw InputError("unknown unit \"{}\"; known: count, V, mV, ohm, kohm, deg, rad", stated);
-  }
-  (void)recording.column(column);
-  std::string& unit = std::ranges::find(recording.columns, column, &Column::name)->unit;
-  if (!unit.empty() && unit != *asked) {
+  if (!asked) throw InputError("unknown unit \"{}\"; known: count, V, mV, ohm, kohm, deg, rad", stated);
+  std::string& unit = recording.column(column).unit;
+  if (!unit.empty() && unit != *asked)
     throw InputError("{}: column \"{}\" is in {} by {}, in {} by the option: which?", recording.source,
                      column, unit, unit_of(column).empty() ? "the lines above the rows" : "its name", *asked);
-  }
   unit = *asked;
 }
 
@@ -344,19 +328,15 @@ Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset
   require_change(pair.reference, pair.output, "does the camera see the marks?");
   Aligned a;
   a.warnings = pair.sensor.warnings;
-  a.warnings.insert(a.warnings.end(), pair.reference.warnings.begin(), pair.reference.warnings.end());
+  std::ranges::copy(pair.reference.warnings, std::back_inserter(a.warnings));
   if (share_a_clock(pair.sensor, pair.reference) && !clock_offset_s) {
     clock_offset_s = 0;
     a.warnings.emplace_back(
         "readings and angles have one clock, of one file or host_s of both: no offset is searched for");
-  } else {
-    a.alignment = find_alignment(pair, clock_offset_s.has_value(), a.warnings);
-  }
-  if (a.alignment) {
-    a.warnings.insert(a.warnings.end(), a.alignment->warnings.begin(), a.alignment->warnings.end());
-    if (clock_offset_s) {
-      if (auto warning = disagreement(*clock_offset_s, *a.alignment)) a.warnings.push_back(*warning);
-    }
+  } else if ((a.alignment = find_alignment(pair, clock_offset_s.has_value(), a.warnings))) {
+    std::ranges::copy(a.alignment->warnings, std::back_inserter(a.warnings));
+    if (const auto warning = clock_offset_s ? disagreement(*clock_offset_s, *a.alignment) : std::nullopt)
+      a.warnings.push_back(*warning);
   }
   sample_pair(pair, rate_hz, clock_offset_s ? *clock_offset_s : a.alignment->clock_offset_s, 0, 1, a);
   return a;
@@ -373,12 +353,11 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   const double shift_s = a.clock_offset_s + lead_s;
   const auto first = std::ranges::lower_bound(a.t_s, reference.t_s.front() - shift_s);
   const auto last = std::ranges::upper_bound(a.t_s, reference.t_s.back() - shift_s);
-  if (last - first < 2 || !(*(last - 1) - *first > 1)) {
+  if (last - first < 2 || !(*(last - 1) - *first > 1))
     throw JobError(
-        "with a clock offset of {:+.2f} s the recordings do not overlap; leave the offset "
-        "out to find it from the signals",
+        "with a clock offset of {:+.2f} s the recordings do not overlap; leave the offset out to find it "
+        "from the signals",
         a.clock_offset_s);
-  }
   a.overlap_begin = static_cast<std::size_t>(first - a.t_s.begin());
   const auto size = static_cast<std::size_t>(last - a.t_s.begin());
   a.t_s.resize(size);
@@ -389,21 +368,21 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   const Series seen = until(sensor, end_s);
   if (seen.t_s.empty()) throw InputError("the split leaves nothing to fit");
   a.max_gap_s = default_max_gap_s(seen.t_s);
-  const auto column = std::ranges::find(pair.sensor.columns, pair.input, &Column::name);
-  a.valid = valid_range(pair.sensor, *column, end_s);
-  refuse_other_unit(seen, a.valid, pair.sensor, *column);
+  const Column& column = pair.sensor.column(pair.input);
+  a.valid = valid_range(pair.sensor, column, end_s);
+  refuse_other_unit(seen, a.valid, pair.sensor, column);
   Samples samples = resample(sensor, a.period_s, a.max_gap_s, a.valid);
   samples.value.resize(size);
   a.input = std::move(samples.value);
   sample_reference(reference, shift_s, default_max_gap_s(until(reference, end_s + shift_s).t_s), a);
   a.gap = a.unseen;
   // Holes of the log are what was read before, or else first, and gaps.
-  const auto first_read = std::ranges::find_if(a.input, [](double value) { return !std::isnan(value); });
+  const auto first_read = std::ranges::find_if_not(a.input, [](double value) { return std::isnan(value); });
   double last_read = first_read == a.input.end() ? 0 : *first_read;
   for (std::size_t k = 0; k < size; ++k) {
-    a.gap[k] |= samples.pause[k];
-    a.gap[k] |= std::isnan(a.input[k]);
-    last_read = a.input[k] = std::isnan(a.input[k]) ? last_read : a.input[k];
+    const bool is_hole = std::isnan(a.input[k]);
+    a.gap[k] = a.gap[k] || samples.pause[k] || is_hole;
+    last_read = a.input[k] = is_hole ? last_read : a.input[k];
   }
 }
 
@@ -414,8 +393,7 @@ Recording to_recording(const Aligned& a, const Pair& pair) {
   Recording r;
   r.t_s = part(a.t_s);
   // A column in radians was converted, so its name must not say so any longer.
-  const bool degrees = unit_of(pair.output) == "deg";
-  const std::string angle = degrees ? pair.output : without_unit(pair.output) + "_deg";
+  const std::string angle = unit_of(pair.output) == "deg" ? pair.output : without_unit(pair.output) + "_deg";
   r.columns = {{pair.input, part(a.input)}, {angle, part(a.angle_deg)}, {"gap", part(a.gap)}};
   return r;
 }
@@ -445,18 +423,17 @@ std::optional<std::string> beyond_fitted(const std::vector<Halves>& recordings) 
     low = std::min(low, range.min);
     high = std::max(high, range.max);
   }
-  std::ptrdiff_t outside = 0;
-  std::ptrdiff_t held = 0;
+  double outside = 0;
+  double held = 0;
   for (const Halves& one : recordings) {
-    outside += std::ranges::count_if(one.held, [&](double u) { return u < low || u > high; });
-    held += std::ssize(one.held);
+    for (const double u : one.held) outside += u < low || u > high ? 1 : 0;
+    held += static_cast<double>(one.held.size());
   }
-  const double share = static_cast<double>(outside) / static_cast<double>(std::max<std::ptrdiff_t>(held, 1));
+  const double share = outside / std::max(held, 1.0);
   if (share <= kBeyond) return std::nullopt;
   return fmt::format(
       "{:.0f} % of the held-out readings lie outside the range seen in the fitted part ({:g} to {:g}): "
-      "record the "
-      "whole range in both parts",
+      "record the whole range in both parts",
       100 * share, low, high);
 }
 

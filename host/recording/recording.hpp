@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace flexor::recording {
@@ -31,6 +32,7 @@ struct Recording {
 
   // Throws io::InputError, listing the columns there are.
   const Column& column(std::string_view name) const;
+  Column& column(std::string_view name) { return const_cast<Column&>(std::as_const(*this).column(name)); }
   Series series(std::string_view name) const { return {t_s, column(name).value}; }
 };
 

@@ -22,18 +22,21 @@ constexpr double kOddShare = 0.01;   // one in a hundred
 constexpr const char* kNoTimes =
     "if the log has no times, --log-rate 50 gives the rows a second where the command has it";
 constexpr const char* kSort = "sort the log by time";
+constexpr const char* kCut =
+    "the clock was reset; cut the log there and use one part, or let identify take each for a trial: "
+    "--segment clock";
 constexpr std::size_t kFirstSteps = 9;  // that tell the unit
 constexpr double kLongestStep_s = 5;
 constexpr double kShortestStep_s = 1e-4;
-constexpr double kLongestUnsaid_s =
-    0.99;  // where nothing says the unit: 1, 2, 3 and 4, 8, 12 may be rows or milliseconds
+// Where nothing says the unit: 1, 2, 3 and 4, 8, 12 may be rows or milliseconds.
+constexpr double kLongestUnsaid_s = 0.99;
 constexpr double kPause_s = 2;  // without a row, and so many steps: no log is made so, some rows lack
 constexpr double kPauseSteps = 20;
 constexpr double kLate_s = 1;  // a board that was reset has been silent for longer
-constexpr double kWrapShare =
-    0.98;  // of its range: a clock that goes back by so much has passed its end, and
-constexpr double kWrapSteps =
-    5;  // a counter where the step over it is at most so many: of 16 bits a reset is as likely
+// Of its range: a clock that goes back by so much has passed its end, and a counter where the step over it is at most so many: of
+// 16 bits a reset is as likely.
+constexpr double kWrapShare = 0.98;
+constexpr double kWrapSteps = 5;
 
 std::string row_name(std::size_t line) { return line > 0 ? fmt::format("row {}", line) : "a row"; }
 
@@ -73,39 +76,33 @@ bool Stream::read() {
   Row row;
   if (!source_.next(row)) {
     // Nothing follows that would confirm it.
-    if (pending_) leave_out(*pending_, pending_->t_s > last_s_ ? ahead_ : back_);
-    pending_.reset();
+    if (const auto odd = std::exchange(pending_, {})) leave_out(*odd, odd->t_s > last_s_ ? ahead_ : back_);
     if (first_steps_s_.size() >= 2 && first_steps_s_.size() < kFirstSteps) check_unit();
     return false;
   }
   if (std::exchange(source_segment_, row.segment) != row.segment && started_) {
-    if (pending_) leave_out(*pending_, ahead_);
-    pending_.reset();
+    if (const auto odd = std::exchange(pending_, {})) leave_out(*odd, ahead_);
     begin_segment(std::move(row));
     return true;
   }
   note_step(row.t_s);
   row.t_s += shift_s_;
-  if (pending_) {
-    Row odd = std::move(*pending_);
-    pending_.reset();
-    const bool ahead = odd.t_s > last_s_;
-    const bool follows = row.t_s >= odd.t_s;
-    const double wrap_s = ahead ? 0 : wrap_of(odd);
+  if (auto odd = std::exchange(pending_, {})) {
+    const bool ahead = odd->t_s > last_s_;
+    const double wrap_s = ahead ? 0 : wrap_of(*odd);
     const bool closely = ahead || wrap_s > 0;
-    const bool confirmed = follows && (closely ? row.t_s - odd.t_s <= kJump_s : row.t_s < last_s_);
+    const bool confirmed =
+        row.t_s >= odd->t_s && (closely ? row.t_s - odd->t_s <= kJump_s : row.t_s < last_s_);
     const double before = shift_s_;
     if (!confirmed) {
-      leave_out(odd, ahead ? ahead_ : back_);
-    } else if (ahead) {
-      accept(std::move(odd));
-    } else if (wrap_s > 0) {
-      wraps_.add(odd);
+      leave_out(*odd, ahead ? ahead_ : back_);
+    } else if (closely) {
+      if (!ahead) wraps_.add(*odd);
       shift_s_ += wrap_s;
-      odd.t_s += wrap_s;
-      accept(std::move(odd));
+      odd->t_s += wrap_s;
+      accept(std::move(*odd));
     } else {
-      start_again(std::move(odd));
+      start_again(std::move(*odd));
     }
     row.t_s += shift_s_ - before;
   }
@@ -175,13 +172,9 @@ void Stream::start_again(Row row) {
   const bool too_often = !is_forgiven(resets_seen_.rows + 1);
   if (source_.is_live() && (too_often || last_s_ - row.t_s < kLate_s)) return leave_out(row, back_);
   resets_seen_.add(row);
-  if (resets_ == Resets::refuse || too_often) {
+  if (resets_ == Resets::refuse || too_often)
     throw InputError("{}: {}: time does not increase ({:g} s, then {:g} s, and it goes on from there): {}",
-                     source_.name(), row_name(row.line), last_s_, row.t_s,
-                     mend(too_often ? kSort
-                                    : "the clock was reset; cut the log there and use one part, or let "
-                                      "identify take each for a trial: --segment clock"));
-  }
+                     source_.name(), row_name(row.line), last_s_, row.t_s, mend(too_often ? kSort : kCut));
   shift_s_ += last_s_ + last_step_s_ - row.t_s;
   row.t_s = last_s_ + last_step_s_;
   accept(std::move(row));
@@ -199,16 +192,13 @@ bool Stream::is_forgiven(std::size_t odd) const {
   return static_cast<double>(odd) <= static_cast<double>(kOddRows) + kOddShare * static_cast<double>(rows_);
 }
 
-std::string Stream::mend(const std::string& by_hand) const {
-  if (source_.times().are_guessed) return kNoTimes;
-  const std::string other = source_.times().other;
+std::string Stream::mend(std::string by_hand) const {
+  const Times times = source_.times();
+  if (times.are_guessed) return kNoTimes;
+  if (times.are_uneven) by_hand += "; or are 5 ms written as 17.5 instead of 17.005? print them as %03u";
+  if (times.other.empty()) return by_hand;
   return by_hand +
-         (source_.times().are_uneven ? "; or are 5 ms written as 17.5 instead of 17.005? print them as %03u"
-                                     : "") +
-         (other.empty()
-              ? ""
-              : fmt::format("; or take the other time: --time-column \"{}\" where the command has it",
-                            other));
+         fmt::format("; or take the other time: --time-column \"{}\" where the command has it", times.other);
 }
 
 // A time column in another unit than it says makes steps of which no glove log is made; the mend is one with which it would.
@@ -222,19 +212,19 @@ void Stream::check_unit() const {
         "{}: time steps of {:.4g}, and nothing says of what: milliseconds, --time-unit ms; seconds, "
         "--time-unit s; or rows, which --log-rate 50 gives a second",
         source_.name(), middle);
-  std::string mend = "is the time column in the unit that it states?";
   static constexpr std::array<std::pair<const char*, const char*>, 4> kUnits = {
       {{"s", "seconds"}, {"ms", "milliseconds"}, {"us", "microseconds"}, {"ns", "nanoseconds"}}};
-  for (const auto& [unit, name] : kUnits) {
-    const double step_s = middle / times.unit_s * *seconds_in(unit);
-    if (step_s < kShortestStep_s || step_s > 0.2 * kLongestStep_s) continue;
+  const double step = middle / times.unit_s;
+  const auto* const unit = std::ranges::find_if(kUnits, [&](const auto& u) {
+    const double step_s = step * *seconds_in(u.first);
+    return step_s >= kShortestStep_s && step_s <= 0.2 * kLongestStep_s;
+  });
+  std::string mend = "is the time column in the unit that it states?";
+  if (unit != kUnits.end())
     mend = fmt::format(
         "if the time column is in {0}, name it time_{1} or add --time-unit {1} where the command has it",
-        name, unit);
-    break;
-  }
-  if (const char* of_days = spreadsheet_mend(written_s_ / times.unit_s, middle / times.unit_s))
-    mend = of_days;
+        unit->second, unit->first);
+  if (const char* of_days = spreadsheet_mend(written_s_ / times.unit_s, step)) mend = of_days;
   if (times.are_guessed) mend += std::string("; ") + kNoTimes;
   throw InputError("{}: time steps of {:.4g} s, which no glove log has: {}", source_.name(), middle, mend);
 }
@@ -243,9 +233,8 @@ std::vector<std::string> Stream::notes() const {
   std::vector<std::string> out = source_.notes();
   const auto say = [&](const Count& count, const std::string& what) {
     if (count.rows == 0) return;
-    const std::string first =
-        count.first_line > 0 ? fmt::format(", the first is row {}", count.first_line) : "";
-    out.push_back(fmt::format("{}: {} row(s) {}{}", source_.name(), count.rows, what, first));
+    out.push_back(fmt::format("{}: {} row(s) {}", source_.name(), count.rows, what));
+    if (count.first_line > 0) out.back() += fmt::format(", the first is row {}", count.first_line);
   };
   say(doubled_, "repeat the time and the readings of the row before and were left out");
   say(repeated_, "repeat the time of the row before and are taken as a burst");

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "host/io/io.hpp"
-#include "host/recording/time.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::recording {
@@ -33,6 +32,8 @@ constexpr double kHour_s = 3600;
 
 std::string excerpt(std::string_view text) { return io::start_of(text, kLongestExcerpt); }
 
+bool has_fraction(std::string_view number) { return number.find_first_of(".,") != number.npos; }
+
 // What a file that is no text is, by how it begins, with the mend; nothing of text.
 const char* binary_kind(std::string_view line) {
   static constexpr std::array<std::pair<std::string_view, const char*>, 14> kKinds = {
@@ -51,9 +52,9 @@ const char* binary_kind(std::string_view line) {
        {"\xC3\x90\xC3\x8F\x11", "an old Excel workbook: save the sheet as CSV"},
        {"\x1F\xC2\x8B", "compressed: gunzip it"}}};
   const std::string first = lower(line.substr(0, kLongestExcerpt));
-  for (const auto& [begin, kind] : kKinds) {
-    if (first.starts_with(begin)) return kind;
-  }
+  const auto* const kind =
+      std::ranges::find_if(kKinds, [&](const auto& k) { return first.starts_with(k.first); });
+  if (kind != kKinds.end()) return kind->second;
   if (first == "{" || first == "[") return kKinds[0].second;
   const bool is_text = std::ranges::none_of(
       line.substr(0, 200), [](unsigned char c) { return c < ' ' && c != '\t' && c != '\r' && c != '\f'; });
@@ -62,8 +63,7 @@ const char* binary_kind(std::string_view line) {
 
 // More numbers than words, and at least so many.
 bool is_row(const std::vector<std::string>& cells, char separator, std::size_t fewest) {
-  const auto numbers = static_cast<std::size_t>(std::ranges::count_if(
-      cells, [&](const auto& c) { return !is_missing(c) && is_number_or_time(c, separator); }));
+  const std::size_t numbers = count_cells(cells, separator).numbers;
   return numbers >= fewest && 2 * numbers > cells.size();
 }
 
@@ -72,17 +72,11 @@ void cut_blanks(std::vector<std::string>& cells, std::size_t least) {
 }
 
 // Without the empty ones at the end that are more than so many.
-std::vector<std::string> cells_of(const std::string& text, char separator, std::size_t least = SIZE_MAX) {
+std::vector<std::string> cells_of(std::string_view text, char separator, std::size_t least = SIZE_MAX) {
   std::vector<std::string> out;
   split(text, separator, out);
   cut_blanks(out, least);
   return out;
-}
-
-// A number in some unit, or a time as it is written.
-std::optional<Time> time_in(const std::string& cell, char separator) {
-  const auto number = is_packed_date(cell) ? std::nullopt : read_number(cell, separator);
-  return number ? Time{TimeFormat::number, number->value} : to_time(cell);
 }
 
 // Vicon's, below which rows a second stand.
@@ -98,10 +92,7 @@ class Finder : public TableState {
   explicit Finder(const TableState& known) : TableState(known) {}
 
   // Only lines that say for sure what they are make a live log's columns; but what begins as a table without rows is one.
-  bool is_strict() const {
-    return options_.from == From::port ||
-           (options_.from == From::pipe && !has_ended_ && ahead_.size() <= kTitles);
-  }
+  bool is_strict() const { return is_port() || (is_pipe() && !has_ended_ && ahead_.size() <= kTitles); }
 
   bool is_enough() const {
     Cells cells;
@@ -133,26 +124,25 @@ class Finder : public TableState {
     };
     for (const std::string& name : columns) take(place_of(name));
     if (!columns.empty()) return;
-    for (const std::size_t place : columns_of_numbers())
-      take(options_.from == From::port ? place : place_of(header_[place]));
+    for (const std::size_t place : columns_of_numbers()) take(is_port() ? place : place_of(header_[place]));
     if (!columns_.empty()) return;
-    const std::size_t row = at(0)->number;
     split_line(at(0)->text);
     const std::size_t i = time_place_ == 0U ? 1 : 0;
     if (i >= std::min(header_.size(), cells_.size()) || time_place_ == i)
-      return refuse(Kind::no_column, "no column beside the time", row);
+      return refuse(Kind::no_column, "no column beside the time", at(0)->number);
     const std::string held = excerpt(cells_[i]);
     refuse(Kind::no_column,
-           fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none", header_[i], held), row);
+           fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none", header_[i], held),
+           at(0)->number);
   }
 
   // Of several sections in a file another may have what was asked for.
   bool may_be_elsewhere() const { return is_section_ && problem_ && problem_->kind == Kind::no_column; }
-  const std::vector<std::string>& header() const { return header_; }
-
-  bool must_wait() const { return !has_ended_ && (wants_more_ || (options_.from == From::port && problem_)); }
+  bool must_wait() const { return !has_ended_ && (wants_more_ || (is_port() && problem_)); }
 
  private:
+  std::size_t most_ahead() const { return is_live() ? kLiveRows : kRows; }
+
   struct FirstRow {
     std::size_t place;
     char separator;
@@ -164,10 +154,9 @@ class Finder : public TableState {
   };
 
   void find_layout() {
-    if (at(0) == nullptr) return refuse(Kind::empty, "is empty");
-    const char* kind = options_.from == From::port ? nullptr : binary_kind(at(0)->text);
+    const char* kind = is_port() || at(0) == nullptr ? nullptr : binary_kind(at(0)->text);
     if (kind != nullptr) return refuse(Kind::not_text, fmt::format("is {}", kind));
-    if (at(0)->text.size() == 5 && lower(at(0)->text).starts_with("sep="))
+    if (at(0) != nullptr && at(0)->text.size() == 5 && lower(at(0)->text).starts_with("sep="))
       separator_ = ahead_[first_++].text[4];
     Cells cells;
     while (at(0) != nullptr && read_labelled(at(0)->text, cells) && cells.label.empty())
@@ -200,11 +189,10 @@ class Finder : public TableState {
   // The lines down to the second mark of an end; 0: it has not come.
   std::size_t labview_titles() const {
     int ends = 0;
-    for (std::size_t i = 0; at(i) != nullptr; ++i) {
+    std::size_t i = 0;
+    for (; at(i) != nullptr && ends < 2; ++i)
       ends += at(i)->text.find("***End_of_Header***") != std::string::npos ? 1 : 0;
-      if (ends == 2) return i + 1;
-    }
-    return 0;
+    return ends == 2 ? i : 0;
   }
 
   // What names the clock before the rows, where theirs was cut off them: Date Time flex above 2026-05-01 12:03:11 430
@@ -212,21 +200,18 @@ class Finder : public TableState {
     std::size_t row = 1;
     while (row < kTitles && at(row) != nullptr && at(row)->time.empty()) ++row;
     if (at(row) == nullptr || at(row)->time.empty() || !at(row - 1)->time.empty()) return;
-    const auto count = [](std::string_view text) {
-      return cells_of(std::string(text), separator_of(text)).size();
-    };
+    const auto count = [](std::string_view text) { return cells_of(text, separator_of(text)).size(); };
     std::string& names = ahead_[first_ + row - 1].text;
-    std::optional<double> unused;
     while (count(names) > count(at(row)->text)) {
       const std::size_t end = names.find_first_of(" \t,;");
-      if (end == names.npos || !is_time_name(names.substr(0, end), unused)) return;
+      if (end == names.npos || !read_time_name(names.substr(0, end)).is_time) return;
       names.erase(0, names.find_first_not_of(" \t,;", end));
       ahead_[first_ + row - 1].time = at(row)->time;
     }
   }
 
-  std::vector<char> separators() const {
-    return separator_ != 0 ? std::vector{separator_} : std::vector{';', '\t', ',', '|', ' '};
+  std::string_view separators() const {
+    return separator_ != 0 ? std::string_view(&separator_, 1) : kSeparators;
   }
 
   // The first line of labels that one of the next two has, too, or the first line; at a port the newest, whatever it began with.
@@ -235,18 +220,18 @@ class Finder : public TableState {
     const auto has_same = [&](std::size_t i) {
       return at(i) != nullptr && read_labelled(at(i)->text, next) && next.label == cells.label;
     };
-    for (std::size_t i = 0; options_.from != From::port && i < kTitles && at(i) != nullptr; ++i) {
+    for (std::size_t i = 0; !is_port() && i < kTitles && at(i) != nullptr; ++i) {
       const bool are_labels = read_labelled(at(i)->text, cells) && !cells.label.empty();
       if (are_labels && std::ranges::none_of(cells.value, is_missing) && (has_same(i + 1) || has_same(i + 2)))
         return i;
     }
-    const std::size_t i = options_.from == From::port ? ahead_.size() - first_ - 1 : 0;
+    const std::size_t i = is_port() ? ahead_.size() - first_ - 1 : 0;
     if (at(i) == nullptr || !read_labelled(at(i)->text, cells) || cells.label.empty()) return std::nullopt;
     const bool may_be_title =
         cells.label.size() == 1 && at(i)->time.empty() && at(i)->text.find(':') == std::string::npos;
     if (may_be_title && (i == 0 || !has_same(i - 1))) return std::nullopt;  // nRows=3
-    const auto missing = static_cast<std::size_t>(std::ranges::count_if(cells.value, is_missing));
-    const bool is_row = missing == 0 || (options_.from == From::port && missing < cells.value.size());
+    const bool is_row = is_port() ? !std::ranges::all_of(cells.value, is_missing)
+                                  : std::ranges::none_of(cells.value, is_missing);
     return is_row ? std::optional(i) : std::nullopt;
   }
 
@@ -256,17 +241,17 @@ class Finder : public TableState {
     std::optional<FirstRow> of_words;
     for (std::size_t i = 0; i < kTitles && at(i + 1) != nullptr; ++i) {
       const Line& second = *at(i + 1);
-      const bool takes_one = !second.time.empty() || options_.from == From::port;
+      const bool takes_one = !second.time.empty() || is_port();
       for (const char c : separators()) {
         std::vector<std::string> b = cells_of(second.text, c);
         const std::vector<std::string> a = cells_of(at(i)->text, c, b.size());
         cut_blanks(b, a.size());
         if (a.size() != b.size() || (a.size() < 2 && (!takes_one || c != ','))) continue;
-        const std::size_t fewest = takes_one ? 1 : 2;
-        const bool is_first = is_row(a, c, fewest) ||
-                              (i == 0 && a.size() > 1 && is_header(a, c) && !is_greeting(a)) ||
-                              is_under_header(a, c, i);
-        if (is_first && (is_row(b, c, fewest) || is_under_header(b, c, i + 1))) return FirstRow{i, c};
+        const auto is_data = [&](const std::vector<std::string>& cells, std::size_t row) {
+          return is_row(cells, c, takes_one ? 1 : 2) || is_under_header(cells, c, row);
+        };
+        const bool is_names = i == 0 && a.size() > 1 && is_header(a, c) && !is_greeting(a);
+        if ((is_names || is_data(a, i)) && is_data(b, i + 1)) return FirstRow{i, c};
         if (i == 0 && a.size() > 1 && !of_words) of_words = FirstRow{0, c};
       }
     }
@@ -292,13 +277,10 @@ class Finder : public TableState {
       if (last == 0 && row.size() > 1 && cells_of(at(0)->comment, c).size() == row.size() &&
           is_row(row, c, 2))
         return FirstRow{0, c};
-      for (std::size_t i = 0; i < last; ++i) {
-        const std::vector<std::string> names = cells_of(at(i)->text, c, row.size());
-        if (names.size() == 1) continue;
-        if (names.size() == row.size() && is_header(names, c) && !is_greeting(names))
-          return FirstRow{last, c};
-        break;
-      }
+      std::vector<std::string> names;
+      for (std::size_t i = 0; i < last && names.size() < 2; ++i) names = cells_of(at(i)->text, c, row.size());
+      if (names.size() > 1 && names.size() == row.size() && is_header(names, c) && !is_greeting(names))
+        return FirstRow{last, c};
     }
     return std::nullopt;
   }
@@ -311,12 +293,11 @@ class Finder : public TableState {
       const bool is_above = i + 1 == row;
       const bool is_odd =
           names.size() == 1
-              ? !is_above || (options_.from == From::port && at(i)->time.empty()) ||
-                    names[0].find(' ') != std::string::npos
+              ? !is_above || (is_port() && at(i)->time.empty()) || names[0].find(' ') != std::string::npos
               : names.size() != width && !names_any(names) && at(i)->text.find(':') != std::string::npos;
       const bool is_no_header = is_odd || (is_greeting(names) && !names_any(names));
       const bool fits = names.size() <= width && 2 * names.size() > width;
-      const auto is_number = [&](const auto& cell) { return is_number_or_time(cell, separator_); };
+      const auto is_number = [&](const auto& cell) { return time_in(cell, separator_).has_value(); };
       if (!is_no_header && (fits || is_above) && !(is_units_row(names) && i > 0) &&
           std::ranges::none_of(names, is_number) && !std::ranges::all_of(names, is_missing))
         return i;
@@ -326,9 +307,8 @@ class Finder : public TableState {
 
   // Whether a cell is called a time, or states a unit.
   static bool names_any(const std::vector<std::string>& cells) {
-    std::optional<double> unit_s;
     return std::ranges::any_of(
-        cells, [&](const auto& cell) { return is_time_name(cell, unit_s) || !unit_of(cell).empty(); });
+        cells, [](const auto& cell) { return read_time_name(cell).is_time || !unit_of(cell).empty(); });
   }
 
   void leave_out_titles(std::size_t count) {
@@ -340,7 +320,7 @@ class Finder : public TableState {
       std::string text = lower(trimmed(ahead_[first_].text));
       std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
       is_storage = is_storage || text.starts_with("version=");
-      if (const auto rate = rate_in(text); rate && options_.time.log_rate_hz == 0) frame_rate_hz_ = *rate;
+      take_rate(rate_in(text));
       if (text == "indegrees=yes") title_unit_ = "deg";
       if (text == "indegrees=no" || (text == "endheader" && is_storage && title_unit_.empty()))
         title_unit_ = "rad";  // as OpenSim reads what says nothing
@@ -354,16 +334,22 @@ class Finder : public TableState {
              : fmt::format("rows {} to {} are titles", ahead_[begin].number, ahead_[first_ - 1].number));
   }
 
-  // Of a title such as FREQUENCY 100, OutputRate: 60Hz, in lower case without blanks.
-  static std::optional<double> rate_in(std::string_view title) {
+  // Of a title such as FREQUENCY 100, OutputRate: 60Hz, in lower case without blanks; 0: it states none.
+  static double rate_in(std::string_view title) {
     title.remove_prefix(std::min(title.find_first_not_of("/"), title.size()));
     const std::size_t end = std::min(title.find_first_of(":=,;.0123456789"), title.size());
     if (!is_one_of(title.substr(0, end), "frequency samplingrate samplerate outputrate updaterate framerate"))
-      return std::nullopt;
+      return 0;
     title.remove_prefix(std::min(title.find_first_not_of(":=,;", end), title.size()));
     if (title.ends_with("hz")) title.remove_suffix(2);
-    const auto rate = to_number(title);
-    return rate && *rate > 0 ? rate : std::nullopt;
+    return to_number(title).value_or(0);
+  }
+
+  // One that is given goes before. False: it is none.
+  bool take_rate(double rate_hz) {
+    const bool is_rate = rate_hz > 0 && std::isfinite(rate_hz);
+    if (is_rate && options_.time.log_rate_hz == 0) frame_rate_hz_ = rate_hz;
+    return is_rate;
   }
 
   // By the row above it: OpenSim's .trc has the unit of all positions below "Units", Vicon the rows a second below a section.
@@ -371,13 +357,9 @@ class Finder : public TableState {
     const auto place = static_cast<std::size_t>(std::ranges::find(above, "Units") - above.begin());
     if (place < std::min(above.size(), cells.size())) title_unit_ = cells[place];
     if (cells.size() > 1 && cells[0] == "Y_Unit_Label") title_unit_ = known_unit(cells[1]).value_or("");
-    if (const auto step_s = cells.size() > 1 && cells[0] == "Delta_X" ? to_number(cells[1]) : std::nullopt;
-        step_s && *step_s > 0 && options_.time.log_rate_hz == 0)
-      frame_rate_hz_ = 1 / *step_s;
-    const auto rate = is_section_title(above) && cells.size() == 1 ? to_number(cells[0]) : std::nullopt;
-    if (!rate || !(*rate > 0)) return;
-    is_section_ = true;
-    if (options_.time.log_rate_hz == 0) frame_rate_hz_ = *rate;
+    if (cells.size() > 1 && cells[0] == "Delta_X") take_rate(1 / to_number(cells[1]).value_or(0));
+    if (cells.size() == 1 && is_section_title(above))
+      is_section_ |= take_rate(to_number(cells[0]).value_or(0));
   }
 
   void read_header() {
@@ -409,9 +391,9 @@ class Finder : public TableState {
     for (std::size_t i = 0; i < header_.size(); ++i) {
       if (!has_header_ || header_[i].empty()) header_[i] = fmt::format("column{}", i + 1);
     }
-    if (has_header_) return;
-    note(fmt::format("has no header: the columns are called {} to {} in their order", header_.front(),
-                     header_.back()));
+    if (!has_header_)
+      note(fmt::format("has no header: the columns are called column1 to column{} in their order",
+                       header_.size()));
   }
 
   // Bytes that a line caught before its board began to send are Latin-1 or control characters; a name that states a time or a unit
@@ -424,9 +406,7 @@ class Finder : public TableState {
       if (c < ' ' || c == 0x7F || is_latin1) begin = i + 1;
     }
     const std::string rest = name.substr(begin);
-    std::optional<double> unused;
-    const bool is_name =
-        is_time_name(rest, unused) || (options_.from == From::port && !unit_of(rest).empty());
+    const bool is_name = read_time_name(rest).is_time || (is_port() && !unit_of(rest).empty());
     if (begin == 0 || !is_name) return;
     note(fmt::format("what stands before \"{}\" in the header is noise and is left out", excerpt(rest)));
     name = rest;
@@ -475,23 +455,20 @@ class Finder : public TableState {
   // A row below the header that holds units instead of numbers; else a title's.
   void read_units() {
     for (const std::string& name : header_) {
-      std::optional<double> ignored;
-      const bool is_angle = !is_time_name(name, ignored) && !lower(name).ends_with("_tx") &&
-                            !lower(name).ends_with("_ty") && !lower(name).ends_with("_tz");
+      const std::string ending = lower(name.substr(name.size() - std::min<std::size_t>(name.size(), 3)));
+      const bool is_angle = !read_time_name(name).is_time && !is_one_of(ending, "_tx _ty _tz");
       const std::string unit = unit_of(name);
       header_units_.push_back(unit.empty() && is_angle ? title_unit_ : unit);
     }
-    if (at(0) == nullptr) return refuse(Kind::empty, kNoData);
-    if (layout_ != Layout::table || !has_header_) return;
-    const std::size_t end = std::max(first_row_, first_ + 1);
+    const bool may_have_row = layout_ == Layout::table && has_header_;
+    const std::size_t end = may_have_row ? std::max(first_row_, first_ + 1) : first_;
     for (std::size_t i = first_; i < std::min(end, ahead_.size()); ++i) {
       split_line(ahead_[i].text);
       if (cells_.size() > header_.size() || !is_units_row(cells_)) continue;
       for (; first_ < i; ++first_) ahead_[first_].is_title = true;
       ++first_;
       for (std::size_t k = 0; k < cells_.size(); ++k) {
-        if (known_unit(cells_[k]) || seconds_in(cells_[k]))
-          header_units_[k] = known_unit(cells_[k]).value_or(cells_[k]);
+        if (is_unit(cells_[k])) header_units_[k] = known_unit(cells_[k]).value_or(cells_[k]);
       }
       note(fmt::format("row {} is taken as a row of units", ahead_[i].number));
     }
@@ -508,34 +485,32 @@ class Finder : public TableState {
     return out;
   }
 
-  // Whether the column is called a time; and the unit that it states.
-  bool is_time(std::size_t place, std::optional<double>& unit_s) const {
-    const bool out = place == 0 && (has_index_ || (!has_header_ && options_.from != From::port))
-                         ? true
-                         : has_header_ && is_time_name(header_[place], unit_s);
-    if (!unit_s) unit_s = seconds_in(header_units_[place]);
+  // Whether the column is called a time, or stands for one; and the unit that it states.
+  TimeName time_name(std::size_t place) const {
+    const bool is_index = place == 0 && (has_index_ || (!has_header_ && !is_port()));
+    TimeName out = has_header_ && !is_index ? read_time_name(header_[place]) : TimeName{is_index};
+    if (!out.unit_s) out.unit_s = seconds_in(header_units_[place]);
     return out;
   }
 
   // How likely a column is the time, the higher the likelier; none: it is not.
   std::optional<Clock> clock_in(std::size_t place, const std::vector<std::string>& first) {
-    Clock out{place, 1, {}};
-    const bool is_named = is_time(place, out.unit_s);
+    const auto [is_named, unit_s] = time_name(place);
+    Clock out{place, 1, unit_s};
     const auto time = time_in(place < first.size() ? first[place] : "", separator_);
     const bool is_number = time && time->format == TimeFormat::number;
-    if (!is_named && time && time->format == TimeFormat::days) return std::nullopt;
-    if (!is_named && (!time || is_number)) return std::nullopt;
+    if (!is_named && (!time || is_number || time->format == TimeFormat::days)) return std::nullopt;
     const std::vector<std::string> cells = cells_ahead(place);
     if (!time && frame_rate_hz_ > 0 && std::ranges::all_of(cells, is_missing)) return std::nullopt;
     if (!time) return out;
     const auto counts = [&](const auto& a, const auto& b) {
       const auto above = read_number(a, separator_);
       const auto below = read_number(b, separator_);
-      return above && below && below->value == above->value + 1;
+      return above && below && *below == *above + 1;
     };
     // The same for so long is no clock, but when a session began.
     const bool stands = cells.size() > 1 && std::ranges::count(cells, cells[0]) == std::ssize(cells);
-    wants_more_ = wants_more_ || (options_.from == From::pipe && stands && at(kStandingRows - 1) == nullptr);
+    wants_more_ |= is_pipe() && stands && at(kStandingRows - 1) == nullptr;
     if (is_number && out.unit_s.value_or(1) == 1 && cells.size() > 1 &&
         std::ranges::adjacent_find(cells, std::not_fn(counts)) == cells.end()) {
       out.rank = out.unit_s || !options_.time.unit.empty() ? 3 : 2;
@@ -554,10 +529,10 @@ class Finder : public TableState {
     std::optional<Clock> other;  // that would do as well
     for (std::size_t i = 0; i < header_.size() && !arrow_; ++i) {
       std::optional<Clock> clock = clock_in(i, first);
-      wants_more_ = wants_more_ || (has_rate && at(1) == nullptr);
+      wants_more_ |= has_rate && at(1) == nullptr;
       if (!clock || (has_rate && (has_header_ ? clock->rank < 3 : clock->rank != 4))) continue;
-      const bool are_stated = options_.from == From::port && best && best->unit_s && clock->unit_s;
-      wants_more_ = wants_more_ || (best && !are_stated && at(1) == nullptr);
+      const bool are_stated = is_port() && best && best->unit_s && clock->unit_s;
+      wants_more_ |= best && !are_stated && at(1) == nullptr;
       if (best && header_[i] == header_[best->place]) continue;  // as Delsys repeats X[s]
       if (!best || clock->rank > best->rank) std::swap(best, clock);
       if (clock && clock->rank > (best->rank > 3 ? 3 : 2)) other = clock;
@@ -579,7 +554,6 @@ class Finder : public TableState {
       other.reset();
     }
     choose_time(best, other);
-    if (other) times_.other = header_[other->place];
     for (std::size_t i = 0; best && times_.other.empty() && i < header_.size(); ++i) {
       const bool has_unit = seconds_in(header_units_[i]) || seconds_in(cut_name(header_[i]).unit);
       if (i == best->place || is_of_time(i) || !has_unit || !course(i)) continue;
@@ -595,8 +569,8 @@ class Finder : public TableState {
   std::optional<Clock> find_parted_time() {
     for (std::size_t i = 0; i < header_.size() && !arrow_ && has_header_; ++i) {
       const auto [stem, second] = cut_unit(header_[i]);
-      std::optional<double> unit_s;
-      const bool is_clock = second != 1 && is_time(i, unit_s) && !unit_s;
+      const auto [is_named, unit_s] = time_name(i);
+      const bool is_clock = second != 1 && is_named && !unit_s;
       if ((second != 1 && !is_clock) ||
           (!options_.time.columns.empty() && header_[i] != one_of(options_.time.columns)))
         continue;
@@ -605,8 +579,7 @@ class Finder : public TableState {
         const auto [part_stem, part_s] = cut_unit(header_[j]);
         if (part_s == 0 || part_s >= 1 || part_stem != (is_clock ? "" : stem)) continue;
         if (!fits_part(seconds, cells_ahead(j), part_s, is_clock)) continue;
-        wants_more_ = wants_more_ || (options_.from == From::pipe && seconds.front() == seconds.back() &&
-                                      at(kStandingRows - 1) == nullptr);
+        wants_more_ |= is_pipe() && seconds.front() == seconds.back() && at(kStandingRows - 1) == nullptr;
         part_place_ = j;
         part_s_ = part_s;
         note(fmt::format("\"{}\" and \"{}\" are one time", header_[i], header_[j]));
@@ -632,10 +605,10 @@ class Finder : public TableState {
       const auto part = read_number(parts[k], separator_);
       if (!time || is_clock == (time->format == TimeFormat::number) || time->value != std::floor(time->value))
         return false;
-      if (!part || part->decimal != 0 || part->value < 0 || part->value * part_s >= 1) return false;
-      if (part->value < last && is_clock && seconds[k] == seconds[k - 1]) return false;
-      falls = falls || part->value < last;
-      last = part->value;
+      if (!part || has_fraction(parts[k]) || *part < 0 || *part * part_s >= 1) return false;
+      if (*part < last && is_clock && seconds[k] == seconds[k - 1]) return false;
+      falls = falls || *part < last;
+      last = *part;
     }
     return falls && !seconds.empty();
   }
@@ -650,8 +623,7 @@ class Finder : public TableState {
   std::optional<Course> course(std::size_t place) {
     Course out;
     std::optional<double> last;
-    std::optional<double> unit_s;
-    (void)is_time(place, unit_s);
+    std::optional<double> unit_s = time_name(place).unit_s;
     const std::vector<std::string> cells = cells_ahead(place);
     for (std::size_t k = cells.size() > 20 ? cells.size() / 2 : 0; k < cells.size(); ++k) {
       if (is_missing(cells[k])) continue;
@@ -687,13 +659,13 @@ class Finder : public TableState {
     if (!splits_by_clock_) segment_place_ = place_of(one_of(asked));
     if (!segment_place_) return;
     const std::vector<std::string> labels = cells_ahead(*segment_place_);
-    bool is_alone = false;
-    bool is_run = false;
-    for (std::size_t k = 0; k + 1 < labels.size(); ++k) {
-      is_alone = is_alone || (!is_missing(labels[k]) && is_missing(labels[k + 1]));
-      is_run = is_run || (!is_missing(labels[k]) && !is_missing(labels[k + 1]));
-    }
-    labels_begin_ = is_alone && !is_run;
+    const auto stands_above = [&](bool missing) {
+      const auto is_pair = [&](const auto& a, const auto& b) {
+        return !is_missing(a) && is_missing(b) == missing;
+      };
+      return std::ranges::adjacent_find(labels, is_pair) != labels.end();
+    };
+    labels_begin_ = stands_above(true) && !stands_above(false);
     if (labels_begin_)
       note(fmt::format("a label in \"{}\" begins a trial, which ends at the next", header_[*segment_place_]));
   }
@@ -713,17 +685,16 @@ class Finder : public TableState {
     if (other) {
       const std::string both = fmt::format("columns \"{}\" and \"{}\" could both be the time",
                                            header_[best->place], header_[other->place]);
-      if (options_.from != From::port && (!has_header_ || disagree(best->place, other->place)))
+      if (!is_port() && (!has_header_ || disagree(best->place, other->place)))
         return refuse(Kind::ambiguous, both + ": say which: --time-column " + header_[best->place]);
-      note(fmt::format("{}: \"{}\" is taken; the other: --time-column \"{}\"", both, header_[best->place],
-                       header_[other->place]));
+      times_.other = header_[other->place];
+      note(fmt::format("{}: \"{}\" is taken; the other: --time-column \"{}\"", both, time_column(),
+                       times_.other));
     }
     require_time();
     const auto asked = seconds_in(options_.time.unit);
-    if (asked && best && best->unit_s && *asked != *best->unit_s) {
-      note(fmt::format("column \"{}\" states its unit itself: --time-unit is not for it",
-                       header_[*time_place_]));
-    }
+    if (asked && best && best->unit_s && *asked != *best->unit_s)
+      note(fmt::format("column \"{}\" states its unit itself: --time-unit is not for it", time_column()));
     const auto since_1970 = best && !best->unit_s && !asked ? epoch_unit_s(best->place) : std::nullopt;
     times_.unit_s = (best ? best->unit_s : since_1970).value_or(asked.value_or(since_1970.value_or(1)));
     times_.is_unit_known = (best ? best->unit_s.has_value() : !arrow_) || asked || since_1970;
@@ -742,10 +713,9 @@ class Finder : public TableState {
                                                       {1e-7, 11'644'473'600, "100 ns since 1601"},
                                                       {1e-7, 62'135'596'800, "100 ns since the year 1"}}};
     split_line(at(0)->text);
-    const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;
+    const double number = place < cells_.size() ? read_number(cells_[place], separator_).value_or(0) : 0;
     for (const auto& [unit_s, before_1970_s, name] : kEpochs) {
-      const double since_1970_s = number ? number->value * unit_s - before_1970_s : 0;
-      if (since_1970_s < kFirstEpoch_s || since_1970_s >= kLastEpoch_s) continue;
+      if (!is_epoch(number * unit_s - before_1970_s)) continue;
       note(fmt::format("\"{}\" is taken for {}", header_[place], name));
       time_zero_ = before_1970_s / unit_s;
       return unit_s;
@@ -761,9 +731,8 @@ class Finder : public TableState {
     std::optional<double> last_s;
     double ticks = 0;  // a second
     bool passes = false;
-    const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
-    for (std::size_t k = 0; k < most && packed_ticks_ == 0; ++k) {
-      wants_more_ = wants_more_ || (at(k) == nullptr && !passes);
+    for (std::size_t k = 0; k < most_ahead() && packed_ticks_ == 0; ++k) {
+      wants_more_ |= at(k) == nullptr && !passes;
       if (at(k) == nullptr) break;
       split_line(at(k)->text);
       const auto number = place < cells_.size() ? read_number(cells_[place], separator_) : std::nullopt;
@@ -773,13 +742,12 @@ class Finder : public TableState {
       const std::size_t size = std::min(digits, cells_[place].size());
       const bool is_whole = digits == std::string::npos;
       if (ticks == 0) ticks = size == 5 || size == 6 ? 1 : is_whole && (size == 8 || size == 9) ? 1000 : 0;
-      const auto clock_s = ticks > 0 ? to_packed_clock(number->value / ticks) : std::nullopt;
-      if (!clock_s || (last_s && *clock_s < *last_s)) return;
-      const double step_s = *clock_s - last_s.value_or(*clock_s);
-      if (ticks > 1 && last_s && step_s < 1) packed_ticks_ = ticks;
+      const auto clock_s = ticks > 0 ? to_packed_clock(*number / ticks) : std::nullopt;
+      const double before_s = last_s.value_or(clock_s.value_or(0));
+      if (!clock_s || *clock_s < before_s) return;
+      if (ticks > 1 && last_s && *clock_s - before_s < 1) packed_ticks_ = ticks;
       if (ticks > 1 && last_s) break;
-      passes = passes ||
-               (step_s < kShort_s && std::floor(*clock_s / 60) > std::floor(last_s.value_or(*clock_s) / 60));
+      passes |= *clock_s - before_s < kShort_s && std::floor(*clock_s / 60) > std::floor(before_s / 60);
       last_s = clock_s;
     }
     if (passes) packed_ticks_ = ticks;
@@ -791,7 +759,7 @@ class Finder : public TableState {
   void require_time() {
     const bool is_asked = options_.time.log_rate_hz > 0;
     if (has_time() && is_asked) note("has times of its own: --log-rate is not for it");
-    if (has_time() || is_asked || options_.from == From::port) return;
+    if (has_time() || is_asked || is_port()) return;
     refuse(Kind::no_time,
            fmt::format(
                "{}: {}; record with time stamps, as 12:03:11.123 -> ..., name a column t_s or time_ms, say "
@@ -818,19 +786,17 @@ class Finder : public TableState {
     std::vector<std::optional<int>> more(header_.size());  // numbers than words; none: all are missing
     if (time_place_) more[*time_place_] = 0;
     if (part_place_) more[*part_place_] = 0;
-    const std::size_t most = options_.from == From::file ? kRows : kLiveRows;
-    const std::size_t fewest = options_.from == From::file ? kLiveRows : 1;
+    const auto are_known = [&] { return std::ranges::count(more, std::optional<int>()) == 0; };
+    const std::size_t fewest = is_live() ? 1 : kLiveRows;
     std::size_t k = 0;
-    for (; k < most && (k < fewest || std::ranges::count(more, std::optional<int>()) > 0) && at(k) != nullptr;
-         ++k) {
+    for (; k < most_ahead() && (k < fewest || !are_known()) && at(k) != nullptr; ++k) {
       split_line(at(k)->text);
       for (std::size_t i = 0; i < std::min(header_.size(), cells_.size()); ++i) {
         if (is_missing(cells_[i]) || is_of_time(i) || (k >= fewest && more[i])) continue;
         more[i] = more[i].value_or(0) + (read_number(cells_[i], separator_) ? 1 : -1);
       }
     }
-    const bool is_known = std::ranges::count(more, std::optional<int>()) == 0 || options_.from == From::port;
-    wants_more_ = wants_more_ || (!is_known && k < most);
+    wants_more_ |= !are_known() && !is_port() && k < most_ahead();
     std::vector<std::size_t> out;
     std::vector<std::string> left;
     for (std::size_t i = 0; i < header_.size(); ++i) {
@@ -851,11 +817,6 @@ class Finder : public TableState {
 };
 
 }  // namespace
-
-// The first problem stays.
-void TableState::refuse(Kind kind, const std::string& detail, std::size_t row) {
-  if (!problem_) problem_ = Problem{kind, row, "", detail};
-}
 
 // Into cells_, in the order of the header; none where the line is of another layout, or has a label of its own.
 void TableState::split_line(const std::string& text) {
@@ -885,10 +846,6 @@ void TableState::split_line(const std::string& text) {
   }
 }
 
-const Line* TableState::at(std::size_t i) const {
-  return first_ + i < ahead_.size() ? &ahead_[first_ + i] : nullptr;
-}
-
 TableReader::TableReader(const TableOptions& options) : TableState(options) {
   if (!options_.time.unit.empty() && !seconds_in(options_.time.unit))
     refuse(Kind::option,
@@ -908,9 +865,8 @@ bool TableReader::push(Line& line) {
   cut_prefix(line.text, line.time);
   is_new_ = is_settled_ && ahead_.empty();
   std::swap(is_new_ ? line_ : ahead_.emplace_back(), line);
-  if (is_settled_ || problem_) return true;
   try_settle();
-  if (!is_settled_ && options_.from == From::port && ahead_.size() > kTitles) {
+  if (!is_settled_ && is_port() && ahead_.size() > kTitles) {
     ahead_.front().is_title = true;
     first_ = 1;
   }
@@ -919,12 +875,12 @@ bool TableReader::push(Line& line) {
 
 void TableReader::end() {
   has_ended_ = true;
-  if (!is_settled_ && !problem_) try_settle();
+  try_settle();
 }
 
 // On a copy: more lines may be needed, and a port's may be noise.
 void TableReader::try_settle() {
-  if (options_.from == From::file && !has_ended_ && ahead_.size() < next_try_) return;
+  if (is_settled_ || problem_ || (!is_live() && !has_ended_ && ahead_.size() < next_try_)) return;
   Finder finder(*this);
   if (!finder.is_enough()) return;
   finder.settle();
@@ -960,24 +916,26 @@ void TableReader::choose(const std::vector<std::string>& columns) {
 // glove share some with it, or come when it was plugged in.
 bool TableReader::is_header_again() {
   const bool has_labels = layout_ != Layout::table;
-  std::vector<std::string> names = labelled_.label;
-  if (!has_labels) split(line_.text, separator_, names);
+  std::vector<std::string> names = has_labels ? labelled_.label : cells_of(line_.text, separator_);
   if (has_labels ? new_label_.empty() : !has_header_ || !is_header(names, separator_)) return false;
   if (!to_number(names[0].substr(0, 1))) found_ = 0;  // 1;2;3 may be a row that is separated otherwise
   const bool shares = std::ranges::any_of(names, [this](const auto& name) { return has(name); });
   for (std::string& name : names) {  // in other capitals
-    const auto own = std::ranges::find(header_, lower(name), [](const auto& h) { return lower(h); });
+    const auto own = std::ranges::find(header_, lower(name), lower);
     if (own != header_.end() && !has(name)) name = *own;
   }
   for (const std::string& name : header_) {
     const bool is_cut = names[0].ends_with(name) || name.ends_with(names[0]);
     if (is_cut && std::ranges::count(names, name) == 0) names[0] = name;
   }
-  const bool is_own = !has_labels && std::ranges::is_permutation(names, header_);
-  if (is_own) order_ = names == header_ ? std::vector<std::string>() : names;
-  if (is_own) other_.clear();
-  if (!is_own && names.size() > 1 && (is_fresh_ || shares)) other_ = names;
-  return is_own;
+  if (!has_labels && std::ranges::is_permutation(names, header_)) {
+    order_ = names == header_ ? std::vector<std::string>() : names;
+    other_.clear();
+    ++headers_;
+    return true;
+  }
+  if (names.size() > 1 && (is_fresh_ || shares)) other_ = names;
+  return false;
 }
 
 // Whether the row is of the other header that came last.
@@ -994,28 +952,25 @@ bool TableReader::is_anothers() {
 // Whether line_ has the header's cells. Without a reason it is what a restarting board leaves behind.
 bool TableReader::is_whole(Problem& why) {
   cut_blanks(cells_, header_.size());
-  if (cells_.size() > header_.size() && rows_.kept() == 0) {
+  if (cells_.size() > header_.size() && rows_.kept() == 0)
     why.detail =
         fmt::format("{} cells, the header has {}{}", cells_.size(), header_.size(),
                     separator_ == ',' ? "; decimal commas need another separator, such as a semicolon" : "");
-  }
   return cells_.size() == header_.size();
 }
 
 // Null: none. `last` is the number above it without a fraction, 0: there is none.
-const char* TableReader::fault_of(const std::string& cell, const Number& number, double& last) {
-  const bool is_whole = number.decimal == 0;
-  const std::size_t separator = cell.find_last_of(".,");
-  const bool may_be_thousands =
-      !is_whole && number.value >= 1 && separator < 4 && cell.size() == separator + 4;
-  if (may_be_thousands && last >= 100 && number.value < last / 100 &&
-      std::abs(1000 * number.value - last) < last / 2)
+const char* TableReader::fault_of(const std::string& cell, double number, double& last) {
+  const std::size_t point = cell.find_last_of(".,");
+  const bool may_be_thousands = number >= 1 && point < 4 && cell.size() == point + 4;
+  if (may_be_thousands && last >= 100 && number < last / 100 && std::abs(1000 * number - last) < last / 2)
     return "follows whole numbers a thousand times as large: leave out what separates the thousands";
-  last = is_whole ? number.value : 0;
-  if (!is_measurement(number.value)) return "is not a measurement; mend or remove the row";
-  if (number.decimal != 0 && decimal_ != 0 && number.decimal != decimal_ && options_.from != From::port)
+  last = point == cell.npos ? number : 0;
+  if (!is_measurement(number)) return "is not a measurement; mend or remove the row";
+  if (point == cell.npos) return nullptr;
+  if (decimal_ != 0 && cell[point] != decimal_ && !is_port())
     return "some numbers have a decimal point and some a decimal comma; use one";
-  if (number.decimal != 0) decimal_ = number.decimal;
+  decimal_ = cell[point];
   return nullptr;
 }
 
@@ -1034,7 +989,7 @@ bool TableReader::read_values(std::vector<double>& value, Problem& why) {
       why.detail = fmt::format(fmt::runtime(number ? "{} {}" : "\"{}\" {}"), excerpt(cell), fault);
       return false;
     }
-    value[i] = number->value;
+    value[i] = *number;
   }
   return true;
 }
@@ -1060,49 +1015,43 @@ bool TableReader::read_time(double& t_s, Problem& why) {
     why.detail = fmt::format("\"{}\" {}", excerpt(text), what);
     return false;
   };
-  auto number = is_packed_date(text) ? std::nullopt : read_number(text, separator_);
-  std::optional<Time> found = number ? Time{TimeFormat::number, number->value} : to_time(text);
-  if (!found && to_time(text + ".0")) {
-    return refuse_it(
-        fmt::format("may be hours and minutes, or minutes and seconds; write it as 0:{}", excerpt(text)));
-  }
+  std::optional<Time> found = time_in(text, separator_);
+  if (!found && to_time(text + ".0"))
+    return refuse_it("may be hours and minutes, or minutes and seconds; write it as 0:" + excerpt(text));
+  bool is_number = found && found->format == TimeFormat::number;
   // Fractions, and seconds since 1970, are what they look like.
-  times_.is_unit_known =
-      times_.is_unit_known ||
-      (number && (number->decimal != 0 || (number->value >= kFirstEpoch_s && number->value < kLastEpoch_s)));
+  times_.is_unit_known |= is_number && (has_fraction(text) || is_epoch(found->value));
   if (packed_ticks_ > 0) {
-    const auto clock_s = number ? to_packed_clock(number->value / packed_ticks_) : std::nullopt;
+    const auto clock_s = is_number ? to_packed_clock(found->value / packed_ticks_) : std::nullopt;
     if (!clock_s)
       return refuse_it(fmt::format(
           "is no clock as {} is 12:03:11.123, as the rows before; if it counts, add --time-unit {}",
           packed_ticks_ > 1 ? "120311123" : "120311.123", packed_ticks_ > 1 ? "ms" : "s"));
     found = Time{TimeFormat::clock, *clock_s};
-    number.reset();
+    is_number = false;
   }
   if (!found)
     return refuse_it("is no time (seconds, 12:03:11.123 or 2026-05-01T12:03:11); mend or remove the row");
-  if (const char* fault = number ? fault_of(text, *number, last_time_) : nullptr) return refuse_it(fault);
-  if (!time_format_ || options_.from == From::port) {
+  const char* fault = is_number ? fault_of(text, found->value, last_time_) : nullptr;
+  if (fault != nullptr) return refuse_it(fault);
+  if (!time_format_ || is_port()) {
     time_format_ = found->format;
-    times_.is_unit_known = times_.is_unit_known || found->format != TimeFormat::number;
+    times_.is_unit_known |= !is_number;
     if (found->format == TimeFormat::clock) times_.wrap_s = kDay_s;
     if (found->format == TimeFormat::minutes) times_.wrap_s = kHour_s;
   }
-  if (const std::size_t point = text.find_last_of(".,");
-      !number && point != text.npos && text.size() - point < 4)
-    times_.are_uneven = true;  // of milliseconds without their zeros
+  const std::size_t point = text.find_last_of(".,");
+  times_.are_uneven |= !is_number && point != text.npos && text.size() - point < 4;
   if (found->format != *time_format_) return refuse_it("is written otherwise than the times before");
-  if (found->format == TimeFormat::slashed && !is_month_first_ && lower(text).find('m') != text.npos) {
+  const bool is_month_first = found->format == TimeFormat::slashed && lower(text).find('m') != text.npos;
+  if (is_month_first && !std::exchange(is_month_first_, true))
     note("dates with AM or PM are taken month first");
-    is_month_first_ = true;
-  }
-  if (found->is_ambiguous && options_.from != From::port)
-    return refuse_it("can be read as two dates; write it as 2026-05-01");
-  t_s = found->format == TimeFormat::number ? (found->value - time_zero_) * times_.unit_s : found->value;
+  if (found->is_ambiguous && !is_port()) return refuse_it("can be read as two dates; write it as 2026-05-01");
+  t_s = is_number ? (found->value - time_zero_) * times_.unit_s : found->value;
   if (part_place_) {
     const auto part = read_number(cells_[*part_place_], separator_);
     if (!part) return false;
-    if (part->value * part_s_ < 1) t_s += part->value * part_s_;  // else it is a clock of its own
+    if (*part * part_s_ < 1) t_s += *part * part_s_;  // else it is a clock of its own
   }
   return is_measurement(t_s) || refuse_it("is no time");
 }
@@ -1111,15 +1060,14 @@ void TableReader::leave_out(const Problem& why) {
   if (malformed_++ == 0) first_malformed_ = why;
   too_long_ += cells_.size() > header_.size() ? 1 : 0;
   const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_.kept());
-  if (static_cast<double>(malformed_) <= forgiven || options_.from == From::port) return;
+  if (static_cast<double>(malformed_) <= forgiven || is_port()) return;
   const bool has_commas = 2 * too_long_ > malformed_ && separator_ == ',';
-  refuse(
-      Kind::malformed,
-      fmt::format(
-          "{} of the first {} rows are malformed: too short or too long, without a time, or with text for a "
-          "number; mend or remove them{}",
-          malformed_, rows_.kept() + malformed_, has_commas ? "; decimal commas need another separator" : ""),
-      first_malformed_.row);
+  const std::string detail = fmt::format(
+      "{} of the first {} rows are malformed: too short or too long, without a time, or with text for a "
+      "number; "
+      "mend or remove them{}",
+      malformed_, rows_.kept() + malformed_, has_commas ? "; decimal commas need another separator" : "");
+  refuse(Kind::malformed, detail, first_malformed_.row);
 }
 
 TableReader::Take TableReader::take(Row& row) {
@@ -1135,32 +1083,27 @@ TableReader::Take TableReader::take(Row& row) {
   split_line(line_.text);
   is_over_ = is_over_ || (is_section_ && is_section_title(cells_));
   if (is_over_ || !refusal_.empty() || is_anothers()) return Take::aside;
-  const bool has_label = segment_place_ && *segment_place_ < cells_.size();
-  const bool is_labelled = has_label && !is_missing(cells_[*segment_place_]);
-  if (has_label && !is_labelled && (!labels_begin_ || segments_ == 0)) return Take::aside;
+  const std::string* label =
+      segment_place_ && *segment_place_ < cells_.size() ? &cells_[*segment_place_] : nullptr;
+  const bool is_labelled = label != nullptr && !is_missing(*label);
+  if (label != nullptr && !is_labelled && (!labels_begin_ || segments_ == 0)) return Take::aside;
   Problem why{Kind::cell, line_.number, "", ""};
-  bool is_good = is_whole(why) && read_time(row.t_s, why) && read_values(row.value, why);
   const auto is_none = [](double value) { return std::isnan(value); };
-  is_good =
-      is_good && (options_.from != From::port || has_time() || !std::ranges::all_of(row.value, is_none));
+  const bool is_good = is_whole(why) && read_time(row.t_s, why) && read_values(row.value, why) &&
+                       (!is_port() || has_time() || !std::ranges::all_of(row.value, is_none));
   if (is_good && rows_.keeps(row.value, line_.number)) {
     is_fresh_ = false;
-    if (is_labelled &&
-        (std::exchange(segment_, cells_[*segment_place_]) != cells_[*segment_place_] || labels_begin_))
-      ++segments_;
+    if (is_labelled && (std::exchange(segment_, *label) != *label || labels_begin_)) ++segments_;
     row.segment = segments_;
     row.line = line_.number;
     return Take::row;
   }
   if (line_.is_cut_off) return Take::aside;
   if (is_good) return Take::malformed;
-  if (is_header_again()) {
-    headers_ += refusal_.empty() ? 1 : 0;
-    return Take::aside;
-  }
+  if (is_header_again()) return Take::aside;
   if (found_ == header_.size()) found_ = 0;
   const bool is_header = has_header_ && line_.text.find(header_.front() + separator_) != std::string::npos;
-  if (!why.detail.empty() && !is_header && options_.from == From::file) {
+  if (!why.detail.empty() && !is_header && !is_live()) {
     problem_ = why;
   } else {
     leave_out(why);
@@ -1172,9 +1115,9 @@ bool HoleCounter::keeps(const std::vector<double>& value, std::size_t line) {
   std::size_t missing = 0;
   missing_.resize(value.size());
   for (std::size_t i = 0; i < value.size(); ++i) {
-    if (!std::isnan(value[i])) continue;
-    ++missing_[i];
-    ++missing;
+    const std::size_t holes = std::isnan(value[i]) ? 1 : 0;
+    missing_[i] += holes;
+    missing += holes;
   }
   const bool is_kept =
       holes_ == Holes::all || missing == 0 || (holes_ == Holes::some && missing < value.size());
@@ -1199,11 +1142,11 @@ std::vector<std::string> HoleCounter::notes(const std::vector<std::string>& colu
 
 std::vector<std::string> TableReader::notes() const {
   std::vector<std::string> out = notes_;
-  if (separator_ != ',' && layout_ == Layout::table)
-    out.push_back(fmt::format("{} separate the columns", separator_ == ';'    ? "semicolons"
-                                                         : separator_ == '\t' ? "tabs"
-                                                         : separator_ == '|'  ? "bars"
-                                                                              : "blanks"));
+  if (separator_ != ',' && layout_ == Layout::table) {
+    static constexpr std::array kNames = {"semicolons", "tabs", "commas", "bars", "blanks"};
+    const std::size_t kind = std::min(kSeparators.find(separator_), kNames.size() - 1);
+    out.push_back(fmt::format("{} separate the columns", kNames.at(kind)));
+  }
   if (!has_header_ && time_place_) out.push_back(fmt::format("{} is the time", header_[*time_place_]));
   if (!has_time()) out.push_back(fmt::format("{} rows are a second", options_.time.log_rate_hz));
   if (!title_unit_.empty())
@@ -1213,9 +1156,8 @@ std::vector<std::string> TableReader::notes() const {
   if (decimal_ == ',') out.push_back("commas in numbers are decimal commas");
   if (headers_ > 0) out.push_back(fmt::format("{} row(s) repeat the header", headers_));
   if (malformed_ > 0)
-    out.push_back(fmt::format("{} row(s) are malformed and were left out, the first is row {}{}{}",
-                              malformed_, first_malformed_.row, rows_.kept() > 0 ? "" : ": ",
-                              rows_.kept() > 0 ? "" : first_malformed_.detail));
+    out.push_back(fmt::format("{} row(s) are malformed and were left out, the first is row {}{}", malformed_,
+                              first_malformed_.row, rows_.kept() > 0 ? "" : ": " + first_malformed_.detail));
   std::ranges::move(rows_.notes(columns_), std::back_inserter(out));
   return out;
 }

@@ -86,14 +86,30 @@ class TableState {
   explicit TableState(const TableOptions& options)
       : options_(options), next_try_(options.from == From::file ? 1000 : 1) {}
 
- protected:
-  const Line* at(std::size_t i) const;  // of those that may be rows; null: it has not come
-  void refuse(Problem::Kind kind, const std::string& detail, std::size_t row = 0);
-  void note(const std::string& text) { notes_.push_back(text); }
-  void split_line(const std::string& text);
+  bool is_settled() const { return is_settled_; }  // what each column is, is known
+  bool has_ended() const { return has_ended_; }
+  const std::optional<Problem>& problem() const { return problem_; }
   std::string time_column() const { return time_place_ ? header_[*time_place_] : std::string(); }
   bool has(const std::string& column) const { return std::ranges::count(header_, column) > 0; }
+  const std::vector<std::string>& columns() const { return columns_; }
+  const std::vector<std::string>& units() const { return units_; }  // from the name, or from the row of units
+  const std::vector<std::string>& header() const { return header_; }
   bool has_time() const { return time_place_ || arrow_; }
+  const Times& times() const { return times_; }
+  bool is_live() const { return options_.from != From::file; }
+  Layout layout() const { return layout_; }
+  bool splits_by_clock() const { return splits_by_clock_; }
+
+ protected:
+  // Of those that may be rows; null: it has not come.
+  const Line* at(std::size_t i) const { return first_ + i < ahead_.size() ? &ahead_[first_ + i] : nullptr; }
+  void refuse(Problem::Kind kind, const std::string& detail, std::size_t row = 0) {
+    if (!problem_) problem_ = Problem{kind, row, "", detail};
+  }
+  void note(const std::string& text) { notes_.push_back(text); }
+  void split_line(const std::string& text);
+  bool is_port() const { return options_.from == From::port; }
+  bool is_pipe() const { return options_.from == From::pipe; }
   bool is_of_time(std::size_t place) const { return time_place_ == place || part_place_ == place; }
 
   TableOptions options_;
@@ -136,7 +152,7 @@ class TableState {
   std::string left_out_;  // columns
 };
 
-class TableReader : TableState {
+class TableReader : public TableState {
  public:
   enum class Take { none, row, aside, malformed };  // malformed: or without a reading
 
@@ -155,20 +171,8 @@ class TableReader : TableState {
 
   // Other columns than before, while no row was taken; none: as of TableOptions.
   void choose(const std::vector<std::string>& columns);
-  bool is_settled() const { return is_settled_; }  // what each column is, is known
-  const std::optional<Problem>& problem() const { return problem_; }
   // Of a live log, of which nothing is taken any more: the columns of the other glove; empty: none speaks.
   const std::string& refusal() const { return refusal_; }
-  using TableState::has;
-  using TableState::time_column;
-  const std::vector<std::string>& columns() const { return columns_; }
-  const std::vector<std::string>& units() const { return units_; }  // from the name, or from the row of units
-  std::size_t width() const { return header_.size(); }
-  using TableState::has_time;
-  const Times& times() const { return times_; }
-  bool is_live() const { return options_.from != From::file; }
-  Layout layout() const { return layout_; }
-  bool splits_by_clock() const { return splits_by_clock_; }
   bool is_dated() const { return time_format_ && is_date(*time_format_); }
   std::vector<std::string> notes() const;
 
@@ -181,7 +185,7 @@ class TableReader : TableState {
   bool read_frame(double& t_s);
   bool read_time(double& t_s, Problem& why);
   bool read_values(std::vector<double>& value, Problem& why);
-  const char* fault_of(const std::string& cell, const Number& number, double& last);
+  const char* fault_of(const std::string& cell, double number, double& last);
   void leave_out(const Problem& why);
 
   std::string comment_;

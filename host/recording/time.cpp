@@ -55,8 +55,7 @@ bool has_digits_alone(std::string_view text) {
   return text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-// Of the day, AM or PM behind it or not; 9:59:30:50 and 9:59:30::050 have 50 ms; or as file names have it, 12-03-11; or of digits alone, 120311 or
-// 120311123.
+// Of the day, AM or PM behind it or not; 9:59:30:50 and 9:59:30::050 have 50 ms; 12-03-11 in file names; or 120311 and 120311123.
 bool take_clock(std::string_view& text, double& value_s) {
   std::array<double, 4> of{};  // hour, minute, second
   const char separator = take(text, "d:d:s", of.data()) ? ':' : take(text, "m-m-s", of.data()) ? '-' : '\0';
@@ -79,14 +78,6 @@ bool take_clock(std::string_view& text, double& value_s) {
   return true;
 }
 
-std::optional<double> since_1970(double year, double month, double day) {
-  const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(year)),
-                                         std::chrono::month(static_cast<unsigned>(month)),
-                                         std::chrono::day(static_cast<unsigned>(day))};
-  if (!date.ok()) return std::nullopt;
-  return static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count()) * kDay_s;
-}
-
 constexpr std::array kDates = {"y-d-d", "y/d/d", "y.d.d", "ymm",   "d.d.y",  "d.d.m", "d/d/y",
                                "d-d-y", "d/d/m", "d-n-y", "d n y", "n d, y", "n d y", "n d"};
 
@@ -107,30 +98,33 @@ std::optional<Time> to_date(std::string_view text) {
   const bool has_half = lower(trimmed(text)).ends_with('m') || text.ends_with('.');
   if (!take_clock(text, clock_s)) return std::nullopt;
   text = trimmed(text);
-  const std::size_t first = pattern[0] == 'y'   ? 1
-                            : pattern[0] == 'n' ? 0
-                                                : 2;  // of month, day and year in a row
-  double year = pattern == "n d" ? 0 : of[first == 1 ? 0 : 2];
+  const char first = pattern.front();
+  double year = pattern == "n d" ? 0 : of[first == 'y' ? 0 : 2];
   if (pattern == "n d" && take(text, "y", &year)) text = trimmed(text);
   if (year == 0) return text.empty() ? std::optional(Time{TimeFormat::clock, clock_s}) : std::nullopt;
   if (year < 100) year += 2000;
-  if (text == "Z" || text == "UTC" || text == "GMT") text = {};
+  if (text == "Z") text = {};
   if (text.starts_with("UTC") || text.starts_with("GMT")) text.remove_prefix(3);
   const double sign = text.starts_with('-') ? -1 : 1;
   if (!text.empty() && !take(text, sign < 0 ? "-m:m" : "+m:m", zone.data()) &&
       !take(text, sign < 0 ? "-mm" : "+mm", zone.data()))
     return std::nullopt;
-  double month = of[first == 2 ? 1 : first];
-  double day = of[first == 2 ? 0 : first + 1];
-  const TimeFormat format = first == 1                          ? TimeFormat::iso
+  double month = of[first == 'n' ? 0 : 1];
+  double day = of[first == 'y' ? 2 : first == 'n' ? 1 : 0];
+  const TimeFormat format = first == 'y'                        ? TimeFormat::iso
                             : pattern.find('n') != pattern.npos ? TimeFormat::named
                             : pattern[1] == '.'                 ? TimeFormat::dotted
                                                                 : TimeFormat::slashed;
   const bool may_be_both = format == TimeFormat::slashed && month <= 12 && day <= 12 && month != day;
   if (format == TimeFormat::slashed && (has_half || month > 12) && day <= 12) std::swap(month, day);
-  const auto date = since_1970(year, month, day);
-  if (!date || !text.empty()) return std::nullopt;
-  return Time{format, *date + clock_s - sign * (zone[0] * 3600 + zone[1] * 60), may_be_both && !has_half};
+  const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(year)),
+                                         std::chrono::month(static_cast<unsigned>(month)),
+                                         std::chrono::day(static_cast<unsigned>(day))};
+  if (!date.ok() || !text.empty()) return std::nullopt;
+  const auto midnight_s =
+      static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count()) * kDay_s;
+  return Time{format, midnight_s + clock_s - sign * (zone[0] * 3600 + zone[1] * 60),
+              may_be_both && !has_half};
 }
 
 // As pandas and Python have it, also -1 days +23:59:59.95; or with its unit in each cell, as MATLAB and R write durations.
@@ -156,10 +150,7 @@ std::optional<double> to_number(std::string_view text) {
   return value;
 }
 
-bool is_measurement(double value) {
-  constexpr double kLargest = 1e30;
-  return std::abs(value) <= kLargest;
-}
+bool is_measurement(double value) { return std::abs(value) <= 1e30; }
 
 bool is_missing(std::string_view cell) {
   if (cell.empty() || cell.size() > 4 || (cell.front() >= '0' && cell.front() <= '9')) return cell.empty();
@@ -183,10 +174,8 @@ bool is_packed_date(std::string_view text) {
 
 std::optional<Time> to_time(std::string_view text) {
   text = trimmed(text);
-  if (const auto number = to_number(text); number && !is_packed_date(text)) {
-    if (!std::isfinite(*number)) return std::nullopt;
-    return Time{TimeFormat::number, *number};
-  }
+  if (const auto number = to_number(text); number && !is_packed_date(text))
+    return std::isfinite(*number) ? std::optional(Time{TimeFormat::number, *number}) : std::nullopt;
   double clock_s = 0;
   std::string_view rest = text;
   if (take_clock(rest, clock_s) && rest.empty()) return Time{TimeFormat::clock, clock_s};

@@ -8,13 +8,13 @@
 
 namespace flexor::recording {
 
-// What a person says of a log's times.
 // Of this machine, monotonic: flexor record and live write it beside each row of a source.
 inline constexpr const char* kHostClock = "host_s";
 inline constexpr double kFirstEpoch_s = 1e9;  // since 1970, of 2001: what is less is no date
-inline constexpr double kLastEpoch_s = 4e9;
 inline constexpr double kDay_s = 86400;
+inline bool is_epoch(double since_1970_s) { return since_1970_s >= kFirstEpoch_s && since_1970_s < 4e9; }
 
+// What a person says of a log's times.
 struct TimeOptions {
   TimeOptions() = default;
   TimeOptions(const char* unit_stated) : unit(unit_stated) {}
@@ -22,9 +22,8 @@ struct TimeOptions {
   std::string unit;                  // s, ms, us, ns: of a time column that states none
   std::vector<std::string> columns;  // which are the time: the first of them that a log has; empty: found
   double log_rate_hz = 0;            // rows a second of a log without any time
-  std::vector<std::string>
-      segments;  // of several trials in one file: their column, the first of these that it
-                 // has, or clock, which starts again; empty: one trial
+  // Of several trials in one file: their column, the first of these that it has, or clock, which starts again; empty: one trial.
+  std::vector<std::string> segments;
 };
 
 // Behind every clock AM or PM may stand, behind a date's a zone: Z, UTC, +hh:mm, +hhmm.

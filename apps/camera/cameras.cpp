@@ -28,10 +28,19 @@
 // Bytes, whatever they are in a name.
 template <>
 struct nlohmann::adl_serializer<std::filesystem::path> {
+  static void to_json(ordered_json& json, const std::filesystem::path& path) {
+    json = flexor::io::bytes_to_json(path.string());
+  }
   static void from_json(const ordered_json& json, std::filesystem::path& path) {
     path = flexor::io::bytes_from_json(json);
   }
 };
+
+namespace flexor::camera {
+
+FLEXOR_PIPE(Unsure, from_s, to_s, frames, quality)
+
+}  // namespace flexor::camera
 
 namespace flexor::filming {
 namespace {
@@ -47,6 +56,7 @@ struct TrackRequest {
   path report;         // a folder; empty: none
   double seconds = 0;  // stop after these; 0: at the end
 };
+FLEXOR_PIPE(TrackRequest, video, joints, lens, out, preview, report, seconds)
 
 struct Tracked {
   camera::Summary summary;
@@ -85,13 +95,6 @@ Json to_json(const Tracked& r, const TrackRequest& request) {
         {"frames_lost", a.frames[3]}, {"standard_error_deg", a.mean_se_deg}, {"min_deg", a.min_deg},
         {"max_deg", a.max_deg}};
   }
-  Json unsure = Json::array();
-  for (const camera::Unsure& u : r.summary.unsure) {
-    unsure.push_back({{"from_s", u.from_s},
-                      {"to_s", u.to_s},
-                      {"frames", u.frames},
-                      {"quality", static_cast<int>(u.worst)}});
-  }
   return {{"video", request.video.string()},
           {"joints", request.joints.string()},
           {"out", request.out.string()},
@@ -104,7 +107,7 @@ Json to_json(const Tracked& r, const TrackRequest& request) {
           {"height", r.height},
           {"angles", std::move(angles)},
           {"unsure_stretches", r.summary.unsure_stretches},
-          {"unsure", std::move(unsure)},
+          {"unsure", r.summary.unsure},
           {"decoding_s", r.decoding_s},
           {"tracking_s", r.tracking_s},
           {"warnings", r.warnings},
@@ -127,21 +130,17 @@ void save_results(const Tracked& r, const TrackRequest& request, const camera::P
   io::write_file(folder / "results.json", io::dump(json));
 }
 
-// Short bones turn most when a lens bends them.
-double typical_bone_px(const camera::Joints& joints, const std::vector<camera::Observation>& seen,
-                       int width) {
+// Of a picture that shows every mark; 0: there are no links. Short bones turn most when a lens bends them.
+double typical_bone_px(const camera::Joints& joints, const std::vector<camera::Observation>& seen) {
   double sum = 0;
   int count = 0;
   for (std::size_t s = 0; s < joints.skeletons.size(); ++s) {
     for (const camera::Link& l : joints.skeletons[s].links) {
-      const camera::ObservedMark& a = seen[s].marks[l.from];
-      const camera::ObservedMark& b = seen[s].marks[l.to];
-      if (!a.measured || !b.measured) continue;
-      sum += cv::norm(a.at - b.at);
+      sum += cv::norm(seen[s].marks[l.from].at - seen[s].marks[l.to].at);
       ++count;
     }
   }
-  return count > 0 ? sum / count : width / 12.0;
+  return count > 0 ? sum / count : 0;
 }
 
 // One video on its way through.
@@ -192,7 +191,7 @@ class Track {
       const bool all = std::ranges::all_of(tracker->seen(), &camera::Observation::labelled);
       if (all && labelled.empty()) {
         labelled = camera::draw_seen(picture, joints_, tracker->seen());
-        bone_px = typical_bone_px(joints_, tracker->seen(), out.width);
+        bone_px = typical_bone_px(joints_, tracker->seen());
       }
       if (!progress(video.frames(), video.declared_frames())) break;
       if (request_.seconds > 0 && t_s >= request_.seconds) break;
@@ -322,14 +321,7 @@ camera::Board board_of(const std::string& text) {
 }  // namespace
 
 Json track(const Json& arguments, const io::JobProgress& progress) {
-  const auto of = [&](const char* key) { return arguments.at(key).get<path>(); };
-  const TrackRequest request = {of("video"),
-                                of("joints"),
-                                of("lens"),
-                                of("out"),
-                                of("preview"),
-                                of("report"),
-                                arguments.at("seconds").get<double>()};
+  const auto request = arguments.get<TrackRequest>();
   for (const auto& input : {request.video, request.joints, request.lens}) io::note_input(input);
   try {
     return to_json(Track(request).run(progress), request);

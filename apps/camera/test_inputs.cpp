@@ -1,7 +1,5 @@
 // Makes small inputs for the tests that run every command: test_inputs FOLDER -> video.mp4 with joints.json,
 // board0.png to board8.png. test_inputs VIDEO OUT.mjpeg makes of a film what a browser takes in place of a camera.
-#include <fmt/format.h>
-
 #include <filesystem>
 
 #include "apps/camera/boards_test.hpp"

@@ -1,12 +1,9 @@
 #include "host/camera/angles.hpp"
 
 #include <cmath>
-#include <numbers>
 
 namespace flexor::camera {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 double quadratic(Point g, const Covariance& c) {
   return g.x * g.x * c[0] + 2 * g.x * g.y * c[1] + g.y * g.y * c[2];

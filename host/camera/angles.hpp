@@ -6,12 +6,15 @@
 // so that short bones and faint marks say themselves how little they can tell.
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <span>
 
 #include "host/camera/joints.hpp"
 
 namespace flexor::camera {
+
+inline constexpr double kDegrees = 180 / std::numbers::pi;  // of a radian
 
 struct Angle {
   double deg = 0;

@@ -156,25 +156,32 @@ ColourModel learn_twice(const cv::Mat& bgr, const Blobs& rough, std::size_t mark
   return model;
 }
 
+struct Polar {
+  cv::Mat hue_deg;
+  cv::Mat chroma;
+};
+
 // Pixels of chroma whose hue lies within kHueWidth_deg of `hue_deg`.
-cv::Mat hue_mask(const cv::Mat& hue, const cv::Mat& chroma, double hue_deg) {
-  cv::Mat out = cv::Mat::zeros(hue.size(), CV_8U);
+cv::Mat hue_mask(const Polar& picture, double hue_deg) {
+  cv::Mat out = cv::Mat::zeros(picture.hue_deg.size(), CV_8U);
   for (const double turn : {-360.0, 0.0, 360.0}) {
     cv::Mat one;
-    cv::inRange(hue, hue_deg + turn - kHueWidth_deg, hue_deg + turn + kHueWidth_deg, one);
+    cv::inRange(picture.hue_deg, hue_deg + turn - kHueWidth_deg, hue_deg + turn + kHueWidth_deg, one);
     out |= one;
   }
-  return out & (chroma > kMinChroma);
+  return out & (picture.chroma > kMinChroma);
 }
 
-void polar(const cv::Mat& lab_picture, cv::Mat& hue, cv::Mat& chroma) {
+Polar polar(const cv::Mat& lab_picture) {
   std::array<cv::Mat, 3> planes;
   cv::split(lab_picture, planes.data());
   cv::Mat a;
   cv::Mat b;
   planes[1].convertTo(a, CV_32F, 1, -128);
   planes[2].convertTo(b, CV_32F, 1, -128);
-  cv::cartToPolar(a, b, chroma, hue, true);
+  Polar out;
+  cv::cartToPolar(a, b, out.chroma, out.hue_deg, true);
+  return out;
 }
 
 double mean_chroma(const Blobs& blobs, const cv::Mat& chroma, std::size_t count) {
@@ -240,14 +247,9 @@ ColourModel colour_at(const Picture& picture, Point at) {
 }
 
 ColourModel colour_like(const Picture& picture, const std::array<double, 3>& rgb) {
-  cv::Mat hue;
-  cv::Mat chroma;
-  polar(lab(picture), hue, chroma);
   const Picture one(1, 1, CV_8UC3, cv::Scalar(rgb[2], rgb[1], rgb[0]));
-  cv::Mat told_hue;
-  cv::Mat told_chroma;
-  polar(lab(one), told_hue, told_chroma);
-  const Blobs blobs = find_blobs(hue_mask(hue, chroma, static_cast<double>(told_hue.at<float>(0, 0))));
+  const double hue_deg{polar(lab(one)).hue_deg.at<float>(0, 0)};
+  const Blobs blobs = find_blobs(hue_mask(polar(lab(picture)), hue_deg));
   if (blobs.compact.empty()) throw io::InputError("no mark of the given colour is in the picture");
   return learn_twice(picture, blobs, blobs.compact.size());
 }
@@ -257,20 +259,18 @@ ColourModel colour_automatic(const Picture& picture, const Window& region, std::
   const cv::Mat bgr = picture(region);
   cv::Mat picture_lab = lab(bgr);
   cv::medianBlur(picture_lab, picture_lab, 3);
-  cv::Mat hue;
-  cv::Mat chroma;
-  polar(picture_lab, hue, chroma);
+  Polar colours = polar(picture_lab);
   double best_score = 0;
   std::size_t most = 0;
   Blobs best;
   for (int i = 0; i < kHues; ++i) {
-    Blobs blobs = find_blobs(hue_mask(hue, chroma, 360.0 * i / kHues));
+    Blobs blobs = find_blobs(hue_mask(colours, 360.0 * i / kHues));
     most = std::max(most, blobs.compact.size());
     if (blobs.compact.size() < marks) continue;
     const double excess = static_cast<double>(blobs.compact.size() - marks) / static_cast<double>(marks);
     const double spread = blobs.compact.front().area / blobs.compact[marks - 1].area;
     const double area = typical_area(blobs, marks) * static_cast<double>(marks);
-    const double score = mean_chroma(blobs, chroma, marks) / (1 + excess) / (1 + std::log(spread)) /
+    const double score = mean_chroma(blobs, colours.chroma, marks) / (1 + excess) / (1 + std::log(spread)) /
                          (1 + blobs.other_px / (10 * area));
     if (score <= best_score) continue;
     best_score = score;
@@ -282,7 +282,8 @@ ColourModel colour_automatic(const Picture& picture, const Window& region, std::
         "one bright colour that nothing else has, or tell the colour with --colour X,Y",
         marks, most);
   }
-  for (cv::Mat* done : {&picture_lab, &hue, &chroma}) done->release();  // before as much again is needed
+  for (cv::Mat* done : {&picture_lab, &colours.hue_deg, &colours.chroma})
+    done->release();  // before as much again is needed
   return learn_twice(bgr, best, marks);
 }
 

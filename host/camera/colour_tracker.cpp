@@ -119,10 +119,7 @@ void ColourTracker::search(const Picture& picture, double t_s) {
       colour_is_learnt_ = true;
       colour_ = learn_colour(skeleton_, picture);
     }
-  } catch (const io::InputError& e) {
-    trouble_ = e.what();
-    return;
-  } catch (const io::JobError& e) {
+  } catch (const io::Failure& e) {
     trouble_ = e.what();
     return;
   }
@@ -304,13 +301,9 @@ Observation ColourTracker::report(double t_s) {
   std::vector<Point> points;
   std::vector<Covariance> covariances;
   for (const Followed& m : marks_) {
-    ObservedMark s;
-    s.measured = m.seen.has_value();
-    s.lost = m.lost();
-    s.at = m.seen ? m.seen->centre : m.predictor.at(t_s);
-    s.area_px = m.area_px;
-    out.marks.push_back(s);
-    points.push_back(lens_ ? lens_->undistort(s.at) : s.at);
+    const Point at = m.seen ? m.seen->centre : m.predictor.at(t_s);
+    out.marks.push_back({at, m.area_px, m.seen.has_value(), m.lost()});
+    points.push_back(lens_ ? lens_->undistort(at) : at);
     covariances.push_back(m.seen ? m.seen->covariance : Covariance{});
   }
   std::vector<bool> odd(marks_.size());

@@ -261,10 +261,7 @@ Joints joints_from_json(const std::string& text, const std::string& source) {
   const Json json = io::parse_json(text, source);
   io::JsonReader reader(json, source);
   reader.schema("flexor-joints", 1);
-  Joints out;
-  out.source = source;
-  out.document = text;
-  out.name = reader.text("name");
+  Joints out{source, text, reader.text("name"), {}};
   (void)reader.text_or_empty("description");
   const Json& skeletons = reader.list("skeletons");
   std::set<std::string> angles;

@@ -16,11 +16,6 @@ constexpr std::uint8_t kStart = 0xd8;
 constexpr std::uint8_t kScan = 0xda;
 constexpr std::uint8_t kEnd = 0xd9;
 
-struct Size {
-  int width = 0;
-  int height = 0;
-};
-
 [[noreturn]] void refuse(const std::string& what) { throw io::InputError("picture: " + what); }
 
 // SOF0 to SOF15, of which three codes are something else.
@@ -37,9 +32,9 @@ std::uint32_t two_bytes(std::string_view bytes, std::size_t i) {
 }
 
 // As the segments before the first scan state it; ITU-T T.81, B.1 and B.2.
-Size size_of(std::string_view bytes) {
+cv::Size size_of(std::string_view bytes) {
   if (byte_of(bytes, 0) != kFill || byte_of(bytes, 1) != kStart) refuse("no JPEG");
-  std::optional<Size> out;
+  std::optional<cv::Size> out;
   for (std::size_t at = 2; at + 4 <= bytes.size();) {
     if (byte_of(bytes, at) != kFill) refuse("no JPEG behind its first bytes");
     const auto marker = static_cast<std::uint8_t>(byte_of(bytes, at + 1));
@@ -51,7 +46,7 @@ Size size_of(std::string_view bytes) {
     if (states_size(marker)) {
       if (out) refuse("a JPEG that states its size twice");
       if (marker > 0xc1) refuse("a progressive JPEG; only baseline ones are taken, as a canvas makes them");
-      out = Size{static_cast<int>(two_bytes(bytes, at + 7)), static_cast<int>(two_bytes(bytes, at + 5))};
+      out = cv::Size{static_cast<int>(two_bytes(bytes, at + 7)), static_cast<int>(two_bytes(bytes, at + 5))};
     }
     at += 2 + static_cast<std::size_t>(two_bytes(bytes, at + 2));
   }
@@ -64,7 +59,7 @@ Size size_of(std::string_view bytes) {
 Picture from_jpeg(std::string_view bytes) {
   if (bytes.size() > kMostJpegBytes)
     refuse(fmt::format("{} bytes; at most {} are taken", bytes.size(), kMostJpegBytes));
-  const Size size = size_of(bytes);
+  const cv::Size size = size_of(bytes);
   for (const int side : {size.width, size.height}) {
     if (side < kLeastJpeg_px || side > kMostJpeg_px) {
       refuse(fmt::format("{} x {} pixels; each side must have {} to {}", size.width, size.height,
@@ -78,8 +73,7 @@ Picture from_jpeg(std::string_view bytes) {
                            cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
   }
-  if (decoded.cols != size.width || decoded.rows != size.height || decoded.type() != CV_8UC3)
-    refuse("a JPEG that cannot be decoded");
+  if (decoded.size() != size || decoded.type() != CV_8UC3) refuse("a JPEG that cannot be decoded");
   return decoded;
 }
 

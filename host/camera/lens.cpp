@@ -90,12 +90,10 @@ void Lens::require_size(int w, int h, const std::string& source) const {
 
 Lens ordinary_lens(int width, int height) {
   constexpr double kFocalShare = 1.1;
-  Lens out;
-  out.width = width;
-  out.height = height;
-  out.focal_px = {kFocalShare * width, kFocalShare * width};
-  out.centre_px = {(width - 1) / 2.0, (height - 1) / 2.0};
-  return out;
+  return {.width = width,
+          .height = height,
+          .focal_px = {kFocalShare * width, kFocalShare * width},
+          .centre_px = {(width - 1) / 2.0, (height - 1) / 2.0}};
 }
 
 Lens lens_from_json(const std::string& text, const std::string& source) {
@@ -179,11 +177,9 @@ LensFit fit_lens(const std::vector<std::filesystem::path>& pictures, const Board
   const std::vector<std::vector<cv::Point2f>> seen = find_corners(pictures, board, picture_size, out);
   cv::Mat k;
   cv::Mat distortion;
-  std::vector<cv::Mat> turns;
-  std::vector<cv::Mat> shifts;
   const std::vector<std::vector<cv::Point3f>> boards(seen.size(), square);
   out.lens.reprojection_rms_px =
-      cv::calibrateCamera(boards, seen, picture_size, k, distortion, turns, shifts);
+      cv::calibrateCamera(boards, seen, picture_size, k, distortion, cv::noArray(), cv::noArray());
   const bool sane = std::isfinite(out.lens.reprojection_rms_px) &&
                     out.lens.reprojection_rms_px < kLargestRms_px && cv::checkRange(k) &&
                     cv::checkRange(distortion);
@@ -197,9 +193,7 @@ LensFit fit_lens(const std::vector<std::filesystem::path>& pictures, const Board
   out.lens.height = picture_size.height;
   out.lens.focal_px = {k.at<double>(0, 0), k.at<double>(1, 1)};
   out.lens.centre_px = {k.at<double>(0, 2), k.at<double>(1, 2)};
-  for (int i = 0; i < static_cast<int>(out.lens.distortion.size()); ++i) {
-    out.lens.distortion[static_cast<std::size_t>(i)] = distortion.at<double>(i);
-  }
+  std::copy_n(distortion.begin<double>(), out.lens.distortion.size(), out.lens.distortion.begin());
   out.lens.pictures = static_cast<int>(seen.size());
   return out;
 }

@@ -27,11 +27,9 @@ constexpr int kRim = 2;  // pixels around the mark that its edge may reach
 double radius(double area_px) { return std::sqrt(area_px / kPi); }
 
 Window around(const Picture& picture, Point at, double reach) {
-  const int left = std::max(0, static_cast<int>(std::floor(at.x - reach)));
-  const int top = std::max(0, static_cast<int>(std::floor(at.y - reach)));
-  const int right = std::min(picture.cols - 1, static_cast<int>(std::ceil(at.x + reach)));
-  const int bottom = std::min(picture.rows - 1, static_cast<int>(std::ceil(at.y + reach)));
-  return {left, top, right - left + 1, bottom - top + 1};
+  const cv::Point first(cvFloor(at.x - reach), cvFloor(at.y - reach));
+  const cv::Point behind(cvCeil(at.x + reach) + 1, cvCeil(at.y + reach) + 1);
+  return Window(first, behind) & Window({}, picture.size());
 }
 
 double squared(double v) { return v * v; }

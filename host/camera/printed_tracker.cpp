@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <opencv2/aruco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -10,13 +9,8 @@
 namespace flexor::camera {
 namespace {
 
-constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 constexpr double kLeastSigma_px = 0.025;  // no edge is known better, however straight it looks
 constexpr double kOddNormal = 0.9;        // cosine: links whose marks face different ways are doubtful
-
-cv::Ptr<cv::aruco::Dictionary> dictionary() {
-  return cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11);
-}
 
 struct Pose {
   cv::Matx33d turn;
@@ -125,7 +119,7 @@ std::optional<double> refine(const cv::Mat& grey, std::vector<cv::Point2f>& corn
 // Of a square's turn about its normal.
 double turn_variance_deg2(const Found& f) {
   const double variance = std::max(kLeastSigma_px * kLeastSigma_px, f.corner_variance_px2);
-  return kDegreesPerRadian * kDegreesPerRadian * variance / (2 * f.side_px * f.side_px);
+  return kDegrees * kDegrees * variance / (2 * f.side_px * f.side_px);
 }
 
 // The choice of poses whose normals agree best with one of them.
@@ -135,19 +129,17 @@ void choose(std::vector<std::optional<Found>>& found) {
   for (const auto& reference : found) {
     if (!reference) continue;
     for (const Pose& r : reference->poses) {
+      const auto value = [&](const Pose& pose) {
+        return pose.normal().dot(r.normal()) - 0.2 * pose.error_px;
+      };
       double agreement = -r.error_px;
       std::vector<std::size_t> taken(found.size());
       for (std::size_t m = 0; m < found.size(); ++m) {
         if (!found[m]) continue;
-        double closest = -1e9;
-        for (std::size_t p = 0; p < found[m]->poses.size(); ++p) {
-          const Pose& pose = found[m]->poses[p];
-          const double value = pose.normal().dot(r.normal()) - 0.2 * pose.error_px;
-          if (value <= closest) continue;
-          closest = value;
-          taken[m] = p;
-        }
-        agreement += closest;
+        const std::vector<Pose>& poses = found[m]->poses;
+        const auto closest = std::ranges::max_element(poses, {}, value);
+        taken[m] = static_cast<std::size_t>(closest - poses.begin());
+        agreement += value(*closest);
       }
       if (agreement <= best) continue;
       best = agreement;
@@ -164,7 +156,8 @@ std::vector<std::optional<Found>> detect(const Skeleton& skeleton, const Lens& l
   cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   std::vector<std::vector<cv::Point2f>> corners;
   std::vector<int> ids;
-  cv::aruco::detectMarkers(grey, dictionary(), corners, ids);
+  cv::aruco::detectMarkers(grey, cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11), corners,
+                           ids);
   const auto half = static_cast<float>(skeleton.size_mm / 2);
   const std::vector<cv::Point3f> square = {
       {-half, half, 0}, {half, half, 0}, {half, -half, 0}, {-half, -half, 0}};
@@ -185,10 +178,9 @@ std::vector<std::optional<Found>> detect(const Skeleton& skeleton, const Lens& l
     cv::solvePnPGeneric(square, f.corners, lens.matrix(), lens.distortion, turns, shifts, false,
                         cv::SOLVEPNP_IPPE_SQUARE, cv::noArray(), cv::noArray(), errors);
     for (std::size_t p = 0; p < turns.size(); ++p) {
-      Pose pose;
+      Pose& pose = f.poses.emplace_back();
       cv::Rodrigues(turns[p], pose.turn);
       pose.error_px = errors[p];
-      f.poses.push_back(pose);
     }
     if (f.poses.empty()) continue;
     auto& place = found[static_cast<std::size_t>(it - skeleton.ids.begin())];
@@ -212,7 +204,7 @@ std::vector<Measurement> measure(const Skeleton& skeleton, const std::vector<std
       const Pose& pa = a->poses[a->chosen];
       const Pose& pb = b->poses[b->chosen];
       const cv::Matx33d r = pa.turn.t() * pb.turn;
-      const double turn = std::atan2(r(1, 0) - r(0, 1), r(0, 0) + r(1, 1)) * kDegreesPerRadian;
+      const double turn = std::atan2(r(1, 0) - r(0, 1), r(0, 0) + r(1, 1)) * kDegrees;
       Angle angle;
       // The square's y axis points up, the picture's down: clockwise on the screen is a negative turn.
       angle.deg = (rule.negative ? turn : -turn) + rule.offset_deg;

@@ -77,7 +77,7 @@ void Tracker::count(const FilteredRow& row) {
   if (unsure && summary_.unsure_stretches <= kMaxUnsure) {
     Unsure& u = summary_.unsure.back();
     u.to_s = row.t_s;
-    u.worst = std::max(u.worst, worst);
+    u.quality = std::max(u.quality, worst);
     ++u.frames;
   }
   unsure_now_ = unsure;

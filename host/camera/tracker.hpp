@@ -26,7 +26,7 @@ struct Unsure {  // frames in a row in which some angle is not good
   double from_s = 0;
   double to_s = 0;
   std::size_t frames = 0;
-  Quality worst = Quality::good;
+  Quality quality = Quality::good;  // the worst of them
 };
 
 struct Summary {

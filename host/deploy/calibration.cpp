@@ -41,8 +41,9 @@ std::size_t finger_of(const std::string& name, const std::string& source) {
   }
 }
 
-Sensor sensor_of(const model::Input& input, const Sensor& alpha, const CalibrationDocument& calibration,
-                 const std::optional<Sensor>& own) {
+Sensor sensor_of(const model::Input& input, std::size_t strip, const Sensor& alpha,
+                 const CalibrationDocument& calibration) {
+  const std::optional<Sensor>& own = calibration.sensor[strip];
   const std::string& unit = input.unit;
   const bool counts = unit == "count";
   const bool known = counts || reads_alpha(input);
@@ -101,10 +102,8 @@ std::array<Sensor, kFingers> sensors_of(const model::Model& model, const Sensor&
   std::array<Sensor, kFingers> out;
   out.fill(alpha);
   const model::Wiring wiring = model::wiring_of(model);
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    if (!wiring.input[i]) continue;
-    out[i] = sensor_of(model.inputs[*wiring.input[i]], alpha, calibration, calibration.sensor[i]);
-  }
+  for (std::size_t i = 0; i < out.size(); ++i)
+    if (wiring.input[i]) out[i] = sensor_of(model.inputs[*wiring.input[i]], i, alpha, calibration);
   return out;
 }
 

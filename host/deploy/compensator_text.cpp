@@ -287,13 +287,10 @@ class Writer {
 // Of C++ and of its headers.
 constexpr std::string_view kReserved =
     " alignas alignof and asm auto bool break case catch char class compl const constexpr continue decltype "
-    "default delete do double "
-    "else enum explicit export extern false final float for friend goto if inline int long main mutable "
-    "namespace new noexcept not "
-    "nullptr operator or override private protected public register return short signed sizeof static std "
-    "struct switch template this "
-    "throw true try typedef typeid typename union unsigned using virtual void volatile while xor concept "
-    "requires flexor ";
+    "default delete do double else enum explicit export extern false final float for friend goto if inline "
+    "int long main mutable namespace new noexcept not nullptr operator or override private protected public "
+    "register return short signed sizeof static std struct switch template this throw true try typedef "
+    "typeid typename union unsigned using virtual void volatile while xor concept requires flexor ";
 
 // A source and, before it, what it includes, each once.
 void add_source(const std::string& path, std::set<std::string>& known, std::string& out) {

@@ -241,8 +241,7 @@ void check_tracking(const Glove& glove) {
   if (std::ranges::any_of(tracked, [](const glove::TrackedStrip& strip) { return strip.half != 0; })) return;
   throw InputError(
       "--track: no joint has one strip whose readings at the open hand and at the fist are known: identify "
-      "it "
-      "anew, each joint with its own sensor, from a recording with both, or leave out --track");
+      "it anew, each joint with its own sensor, from a recording with both, or leave out --track");
 }
 
 link::Turns turns_of(const Glove& glove) {

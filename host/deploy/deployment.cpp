@@ -179,9 +179,8 @@ struct TimeBudget {
 };
 TimeBudget time_budget(const Deployment& d) {
   constexpr double kConversion_ms = 13 * 128 / kCyclesPerMs;  // of the ADC at 125 kHz
-  const int bytes =
-      d.glove.output != Output::radio ? line_bytes(d.glove) : link::frame_bytes(d.glove.key.has_value());
-  const double baud = d.glove.output != Output::radio ? kUsbBaud : d.glove.baud;
+  const int bytes = has_hand(d) ? link::frame_bytes(d.glove.key.has_value()) : line_bytes(d.glove);
+  const double baud = has_hand(d) ? d.glove.baud : kUsbBaud;
   TimeBudget t;
   t.period_ms = 1000 * d.glove.model.sample_period_s;
   t.adc_ms = static_cast<double>(model::scan_of(d.glove.pins).size()) * kConversion_ms;

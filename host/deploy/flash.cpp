@@ -33,13 +33,6 @@ std::vector<fs::path> entries(const fs::path& folder, const std::string& prefix)
   return out;
 }
 
-std::string owners_group(const fs::path& port) {
-  struct stat info {};
-  if (stat(port.c_str(), &info) != 0) return "dialout";
-  const group* owner = getgrgid(info.st_gid);
-  return owner != nullptr ? owner->gr_name : "dialout";
-}
-
 // "0x1e950f (probably m328p)" behind "device signature = "; empty: it did not come so far.
 std::string signature_in(const std::string& err) {
   constexpr std::string_view kBefore = "signature = ";
@@ -132,11 +125,10 @@ std::string choose_port(const std::string& port, const fs::path& dev) {
   if (stat(path.c_str(), &info) != 0)
     throw InputError("{}: no such port: is the board plugged in? --port auto looks for it", port);
   if (!S_ISCHR(info.st_mode)) throw InputError("{}: is no serial port", port);
-  if (access(path.c_str(), R_OK | W_OK) != 0) {
-    throw InputError("{}: no permission: sudo usermod -aG {} $USER, then log in anew", port,
-                     owners_group(path));
-  }
-  return path.string();
+  if (access(path.c_str(), R_OK | W_OK) == 0) return path.string();
+  const group* owner = getgrgid(info.st_gid);
+  throw InputError("{}: no permission: sudo usermod -aG {} $USER, then log in anew", port,
+                   owner != nullptr ? owner->gr_name : "dialout");
 }
 
 Bootloader::Bootloader(std::string port, int baud, FlashProgress progress)

@@ -18,17 +18,6 @@ constexpr double kSoftStop_deg = 2;      // before the joint's own
 constexpr double kReach_deg = 15;        // past which a reading is none
 constexpr double kSameEnds = 0.1;        // of the hand's range, within which a model's ends are the hand's
 
-// Each finger's rest angle by the model; where it has no channel, the hand's lower limit.
-std::array<double, kFingers> rests(const model::Hardware& p, const model::Model& model) {
-  std::array<double, kFingers> out = p.hand_lower_deg;
-  const model::Wiring wiring = model::wiring_of(model);
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    if (!wiring.joint[i]) continue;
-    out[i] = std::clamp(model.joints[*wiring.joint[i]].rest_deg, p.hand_lower_deg[i], p.hand_upper_deg[i]);
-  }
-  return out;
-}
-
 // T = K_t V / R and b = K_t K_e / R + viscous, behind the gear: full speed T / b, time J / b.
 HandMotor motor_of(const model::Hardware& p) {
   constexpr double kDeg_per_rad = 180 / std::numbers::pi;
@@ -53,12 +42,10 @@ void limit(Hand& hand) {
   // The fastest motor of this kind, and the one with the least friction.
   const double fastest_deg_s = (1 + kMotorSpeedShare) * hand.motor.full_speed_deg_s;
   const double least_friction = (1 - kMotorFrictionShare) * hand.motor.friction;
-  double& duty = hand.hardware.loop_duty;
-  duty = std::min(duty, kTopSpeed_deg_s / fastest_deg_s + least_friction - hand.motor.load);
-  double& integral_limit = hand.hardware.loop_integral_limit;
-  integral_limit = std::min(integral_limit, kSafeIntegralLimit);
-  double& speed_deg_s = hand.hardware.loop_speed_deg_s;
-  speed_deg_s = std::min(speed_deg_s, kSafeSpeed_deg_s);
+  model::Hardware& h = hand.hardware;
+  h.loop_duty = std::min(h.loop_duty, kTopSpeed_deg_s / fastest_deg_s + least_friction - hand.motor.load);
+  h.loop_integral_limit = std::min(h.loop_integral_limit, kSafeIntegralLimit);
+  h.loop_speed_deg_s = std::min(h.loop_speed_deg_s, kSafeSpeed_deg_s);
 }
 
 // A board's converter counts to 1023, whatever the one of the log counted to.
@@ -77,14 +64,13 @@ void check_bits(const model::Model& model) {
 Glove glove_that_runs(const model::Hardware& p, const model::Model& model, const Key& key,
                       const CalibrationDocument& calibration) {
   check_bits(model);
-  Glove glove;
-  glove.model = model;
-  glove.sensor = sensors_of(model, divider(p.divider_kohm, p.flat_kohm, p.kohm_per_deg), calibration);
-  glove.baud = p.baud;
-  glove.frame_rate_hz = p.frame_rate_hz;
-  glove.key = key;
-  glove.pins = p.pins;
-  return glove;
+  const Sensor alpha = divider(p.divider_kohm, p.flat_kohm, p.kohm_per_deg);
+  return {.model = model,
+          .sensor = sensors_of(model, alpha, calibration),
+          .baud = p.baud,
+          .frame_rate_hz = p.frame_rate_hz,
+          .key = key,
+          .pins = p.pins};
 }
 
 Glove glove_for(const model::Hardware& p, const model::Model& model, const Key& key,
@@ -99,8 +85,14 @@ Hand unprotected_hand(const model::Hardware& p, const model::Model& model, const
   hand.hardware = p;
   hand.lower_deg.fill(p.loop_lower_deg);
   hand.upper_deg.fill(p.loop_upper_deg);
-  hand.rest_deg = rests(p, model);
   hand.key = key;
+  hand.rest_deg = p.hand_lower_deg;
+  const model::Wiring wiring = model::wiring_of(model);
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    if (!wiring.joint[i]) continue;
+    const double rest_deg = model.joints[*wiring.joint[i]].rest_deg;
+    hand.rest_deg[i] = std::clamp(rest_deg, p.hand_lower_deg[i], p.hand_upper_deg[i]);
+  }
   return hand;
 }
 

@@ -271,7 +271,11 @@ class PartWriter {
     for (std::size_t i = 0; i < inputs_; ++i) {
       if (needed_[i]) add_input(i);
     }
-    for (const BoardOutput& one : outputs_) add_output(one.output);
+    for (const auto& [joint, leaves] : outputs_) {
+      out_.u8(leaves.number | leaves.place << 4);
+      out_.u8(leaves.strips | leaves.finger << 5);
+      for (const int angle : {leaves.rest, leaves.open, leaves.fist}) out_.u16(angle);
+    }
     for (const Bytes& one : knots_) out_.bytes.insert(out_.bytes.end(), one.begin(), one.end());
     out_.bytes.insert(out_.bytes.end(), sections_.bytes.begin(), sections_.bytes.end());
     const std::size_t size = out_.bytes.size() + compensator::kCrcBytes;
@@ -280,14 +284,6 @@ class PartWriter {
     std::uint16_t crc = 0;
     for (const std::uint8_t byte : out_.bytes) crc = core::crc16_add(crc, byte);
     out_.u16(crc);
-  }
-
-  void add_output(const compensator::Output& one) {
-    out_.u8(one.number | one.place << 4);
-    out_.u8(one.strips | one.finger << 5);
-    out_.u16(one.rest);
-    out_.u16(one.open);
-    out_.u16(one.fist);
   }
 
   void add_input(std::size_t i) {

@@ -33,12 +33,6 @@ void move(const fs::path& from, const fs::path& to) {
   if (error) throw InputError("{}: cannot be written: {}", to.string(), error.message());
 }
 
-void mark(const fs::path& path) {
-  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
-  if (file < 0) throw InputError("{}: cannot be written: {}", path.string(), std::strerror(errno));
-  close(file);
-}
-
 }  // namespace
 
 OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), lock_(folder_) {
@@ -58,7 +52,7 @@ OutFolder::OutFolder(const fs::path& folder) : folder_(fs::absolute(folder)), lo
 
 void OutFolder::publish() {
   try {
-    mark(staging() / kWhole);
+    io::write_file(staging() / kWhole, "");
     replace(staging());
   } catch (...) {
     // What was there is in it: the next that opens this folder ends what was begun.
@@ -95,7 +89,7 @@ void OutFolder::replace(const fs::path& staged) const {
   for (const char* part : kParts) {
     if (!is_there(staged / kCleared) && is_there(folder_ / part)) move(folder_ / part, old / part);
   }
-  mark(staged / kCleared);
+  io::write_file(staged / kCleared, "");
   if (is_there(staged / kKeyFile)) move(staged / kKeyFile, folder_ / kKeyFile);
   for (const char* part : kParts) {
     if (!is_there(staged / part)) continue;

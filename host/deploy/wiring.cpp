@@ -5,9 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/deploy/sources.hpp"
-#include "host/io/io.hpp"
-
 namespace flexor::deploy {
 namespace {
 
@@ -39,10 +36,9 @@ BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm, co
     }
   }
   if (pins.joystick) {
-    for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t i = 0; i < 2; ++i)
       out.connections.push_back({fmt::format("A{}", (*pins.joystick)[i]), "joystick",
                                  i == 0 ? "joystick x" : "joystick y", "ends to 5 V and GND"});
-    }
   }
   for (std::size_t i = 0; i < model::kButtons; ++i) {
     if (!pins.button[i]) continue;
@@ -120,13 +116,13 @@ std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm,
   if (pins.joystick) out.push_back({1, "thumb joystick: two potentiometers of 10 kOhm"});
   if (pressed > 0) out.push_back({pressed, "push button that closes; the board has the pull-ups"});
   if (!radio) return out;
-  out.push_back({2, "HC-12 radio module with its antenna"});
-  out.push_back({static_cast<int>(kFingers), "motor with its potentiometer, for the hand"});
-  out.push_back({3, "driver for two motors: PWM, direction, enable"});
-  out.push_back({static_cast<int>(kFingers),
-                 fmt::format("resistor {:g} kOhm, one for each potentiometer", kPull_kohm)});
-  out.push_back({1, fmt::format("resistor {:g} kOhm from the drivers' enable to GND", kEnablePull_kohm)});
-  out.push_back({1, "supply for the motors, its ground joined with the board's"});
+  out.insert(out.end(),
+             {{2, "HC-12 radio module with its antenna"},
+              {kFingers, "motor with its potentiometer, for the hand"},
+              {3, "driver for two motors: PWM, direction, enable"},
+              {kFingers, fmt::format("resistor {:g} kOhm, one for each potentiometer", kPull_kohm)},
+              {1, fmt::format("resistor {:g} kOhm from the drivers' enable to GND", kEnablePull_kohm)},
+              {1, "supply for the motors, its ground joined with the board's"}});
   return out;
 }
 

@@ -39,11 +39,8 @@ class Script {
 // The label of a tic is a format of gnuplot's.
 std::string tics(const std::vector<std::string>& names) {
   std::string out;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    std::string label;
-    for (const char c : names[i]) label += c == '%' ? std::string("%%") : std::string(1, c);
-    out += fmt::format("{}{} {}", i == 0 ? "" : ", ", gnuplot_text(label), i);
-  }
+  for (std::size_t i = 0; i < names.size(); ++i)
+    out += fmt::format("{}{} {}", i == 0 ? "" : ", ", gnuplot_text(escaped(names[i], {{'%', "%%"}})), i);
   return out;
 }
 
@@ -159,8 +156,15 @@ std::string to_json(const Chart& chart) {
                      {"height", chart.panel_px},
                      {"axes", std::move(axes)},
                      {"panels", std::move(panels)}};
+  return escaped(json.dump(), {{'<', "\\u003c"}});
+}
+
+std::string escaped(std::string_view text, std::initializer_list<std::pair<char, std::string_view>> letters) {
   std::string out;
-  for (const char c : json.dump()) out += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  for (const char c : text) {
+    const auto* const letter = std::ranges::find(letters, c, [](const auto& one) { return one.first; });
+    out += letter == letters.end() ? std::string_view(&c, 1) : letter->second;
+  }
   return out;
 }
 

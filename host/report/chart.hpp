@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <initializer_list>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -54,6 +55,9 @@ struct Chart {
 
 // For chart.mjs. Texts are the user's: no `<` stays in them.
 std::string to_json(const Chart& chart);
+
+// The same text with some letters written as they have to be where it goes.
+std::string escaped(std::string_view text, std::initializer_list<std::pair<char, std::string_view>> letters);
 
 // Any text as a text of gnuplot's: in single quotes it reads nothing into it but its end, which a doubled
 // quote is not. A line break would end the command, and bytes that are not UTF-8 would make the figure no

@@ -16,21 +16,8 @@ std::string path_of(const std::vector<std::pair<double, double>>& points) {
 }  // namespace
 
 std::string escape_html(std::string_view text) {
-  std::string out;
-  for (const char c : io::to_utf8(text)) {
-    const char* const entity = c == '&'    ? "&amp;"
-                               : c == '<'  ? "&lt;"
-                               : c == '>'  ? "&gt;"
-                               : c == '"'  ? "&quot;"
-                               : c == '\'' ? "&apos;"
-                                           : nullptr;
-    if (entity != nullptr) {
-      out += entity;
-    } else {
-      out += c;
-    }
-  }
-  return out;
+  return escaped(io::to_utf8(text),
+                 {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\'', "&apos;"}});
 }
 
 void Drawing::line(const std::vector<std::pair<double, double>>& points, const std::string& colour,

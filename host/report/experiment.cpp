@@ -137,19 +137,6 @@ void verdict(Page& page, const Experiment& e) {
   }
 }
 
-// Five fingers together: the fastest, or the sum.
-double fastest(const Json& by_finger) {
-  double out = 0;
-  for (const auto& finger : by_finger.items()) out = std::max(out, finger.value().get<double>());
-  return out;
-}
-
-double sum(const Json& by_finger) {
-  double out = 0;
-  for (const auto& finger : by_finger.items()) out += finger.value().get<double>();
-  return out;
-}
-
 // What the article says of curves and prints no number for.
 void shape_table(Page& page, const Json& shapes) {
   if (shapes.empty()) return;
@@ -181,13 +168,22 @@ void finger_table(Page& page, const Experiment& e) {
     return fmt::format("{:.1f} %", 100 * cell.at("frames_lost").get<double>() /
                                        std::max(cell.at("frames_sent").get<double>(), 1.0));
   };
+  const auto fastest = [](const Json& cell) {
+    double deg_s = 0;
+    for (const Json& finger : cell.at("impact_deg_s")) deg_s = std::max(deg_s, finger.get<double>());
+    return fmt::format("{:.0f}°/s", deg_s);
+  };
+  const auto pressed = [](const Json& cell) {
+    double five_s = 0;
+    for (const Json& finger : cell.at("pressed_s")) five_s += finger.get<double>();
+    return fmt::format("{:.2f} s", five_s);
+  };
   columns.insert(
       columns.end(),
       {{"lag", lag},
        {"with the lag removed", [](const Json& cell) { return with_interval(cell.at("lag_removed_deg_s")); }},
-       {"fastest hit",
-        [](const Json& cell) { return fmt::format("{:.0f}°/s", fastest(cell.at("impact_deg_s"))); }},
-       {"pressed", [](const Json& cell) { return fmt::format("{:.2f} s", sum(cell.at("pressed_s"))); }},
+       {"fastest hit", fastest},
+       {"pressed", pressed},
        {"frames lost", lost}});
   page.begin_details("Each finger, the lag, and what the end stops suffer");
   page.table(table_of("Error of each finger in degree-seconds", e.results.at("cells"), columns));

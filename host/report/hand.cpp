@@ -183,14 +183,6 @@ void overview(const Saved& saved) {
   page.write(saved);
 }
 
-void joint_cards(Page& page, const Json& joint) {
-  const Json& held = joint.at("holdout");
-  page.cards({error_card(Json::array({joint})),
-              {fmt::format("{:.1f}°", held.at("p95_abs_deg").get<double>()),
-               fmt::format("95 % of the errors are smaller; the largest is {:.1f}°",
-                           held.at("max_abs_deg").get<double>())}});
-}
-
 void joint_scores(Page& page, const Json& joint) {
   page.heading("Scores beside the peers");
   std::vector<std::pair<std::string, Json>> scores = {{"compensator", joint.at("holdout")}};
@@ -295,7 +287,11 @@ void joint_page(const Saved& saved, const std::string& name, const Json& joint, 
   const std::vector<Link> back = {{"report.html", "All joints"}};
   page.links("Report", back);
   page.paragraph(joint.at("verdict").at("words").get<std::string>() + ".");
-  joint_cards(page, joint);
+  const Json& held = joint.at("holdout");
+  page.cards({error_card(Json::array({joint})),
+              {fmt::format("{:.1f}°", held.at("p95_abs_deg").get<double>()),
+               fmt::format("95 % of the errors are smaller; the largest is {:.1f}°",
+                           held.at("max_abs_deg").get<double>())}});
   joint_figures(page, saved, joint, number);
   tried_structures(page, joint);
   const double period_s = 1 / saved.results().at("rate_hz").get<double>();

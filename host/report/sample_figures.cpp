@@ -11,7 +11,6 @@ namespace flexor::report {
 namespace {
 
 // Colours that stay apart for colour-blind readers (Okabe, Ito 2008).
-constexpr const char* kMeasured = "#222222";
 constexpr const char* kEstimated = "#0072B2";
 constexpr const char* kBaseline = "#E69F00";
 constexpr const char* kHeldOut = "#D55E00";
@@ -62,15 +61,11 @@ std::vector<HeldStretch> held_out_stretches(const Samples& s) {
 
 // Where a log paused.
 void add_pauses(Chart& chart, const Samples& s, const HeldStretch& part) {
-  for (std::size_t k = part.begin; k < part.end;) {
-    if (s.gap[k] == 0) {
-      ++k;
-      continue;
-    }
-    std::size_t end = k;
-    while (end < part.end && s.gap[end] != 0) ++end;
-    chart.shaded.emplace_back(s.t_s[k] + part.shift_s, s.t_s[std::min(end, part.end - 1)] + part.shift_s);
-    k = end;
+  for (std::size_t k = part.begin; k < part.end; ++k) {
+    if (s.gap[k] == 0) continue;
+    const double from_s = s.t_s[k];
+    while (k + 1 < part.end && s.gap[k] != 0) ++k;
+    chart.shaded.emplace_back(from_s + part.shift_s, s.t_s[k] + part.shift_s);
   }
 }
 
@@ -162,17 +157,16 @@ Chart curve_chart(const std::string& name, const Samples& s, const Json& static_
   }
   const auto of = [&](const char* key) { return static_map.at(key).get<std::vector<double>>(); };
   const Panel panel{"angle (deg)",
-                    {{"camera", "#999999", reading, measured_deg, Style::points, 2},
+                    {{"camera", kFaint, reading, measured_deg, Style::points, 2},
                      {"compensator", kEstimated, reading, estimated_deg, Style::points, 2},
                      {"finger held still", kHeldOut, of("reading"), of("angle_deg"), Style::line, 2.5}}};
-  return {{name, "From sensor reading to angle",
-           "Samples outside pauses. Where the compensator's cloud lies on the camera's, it follows the "
-           "finger, loops and all. The line is where its angle would settle if the finger stopped."},
-          unit.empty() ? "sensor reading" : fmt::format("sensor reading ({})", unit),
-          {panel},
-          {},
-          {},
-          300};
+  return {
+      .figure = {name, "From sensor reading to angle",
+                 "Samples outside pauses. Where the compensator's cloud lies on the camera's, it follows the "
+                 "finger, loops and all. The line is where its angle would settle if the finger stopped."},
+      .x_label = unit.empty() ? "sensor reading" : fmt::format("sensor reading ({})", unit),
+      .panels = {panel},
+      .panel_px = 300};
 }
 
 Chart holdout_chart(const std::string& name, const Samples& s) {
@@ -186,7 +180,7 @@ Chart holdout_chart(const std::string& name, const Samples& s) {
        true},
       parts.size() > 1 ? "time, one recording after another (s)" : "time (s)",
       {{"angle (deg)",
-        {{"camera", kMeasured, d.t_s, d.measured_deg, Style::line, 2.2},
+        {{"camera", kInk, d.t_s, d.measured_deg, Style::line, 2.2},
          {"straight line", kBaseline, d.t_s, d.line_deg},
          {"compensator", kEstimated, d.t_s, d.estimated_deg, Style::line, 1.8}}},
        {"error (deg)",
@@ -211,13 +205,12 @@ Chart error_histogram(const std::string& name, const std::vector<double>& fitted
     }
     return out;
   };
-  return {{name, "Residual check: size", "How the errors are distributed. Both parts should look alike."},
-          "error (deg)",
-          {{"share of samples (%)",
-            {histogram("fitted part", "#999999", fitted), histogram("held out", kHeldOut, held)}}},
-          {},
-          {},
-          300};
+  return {.figure = {name, "Residual check: size",
+                     "How the errors are distributed. Both parts should look alike."},
+          .x_label = "error (deg)",
+          .panels = {{"share of samples (%)",
+                      {histogram("fitted part", kFaint, fitted), histogram("held out", kHeldOut, held)}}},
+          .panel_px = 300};
 }
 
 Chart error_correlation(const std::string& name, const Part& held, double period_s) {
@@ -237,23 +230,23 @@ Chart error_correlation(const std::string& name, const Part& held, double period
   const auto level = [&](const std::string& text, const char* colour, double y) {
     return Series{text, colour, {0, distance_s.back()}, {y, y}, Style::line, 1.5, true};
   };
-  return {{name, "Residual check: runs",
+  return {
+      .figure =
+          {name, "Residual check: runs",
            "Whether errors come in runs, and whether earlier readings would foretell them. Outside the lines "
            "(two standard errors; of both, by Bartlett's formula) something repeatable is left that the "
            "structure cannot express."},
-          "distance in time (s)",
-          {{"correlation",
-            {level("bounds, white noise", "#999999", band),
-             level("", "#999999", -band),
-             level("bounds", kHeldOut, cross_band),
-             level("", kHeldOut, -cross_band),
-             {"errors", kEstimated, distance_s, own, Style::line, 2},
-             {"errors, earlier readings", kHeldOut, distance_s, cross, Style::line, 2}},
-            -1,
-            1}},
-          {},
-          {},
-          300};
+      .x_label = "distance in time (s)",
+      .panels = {{"correlation",
+                  {level("bounds, white noise", kFaint, band),
+                   level("", kFaint, -band),
+                   level("bounds", kHeldOut, cross_band),
+                   level("", kHeldOut, -cross_band),
+                   {"errors", kEstimated, distance_s, own, Style::line, 2},
+                   {"errors, earlier readings", kHeldOut, distance_s, cross, Style::line, 2}},
+                  -1,
+                  1}},
+      .panel_px = 300};
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <charconv>
 #include <limits>
+#include <sstream>
 #include <string_view>
 
 #include "host/io/io.hpp"
@@ -63,14 +64,12 @@ const std::string& plain_name(const std::string& name) {
 }
 
 Columns Saved::columns(const std::string& file) const {
-  const std::string text = read(file);
+  std::istringstream lines(read(file));
   std::vector<std::string> names;
   std::vector<std::vector<double>> values;
   std::size_t row = 0;
-  for (std::string_view rest = text; !rest.empty();) {
-    const auto end = rest.find('\n');
-    const auto line = cells(rest.substr(0, end));
-    rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
+  for (std::string text; std::getline(lines, text);) {
+    const auto line = cells(text);
     if (row++ == 0) {
       names.assign(line.begin(), line.end());
       values.resize(names.size());

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-namespace flexor::report {
+#include "host/io/io.hpp"
 
-using Json = nlohmann::ordered_json;
+namespace flexor::report {
 
 // Columns by name, all of the same length. Cells that are empty are NaN.
 using Columns = std::map<std::string, std::vector<double>>;

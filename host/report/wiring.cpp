@@ -124,10 +124,7 @@ void draw_digital_side(WiringDrawing& d, const ByPin& pins) {
 
 // As a cell of a table in Markdown, which takes HTML.
 std::string cell(const Json& text) {
-  std::string out;
-  for (const char c : io::one_line(text.get<std::string>()))
-    out += c == '<' ? "&lt;" : c == '|' ? "&#124;" : std::string(1, c);
-  return out;
+  return escaped(io::one_line(text.get<std::string>()), {{'<', "&lt;"}, {'|', "&#124;"}});
 }
 
 std::string wiring_text(const Json& wiring) {

@@ -1,7 +1,5 @@
 #include "host/study/bench.hpp"
 
-#include <algorithm>
-
 #include "host/study/boards.hpp"
 #include "host/study/builtin.hpp"
 #include "host/study/exact_json.hpp"

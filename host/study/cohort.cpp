@@ -8,7 +8,6 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <optional>
 #include <set>
 #include <sstream>
 
@@ -240,7 +239,6 @@ class Run {
   }
 
   const Json& settings() const { return settings_; }
-  std::size_t jobs() const { return takes_.size() + persons_.size(); }
   bool is_stopped() const { return request_.goes_on && !request_.goes_on(); }
 
   // Writes what it finds.
@@ -249,9 +247,7 @@ class Run {
     try {
       job < takes_.size() ? identify(takes_[job], threads, part["joints"])
                           : leave_out(persons_[job - takes_.size()], threads, part["joints"]);
-    } catch (const InputError& error) {
-      part["reason"] = reason_of(error, request_.manifest.folder);
-    } catch (const io::JobError& error) {
+    } catch (const io::Failure& error) {
       part["reason"] = reason_of(error, request_.manifest.folder);
     }
     if (is_stopped()) throw io::Cancelled("");  // it may be the best so far only
@@ -477,7 +473,7 @@ CohortResult run_cohort(const CohortRequest& request,
   const Run run(request);
   start_folder(request.folder, run.settings());
   const Shard& shard = request.shard;
-  const std::size_t mine = shard.count(run.jobs());
+  const std::size_t mine = shard.count(jobs_of(run.settings()));
   std::vector<std::size_t> todo;
   bool is_whole = true;
   for (std::size_t k = 0; k < mine; ++k) {

@@ -28,11 +28,6 @@ recording::Recording angles(const std::array<std::vector<float>, kFingers>& seen
   return out;
 }
 
-// A camera starts at another time each day.
-double clock_of(std::uint64_t seed, int donning) {
-  return kCameraClock_s + static_cast<double>(twin::seed_of(seed, donning) % 10000) / 1000;
-}
-
 GloveRecording to_recording(const twin::Trial& trial, double frames_hz, double camera_clock_s) {
   GloveRecording out;
   for (const double t : trial.sample_s) out.glove.t_s.push_back(kGloveClock_s + t);
@@ -82,7 +77,10 @@ std::vector<GloveRecording> record_glove(const GloveRequest& request) {
   std::vector<GloveRecording> out;
   for (int donning = 0; donning < request.donnings; ++donning) {
     const twin::Trial trial = twin::simulate(input, static_cast<std::uint64_t>(donning), 1).front();
-    out.push_back(to_recording(trial, request.parameters.camera_rate_hz, clock_of(request.seed, donning)));
+    // A camera starts at another time each day.
+    const double camera_clock_s =
+        kCameraClock_s + static_cast<double>(twin::seed_of(request.seed, donning) % 10000) / 1000;
+    out.push_back(to_recording(trial, request.parameters.camera_rate_hz, camera_clock_s));
   }
   return out;
 }

@@ -88,10 +88,9 @@ std::optional<Distance> distance(const Result& result, int from, int to) {
 }
 
 const Cell* find(const Result& result, int gesture, const std::string& compensator) {
-  const auto it = std::ranges::find_if(result.cells, [&](const Cell& cell) {
-    return cell.gesture == gesture && cell.compensator == compensator;
-  });
-  return it == result.cells.end() ? nullptr : &*it;
+  for (const Cell& cell : result.cells)
+    if (cell.gesture == gesture && cell.compensator == compensator) return &cell;
+  return nullptr;
 }
 
 Json to_json(const std::vector<ShapeCheck>& checks) {
@@ -201,12 +200,12 @@ std::vector<ShapeCheck> shape_checks(const Result& result, const Plan& plan) {
     out.push_back({2, "large fluctuations: swing of index and middle, which the person keeps still, with raw",
                    place("raw", stillest), raw->swing_deg[stillest].mean(), kLargeSwing_deg, true});
   }
-  ShapeCheck still{4,
-                   "no significant deviations: mean |e| of middle, ring and pinky with all compensators",
-                   "",
-                   -1,
-                   kSignificant_deg,
-                   false};
+  ShapeCheck still{
+      .gesture = 4,
+      .what = "no significant deviations: mean |e| of middle, ring and pinky with all compensators",
+      .where = "",
+      .value_deg = -1,
+      .threshold_deg = kSignificant_deg};
   for (const std::string& c : published_compensators()) {
     const Cell* cell = find(result, 4, c);
     if (cell == nullptr) return out;

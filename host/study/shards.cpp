@@ -1,6 +1,5 @@
 #include "host/study/shards.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "host/io/json.hpp"

@@ -22,7 +22,6 @@ constexpr double kStraight = 1;     // prior weight of a bend at the outermost k
 constexpr double kEnd_deg = 1;      // nearer to a limit than this, the finger rests at its end
 constexpr double kGoesOn =
     0.05;  // of the readings' range: at a limit the sensor goes on, in a held pose it does not
-constexpr double kOpen = 1;        // of the range, how far an open angle may go on
 constexpr double kRests = 0.05;    // of the time: an end that it is less at is a pose like others
 constexpr double kDonning = 0.03;  // standard deviation of a reading from donning to donning, in ranges
 constexpr double kShort_s = 20;    // of a recording as short as this a donning counts half
@@ -145,9 +144,9 @@ model::Saturation limits_of(const Stack& stack, double tail) {
   return quantiles(stack.angle(stack.used), tail);
 }
 
-model::Saturation open_limits(const VectorXd& angle) {
-  const double range = angle.maxCoeff() - angle.minCoeff();
-  return {angle.minCoeff() - kOpen * range, angle.maxCoeff() + kOpen * range};
+model::Saturation open_limits(const VectorXd& angle, double beyond) {
+  const double beyond_deg = beyond * (angle.maxCoeff() - angle.minCoeff());
+  return {angle.minCoeff() - beyond_deg, angle.maxCoeff() + beyond_deg};
 }
 
 model::Saturation limits_at_rest(const VectorXd& angle, const VectorXd& own, double beyond) {

@@ -24,9 +24,12 @@ constexpr double kWandersAlike = 1.5;
 constexpr double kShowsCreep_s = 2;  // of a hold
 constexpr double kUnseenDrift = 2;   // of the still one's error, which 19 of 20 of its angles are within
 constexpr double kMostCreep_deg = 10;
-// What the recording shows may drift farther: a motion no slower than a third of the part, and an error that is a quarter less.
+// What the recording shows needs no hold: a motion no slower than a third of the part, and an error that is a quarter less. Where the
+// part is ten times as long and the error halves it may drift farther; a chain's pole of a tenth of the part leans on its bound.
 constexpr double kMemories = 3;
 constexpr double kShown = 0.75;
+constexpr double kManyMemories = 10.1;
+constexpr double kHalved = 0.5;
 constexpr double kMuchLarger = 0.1;
 constexpr double kSure =
     1.5;  // standard errors over six folds: nine of ten gains by chance are less (Student's t)
@@ -420,15 +423,17 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
       longest = std::max(longest, held.to - held.from);
   }
   const double period_s = one.model.sample_period_s;
-  const bool shown = static_cast<double>(rows) * period_s >= kMemories * slowest_s(one.model) &&
-                     one.cross_validated_deg <= kShown * still.cross_validated_deg;
-  const bool is_held = static_cast<double>(longest) * period_s >= kShowsCreep_s;
+  const double memories = static_cast<double>(rows) * period_s / slowest_s(one.model);
+  const double left = one.cross_validated_deg / still.cross_validated_deg;
+  const bool is_certain = memories >= kManyMemories && left <= kHalved;
+  const bool is_shown =
+      static_cast<double>(longest) * period_s >= kShowsCreep_s || (memories >= kMemories && left <= kShown);
   const double most_drift_deg =
-      std::min(is_held ? HUGE_VAL : kUnseenDrift * still.cross_validated_deg, kMostCreep_deg);
-  if (!shown && one.hold_drift_deg > most_drift_deg) {
+      std::min(is_shown ? HUGE_VAL : kUnseenDrift * still.cross_validated_deg, kMostCreep_deg);
+  if (!is_certain && one.hold_drift_deg > most_drift_deg) {
     return fmt::format(
         "held still, its angle drifts by {:.1f} degrees within a minute, {}", one.hold_drift_deg,
-        is_held ? "and its error is not a quarter less" : "and the recording has no hold that shows it");
+        is_shown ? "and its error is not halved" : "and the recording has no hold that shows it");
   }
   const bool pays = one.cross_validated_deg <= (1 - kCreepPays) * still.cross_validated_deg;
   if (pays && gain_in_errors(one.fold_loss, still.fold_loss) > kSure) return "";

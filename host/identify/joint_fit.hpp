@@ -3,7 +3,7 @@
 // it is as near to double as deploy asks for (model::allowed_fixed_error_deg); where none is, the best that holds still. A
 // candidate that creeps back after its sensor is taken in its place where its cross-validated error is a tenth lower, its loss
 // surely lower over the folds, and its error wanders no more than half as much again in the holds that the reference itself
-// shows; a drift above ten degrees, without a hold one above twice the error, needs an error that is a quarter lower. Then
+// shows; without a hold a drift above twice the error needs one that is a quarter lower, above ten degrees one that is halved. Then
 // chains, over the same folds and fitted for other donnings too (Donnings): one is taken where its loss is lower, by a standard
 // error unless it is the smaller; one that creeps is judged as other candidates that do. Of several sensors their mix
 // (structure_text.hpp) and the own one alone are tried as well, and taken where they are as good and hold as still. Of readings

@@ -71,7 +71,8 @@ constexpr const char* kLevels =
 // How far a clock goes from the front, perhaps behind a date and before AM, a zone or a year; or seconds since 1970. 0: there is none.
 std::size_t time_end(std::string_view text) {
   const std::size_t digits = std::min(text.find_first_not_of("0123456789."), text.size());
-  const bool is_number = digits > 0 && digits < text.size() && kGaps.find(text[digits]) != kGaps.npos;
+  const bool is_number =
+      digits < text.size() && kGaps.find(text[digits]) != kGaps.npos && to_number(text.substr(0, digits));
   std::size_t out = is_number ? digits : 0;
   const std::size_t colon = std::min(text.find(':'), text.size());
   const bool has_gap =
@@ -80,6 +81,7 @@ std::size_t time_end(std::string_view text) {
   for (int k = 0; k < 3 && end != text.npos; ++k, end = text.find_first_of(kGaps, end + 1)) {
     const std::size_t mark = text[end - 1] == ':' ? end - 1 : end;
     if (to_time(text.substr(0, mark))) out = mark;
+    if (text[end] != ' ') break;  // what stands behind a separator is another cell
   }
   return out;
 }
@@ -118,7 +120,9 @@ bool take_part(Prefix& p) {
   if (close != p.rest.npos) {
     const std::string_view inner = trimmed(p.rest.substr(1, close - 1));
     const std::string_view time = inner.substr(inner.starts_with("0 ") ? 2 : 0);  // days, of Tera Term
-    const bool is_time = p.time.empty() && to_time(time);
+    const std::size_t next = std::min(p.rest.find_first_not_of(' ', close + 1), p.rest.size() - 1);
+    const bool is_cell = to_number(time) && kMarks.find(p.rest[next]) != kMarks.npos;  // (1), 0.02, 300
+    const bool is_time = p.time.empty() && !is_cell && to_time(time);
     p.has_tag = p.has_tag || is_one_of(inner, kLevels);
     p.is_logged = p.is_logged || p.has_tag;
     if (!is_time && !(p.is_logged && inner.find_first_of("-.0123456789") != 0)) return false;
@@ -126,7 +130,8 @@ bool take_part(Prefix& p) {
     p.is_sure = true;
     p.drop(close + 1);
     while (p.has_time_and(kMarks) || (!p.time.empty() && p.rest.starts_with("- "))) p.drop(1);
-  } else if (is_one_of(word, kLevels) && (word.size() > 1 ? !after.empty() : after.starts_with('('))) {
+  } else if (is_one_of(word, kLevels) && p.rest[std::min(word.size(), p.rest.size() - 1)] != '\t' &&
+             (word.size() > 1 ? !after.empty() : after.starts_with('('))) {
     p.is_logged = true;
     p.has_tag = word.size() == 1;
     p.drop(word.size() + (after.starts_with(':') ? 1 : 0));
@@ -300,7 +305,8 @@ bool is_greeting(const std::vector<std::string>& cells) {
   return std::ranges::any_of(cells, [](std::string_view word) {
     word = word.substr(0, word.find_last_not_of(".,:!") + 1);
     const bool is_numbered = word.size() > 2 && word.find_first_not_of("0123456789.", 1) == word.npos;
-    return is_one_of(word, kWords) || (is_numbered && lower(word).starts_with('v'));
+    return is_one_of(word, kWords) ||
+           (is_numbered && lower(word).starts_with('v') && word.find('.') != word.npos);
   });
 }
 

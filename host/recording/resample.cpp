@@ -104,34 +104,34 @@ Range without_spikes(std::span<const double> value) {
 }
 
 std::vector<std::uint8_t> without_jumps(const Series& series) {
-  constexpr double kLongest_s = 0.2;
+  constexpr std::size_t kMostFrames = 2;
   constexpr double kRange_s = 0.12;
+  constexpr double kLeast = 0.3;  // of the range
   constexpr double kFar = 5;
-  constexpr double kNear = 0.3;  // of the jump, from where it came
+  constexpr double kNear = 0.3;  // of the jump: from where it came, and what the finger itself moves
   std::vector<std::uint8_t> out(series.value.size(), 1);
   std::vector<std::size_t> at;  // where something was read
+  for (std::size_t k = 0; k < out.size(); ++k)
+    if (!std::isnan(series.value[k])) at.push_back(k);
+  if (at.size() < 5) return out;
+  const auto step = [&](std::size_t from, std::size_t to) {
+    return series.value[at[to]] - series.value[at[from]];
+  };
   std::vector<double> sizes;
-  for (std::size_t k = 0; k < out.size(); ++k) {
-    if (std::isnan(series.value[k])) continue;
-    if (!at.empty()) sizes.push_back(std::abs(series.value[k] - series.value[at.back()]));
-    at.push_back(k);
-  }
-  if (at.size() < 3) return out;
+  for (std::size_t i = 1; i < at.size(); ++i) sizes.push_back(std::abs(step(i - 1, i)));
   const auto nearly_all = sizes.begin() + std::ssize(sizes) * 19 / 20;
   std::ranges::nth_element(sizes, nearly_all);
   const Range range = without_spikes(series.value);
-  const auto jump = [&](std::size_t i, std::size_t j) {  // 0 where the step from at[i] to at[j] is none
-    const double step = series.value[at[j]] - series.value[at[i]];
-    const double far = std::max(kFar * *nearly_all,
-                                (range.max - range.min) / kRange_s * (series.t_s[at[j]] - series.t_s[at[i]]));
-    return std::abs(step) > far ? step : 0;
+  const auto is_far = [&](std::size_t i) {  // the step to at[i]
+    const double share = std::max(kLeast, (series.t_s[at[i]] - series.t_s[at[i - 1]]) / kRange_s);
+    return std::abs(step(i - 1, i)) > std::max(kFar * *nearly_all, share * (range.max - range.min));
   };
-  for (std::size_t i = 1; i < at.size(); ++i) {
-    const double away = jump(i - 1, i);
-    for (std::size_t j = i + 1;
-         away != 0 && j < at.size() && series.t_s[at[j]] - series.t_s[at[i - 1]] < kLongest_s; ++j) {
-      const double left = series.value[at[j]] - series.value[at[i - 1]];
-      if (jump(j - 1, j) * away >= 0 || std::abs(left) > kNear * std::abs(away)) continue;
+  for (std::size_t i = 2; i + 1 < at.size(); ++i) {
+    const double near = kNear * std::abs(step(i - 1, i));
+    for (std::size_t j = i + 1; is_far(i) && j <= i + kMostFrames && j + 1 < at.size(); ++j) {
+      const bool is_flat = std::abs(step(i, j - 1)) < near;
+      const bool is_still = std::abs(step(i - 2, i - 1)) < near && std::abs(step(j, j + 1)) < near;
+      if (!is_far(j) || !is_flat || !is_still || std::abs(step(i - 1, j)) > near) continue;
       while (i < j) out[at[i++]] = 0;
       break;
     }

@@ -107,8 +107,9 @@ Samples resample(const Series& series, double period_s, double max_gap_s, const 
 // Of the readings, without holes and without the few that lie three times as far from all others as these are wide: a malformed line, a spike.
 Range without_spikes(std::span<const double> value);
 
-// 1 for each reading, 0 where it jumps away from its neighbours and back within 0.2 s, both ways faster than the range in 0.12 s,
-// which no finger is, and five times as far as nearly all others step: what a tracker says that has lost its mark.
+// 1 for each reading, 0 for one or two that jump away from their neighbours and back, each way in one step of a third of the range at
+// least, faster than the range in 0.12 s and five times as far as nearly all others, while the finger hardly moves before and after:
+// what a tracker says that has lost its mark.
 std::vector<std::uint8_t> without_jumps(const Series& series);
 
 // What counts as a pause of this log: five of its steps, at least 0.3 s. Its step is the one in which half of

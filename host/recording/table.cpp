@@ -387,7 +387,7 @@ class Finder : public TableState {
     } else {
       has_header_ = comment_is_header(at(0)->comment);
     }
-    has_index_ = has_header_ && header_[0].empty();
+    has_index_ = has_header_ && header_[0].empty() && options_.time.log_rate_hz == 0;
     for (std::size_t i = 0; i < header_.size(); ++i) {
       if (!has_header_ || header_[i].empty()) header_[i] = fmt::format("column{}", i + 1);
     }
@@ -595,10 +595,10 @@ class Finder : public TableState {
     return {lower(column.substr(0, unit)), seconds_in(column.substr(unit)).value_or(0)};
   }
 
-  // Whether one column has whole seconds and the other what is left of them. A clock's must fall where the seconds go on.
+  // Whether one column has whole seconds and the other what is left of them: it falls where they go on, unless they count from 1970.
   bool fits_part(const std::vector<std::string>& seconds, const std::vector<std::string>& parts,
                  double part_s, bool is_clock) const {
-    bool falls = !is_clock;
+    bool falls = !is_clock && is_epoch(to_number(seconds.empty() ? "" : seconds[0]).value_or(0));
     double last = 0;
     for (std::size_t k = 0; k < std::min(seconds.size(), parts.size()); ++k) {
       const auto time = time_in(seconds[k], separator_);
@@ -606,7 +606,7 @@ class Finder : public TableState {
       if (!time || is_clock == (time->format == TimeFormat::number) || time->value != std::floor(time->value))
         return false;
       if (!part || has_fraction(parts[k]) || *part < 0 || *part * part_s >= 1) return false;
-      if (*part < last && is_clock && seconds[k] == seconds[k - 1]) return false;
+      if (*part < last && seconds[k] == seconds[k - 1]) return false;
       falls = falls || *part < last;
       last = *part;
     }

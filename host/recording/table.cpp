@@ -130,10 +130,9 @@ class Finder : public TableState {
     const std::size_t i = time_place_ == 0U ? 1 : 0;
     if (i >= std::min(header_.size(), cells_.size()) || time_place_ == i)
       return refuse(Kind::no_column, "no column beside the time", at(0)->number);
-    const std::string held = excerpt(cells_[i]);
-    refuse(Kind::no_column,
-           fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none", header_[i], held),
-           at(0)->number);
+    const std::string detail = fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none",
+                                           header_[i], excerpt(cells_[i]));
+    refuse(Kind::no_column, detail, at(0)->number);
   }
 
   // Of several sections in a file another may have what was asked for.
@@ -871,11 +870,6 @@ bool TableReader::push(Line& line) {
     first_ = 1;
   }
   return true;
-}
-
-void TableReader::end() {
-  has_ended_ = true;
-  try_settle();
 }
 
 // On a copy: more lines may be needed, and a port's may be noise.

@@ -1014,7 +1014,7 @@ bool TableReader::read_time(double& t_s, Problem& why) {
     return refuse_it("may be hours and minutes, or minutes and seconds; write it as 0:" + excerpt(text));
   bool is_number = found && found->format == TimeFormat::number;
   // Fractions, and seconds since 1970, are what they look like.
-  times_.is_unit_known |= is_number && (has_fraction(text) || is_epoch(found->value));
+  if (is_number && !times_.is_unit_known) times_.is_unit_known = has_fraction(text) || is_epoch(found->value);
   if (packed_ticks_ > 0) {
     const auto clock_s = is_number ? to_packed_clock(found->value / packed_ticks_) : std::nullopt;
     if (!clock_s)

@@ -1,7 +1,7 @@
 // A glove's log and the angle that a camera saw, on one clock and on the grid of a compensator.
 //
-// The sensor is sampled as `apply` samples it: from the log's first row, with nothing but past readings. The measured angle is no input
-// of the compensator: it is the straight line between its neighbours at each of these instants.
+// The sensor is sampled as `apply` samples it: from the log's first row, with nothing but past readings. The measured angle is no
+// input of the compensator: it is the straight line between its neighbours at each of these instants.
 #pragma once
 
 #include <array>
@@ -62,13 +62,13 @@ std::string in_words(const Still& still);
 bool leave_out_frozen(Recording& angle, const std::string& column, const Series& reading,
                       double clock_offset_s, std::vector<std::string>& warnings);
 
-// One column of a file of measured angles, of each trial in it (csv.hpp), without what its tracker lost and without spikes. Throws
-// io::InputError and io::JobError.
+// One column of a file of measured angles, of each trial in it (csv.hpp), without what its tracker lost and without spikes.
+// Throws io::InputError and io::JobError.
 std::vector<Recording> angle_segments(const Log& log, const std::string& column, const TimeOptions& time);
 Recording read_angle(const Log& log, const std::string& column, const TimeOptions& time);
 
-// Degrees, whatever the column says; `stated` is the user's word where the column has none. Says what it converted. An angle that wraps
-// at the end of a turn goes on from there. Throws io::InputError for a unit that is no angle's, or a word against the column's.
+// Degrees, whatever the column says; `stated` is the user's word where it has none. Says what it converted. An angle that wraps at
+// the end of a turn goes on from there. Throws io::InputError for a unit that is no angle's, or a word against the column's.
 void to_degrees(Recording& recording, const std::string& column, const std::string& stated);
 
 // The unit of a sensor's column: what its name says, or else `stated`, the user's word; both may be empty. Throws
@@ -105,9 +105,9 @@ Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset
 
 // The samples of a pair whose clock offset is known; fills in all but the alignment.
 // lead_s: the angle is the one so far ahead; a compensator that is fitted to it predicts. 0 to 1.
-// split: the share of the overlap, from its start, that a fit sees. What counts as a pause and as a reading is learnt from the rows of
-// that part alone: counts between an ADC's rails, or in any other unit what was read and a quarter of that range on either side.
-// Throws io::InputError and io::JobError.
+// split: the share of the overlap, from its start, that a fit sees. What counts as a pause and as a reading is learnt from the
+// rows of that part alone: counts between an ADC's rails, or in any other unit what was read and a quarter of that range on
+// either side. Throws io::InputError and io::JobError.
 void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double lead_s, double split,
                  Aligned& out);
 

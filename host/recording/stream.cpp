@@ -57,12 +57,6 @@ const char* spreadsheet_mend(double value, double step) {
   return nullptr;
 }
 
-void Stream::Count::add(const Row& row) {
-  if (rows++ > 0) return;
-  first_line = row.line;
-  first_s = row.t_s;
-}
-
 bool Stream::next(Row& row) {
   while (ready_.empty()) {
     if (!read()) return false;

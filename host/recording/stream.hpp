@@ -1,16 +1,16 @@
-// Rows of a log, one after the other, with a clock that never runs backwards: what identify, apply and score read, from a file, from
-// standard input or from memory.
+// Rows of a log, one after the other, with a clock that never runs backwards: what identify, apply and score read, from a file,
+// from standard input or from memory.
 //
 // Clock repair looks one row ahead, and only where something is odd:
 //  - the same time again: the row stays, a burst; where its readings are the same, too, it is left out.
 //  - a row far ahead (more than kJump_s) that the next row does not confirm by following it closely: left out.
 //  - a row that goes back, after which the clock goes on as before: left out.
-//  - a clock that starts again (the board was reset): refused, or followed: what comes after it is placed one step after what came
-//    before, because nobody knows how long the board was off.
+//  - a clock that starts again (the board was reset): refused, or followed: what comes after it is placed one step after what
+//    came before, because nobody knows how long the board was off.
 //  - a counter that wraps, of 16 bits (65.536 s of milliseconds, also from -32.768) or of 32 (milliseconds or microseconds), or
 //    midnight: goes on, where the step over it is about those before and the next row confirms it by following it closely.
-// Of a log that comes as it is made no row that goes back is refused: it is left out. Each is told with its row. What is kept does
-// not grow with the log.
+// Of a log that comes as it is made no row that goes back is refused: it is left out. Each is told with its row. What is kept
+// does not grow with the log.
 #pragma once
 
 #include <array>
@@ -86,7 +86,11 @@ class Stream {
     std::size_t rows = 0;
     std::size_t first_line = 0;
     double first_s = 0;
-    void add(const Row& row);
+    void add(const Row& row) {
+      if (rows++ > 0) return;
+      first_line = row.line;
+      first_s = row.t_s;
+    }
   };
 
   bool read();  // one row of the source into ready_ or pending_; false at the end

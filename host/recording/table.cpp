@@ -130,10 +130,9 @@ class Finder : public TableState {
     const std::size_t i = time_place_ == 0U ? 1 : 0;
     if (i >= std::min(header_.size(), cells_.size()) || time_place_ == i)
       return refuse(Kind::no_column, "no column beside the time", at(0)->number);
-    const std::string held = excerpt(cells_[i]);
-    refuse(Kind::no_column,
-           fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none", header_[i], held),
-           at(0)->number);
+    const std::string detail = fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none",
+                                           header_[i], excerpt(cells_[i]));
+    refuse(Kind::no_column, detail, at(0)->number);
   }
 
   // Of several sections in a file another may have what was asked for.
@@ -873,11 +872,6 @@ bool TableReader::push(Line& line) {
   return true;
 }
 
-void TableReader::end() {
-  has_ended_ = true;
-  try_settle();
-}
-
 // On a copy: more lines may be needed, and a port's may be noise.
 void TableReader::try_settle() {
   if (is_settled_ || problem_ || (!is_live() && !has_ended_ && ahead_.size() < next_try_)) return;
@@ -1020,7 +1014,7 @@ bool TableReader::read_time(double& t_s, Problem& why) {
     return refuse_it("may be hours and minutes, or minutes and seconds; write it as 0:" + excerpt(text));
   bool is_number = found && found->format == TimeFormat::number;
   // Fractions, and seconds since 1970, are what they look like.
-  times_.is_unit_known |= is_number && (has_fraction(text) || is_epoch(found->value));
+  if (is_number && !times_.is_unit_known) times_.is_unit_known = has_fraction(text) || is_epoch(found->value);
   if (packed_ticks_ > 0) {
     const auto clock_s = is_number ? to_packed_clock(found->value / packed_ticks_) : std::nullopt;
     if (!clock_s)

@@ -160,7 +160,10 @@ class TableReader : public TableState {
 
   // False: the line holds nothing. Swaps its text away.
   bool push(Line& line);
-  void end();
+  void end() {
+    has_ended_ = true;
+    try_settle();
+  }
   // A port was opened anew: another header is another glove's.
   void cut() { is_fresh_ = true; }
   // What the next line is; none: more lines are needed, or there is a problem.

@@ -12,15 +12,15 @@ namespace flexor::recording {
 // The unit that the column's name states, in one spelling: count V mV ohm kohm deg rad mm. Empty: none.
 std::string unit_of(std::string_view column);
 
-// One spelling of what a person or a units row calls a unit ("Volts", "degrees", "adc"); none where it is no unit that Flexor knows.
+// One spelling of what a person or a units row calls a unit ("Volts", "degrees", "adc"); none where Flexor knows none.
 std::optional<std::string> known_unit(std::string_view text);
 bool is_unit(std::string_view text);  // one of those, or of time
 
 // "index_mcp_deg", "index_mcp (deg)" -> index_mcp; a name without a unit that Flexor knows as it is.
 std::string without_unit(std::string_view column);
 
-// What the column's name states as the unit of an angle though it is none that Flexor knows: anything in brackets, or grad gon mrad
-// turn percent at the end. Empty: nothing of that kind.
+// What the column's name states as the unit of an angle though it is none that Flexor knows: anything in brackets, or grad gon
+// mrad turn percent at the end. Empty: nothing of that kind.
 std::string unknown_angle_unit(std::string_view column);
 
 // Seconds in a unit of time (s ms us ns, min; "millis", "sec" ...); none where it is no unit of time.

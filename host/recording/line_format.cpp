@@ -81,7 +81,11 @@ std::size_t time_end(std::string_view text) {
   for (int k = 0; k < 3 && end != text.npos; ++k, end = text.find_first_of(kGaps, end + 1)) {
     const std::size_t mark = text[end - 1] == ':' ? end - 1 : end;
     if (to_time(text.substr(0, mark))) out = mark;
-    if (text[end] != ' ') break;  // what stands behind a separator is another cell
+    // What stands behind a separator is another cell, but for milliseconds behind Python's comma.
+    const std::size_t next = text.find_first_of(kGaps, end + 1);
+    const bool has_comma =
+        next != text.npos && text[next] == ' ' && text.substr(0, end).find('.') == text.npos;
+    if (text[end] != ' ' && !has_comma) break;
   }
   return out;
 }

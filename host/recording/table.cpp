@@ -594,10 +594,12 @@ class Finder : public TableState {
     return {lower(column.substr(0, unit)), seconds_in(column.substr(unit)).value_or(0)};
   }
 
-  // Whether one column has whole seconds and the other what is left of them: it falls where they go on, unless they count from 1970.
+  // Whether one column has whole seconds and the other what is left of them: it falls where they go on, where a few rows may show it.
   bool fits_part(const std::vector<std::string>& seconds, const std::vector<std::string>& parts,
                  double part_s, bool is_clock) const {
-    bool falls = !is_clock && is_epoch(to_number(seconds.empty() ? "" : seconds[0]).value_or(0));
+    const bool is_since_1970 = is_epoch(to_number(seconds.empty() ? "" : seconds[0]).value_or(0));
+    bool falls =
+        !is_clock && (is_since_1970 || part_s < 1e-6);  // nanoseconds alone would be too long a number
     double last = 0;
     for (std::size_t k = 0; k < std::min(seconds.size(), parts.size()); ++k) {
       const auto time = time_in(seconds[k], separator_);

@@ -105,7 +105,7 @@ Range without_spikes(std::span<const double> value) {
 
 std::vector<std::uint8_t> without_jumps(const Series& series) {
   constexpr std::size_t kMostFrames = 2;
-  constexpr double kRange_s = 0.12;
+  constexpr double kRange_s = 0.08;
   constexpr double kLeast = 0.3;  // of the range
   constexpr double kFar = 5;
   constexpr double kNear = 0.3;  // of the jump: from where it came, and what the finger itself moves

@@ -108,7 +108,7 @@ Samples resample(const Series& series, double period_s, double max_gap_s, const 
 Range without_spikes(std::span<const double> value);
 
 // 1 for each reading, 0 for one or two that jump away from their neighbours and back, each way in one step of a third of the range at
-// least, faster than the range in 0.12 s and five times as far as nearly all others, while the finger hardly moves before and after:
+// least, faster than the range in 80 ms and five times as far as nearly all others, while the finger hardly moves before and after:
 // what a tracker says that has lost its mark.
 std::vector<std::uint8_t> without_jumps(const Series& series);
 

@@ -577,7 +577,9 @@ class Finder : public TableState {
       for (std::size_t j = 0; j < header_.size(); ++j) {
         const auto [part_stem, part_s] = cut_unit(header_[j]);
         if (part_s == 0 || part_s >= 1 || part_stem != (is_clock ? "" : stem)) continue;
-        if (!fits_part(seconds, cells_ahead(j), part_s, is_clock)) continue;
+        // tv_sec and tv_usec are one time; t_s and t_ms may both be all of it, and then the second never falls.
+        const bool is_stamp = part_s < 1e-3 && lower(header_[i]).find("sec") != std::string::npos;
+        if (!fits_part(seconds, cells_ahead(j), part_s, is_clock, is_stamp)) continue;
         wants_more_ |= is_pipe() && seconds.front() == seconds.back() && at(kStandingRows - 1) == nullptr;
         part_place_ = j;
         part_s_ = part_s;
@@ -596,10 +598,8 @@ class Finder : public TableState {
 
   // Whether one column has whole seconds and the other what is left of them: it falls where they go on, where a few rows may show it.
   bool fits_part(const std::vector<std::string>& seconds, const std::vector<std::string>& parts,
-                 double part_s, bool is_clock) const {
-    const bool is_since_1970 = is_epoch(to_number(seconds.empty() ? "" : seconds[0]).value_or(0));
-    bool falls =
-        !is_clock && (is_since_1970 || part_s < 1e-6);  // nanoseconds alone would be too long a number
+                 double part_s, bool is_clock, bool is_stamp) const {
+    bool falls = !is_clock && (is_stamp || (!seconds.empty() && is_epoch(to_number(seconds[0]).value_or(0))));
     double last = 0;
     for (std::size_t k = 0; k < std::min(seconds.size(), parts.size()); ++k) {
       const auto time = time_in(seconds[k], separator_);

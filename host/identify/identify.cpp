@@ -11,6 +11,7 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <ranges>
 #include <set>
 #include <span>
 
@@ -483,7 +484,8 @@ std::vector<std::optional<model::Ends>> ends_of(const Options& options, const Sa
   return out;
 }
 
-// Joints that do not fit a board together: the largest is fitted again with less, and where no smaller one is there the next.
+// Joints that do not fit a board together: the largest is fitted again with less, and where no smaller one is there the next. What one
+// step saved and the later ones made needless is given back.
 void fit_into_room(const Options& options, const std::vector<std::string>& structures,
                    const std::function<std::future<JointResult>(std::size_t, double)>& fit,
                    const model::Model& inputs, Result& r) {
@@ -491,6 +493,12 @@ void fit_into_room(const Options& options, const std::vector<std::string>& struc
   for (std::size_t j = 0; j < structures.size(); ++j)
     if (structures[j] == "auto") left.push_back(j);
   const auto share = [&](std::size_t j) { return options.room(r.joints[j].model); };
+  std::vector<std::pair<std::size_t, JointResult>> larger;
+  const auto exchange = [&](std::size_t j, JointResult& other) {
+    std::swap(r.joints[j], other);
+    r.model = inputs;
+    for (const JointResult& joint : r.joints) append(joint.model, r.model);
+  };
   while (options.room && options.room(r.model) > 1 && !left.empty()) {
     const std::size_t largest = *std::ranges::max_element(left, {}, share);
     std::optional<JointResult> smaller;
@@ -502,9 +510,12 @@ void fit_into_room(const Options& options, const std::vector<std::string>& struc
       std::erase(left, largest);
       continue;
     }
-    r.joints[largest] = std::move(*smaller);
-    r.model = inputs;
-    for (const JointResult& joint : r.joints) append(joint.model, r.model);
+    exchange(largest, *smaller);
+    larger.emplace_back(largest, std::move(*smaller));
+  }
+  for (auto& [j, before] : larger | std::views::reverse) {
+    exchange(j, before);
+    if (options.room(r.model) > 1) exchange(j, before);
   }
   if (options.room && options.room(r.model) > 1)
     r.warnings.emplace_back("the joints together take more than a board's room: deploy refuses this model");

@@ -67,7 +67,7 @@ void add_outs(Options& o) {
 }
 
 void run(Options& o) {
-  const char* home = std::getenv("HOME");
+  const char* home = std::getenv(kHome);
   if (o.live.sessions.empty() && (home == nullptr || *home == '\0'))
     throw io::InputError("--sessions: say where, there is no home folder");
   if (o.live.sessions.empty()) o.live.sessions = std::filesystem::path(home) / "flexor";

@@ -46,7 +46,7 @@ void look(const Options& o, const std::string& port, Json& entry) {
 Output run(const Options& o) {
   Output out = {{{"ports", Json::array()}}, ""};
   for (const std::string& port :
-       o.port.empty() ? deploy::find_ports("/dev") : std::vector{deploy::choose_port(o.port)}) {
+       o.port.empty() ? io::serial_ports() : std::vector{deploy::choose_port(o.port)}) {
     Json& entry = out.json["ports"].emplace_back(Json{{"port", port}});
     try {
       look(o, port, entry);

@@ -269,6 +269,7 @@ int run(int argc, char** argv) {
   const bool is_worker = argc == 2 && std::string_view(argv[1]) == "job";
   io::stop_on_signals(!is_worker);
   CLI::App app("Flexor: turn a flex-sensor glove into a measuring instrument", "flexor");
+  app.allow_windows_style_options(false);  // /folder is a name there too
   app.set_version_flag("--version", std::string("flexor ") + FLEXOR_VERSION);
   add_commands(app);
   try {

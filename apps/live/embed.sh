@@ -6,8 +6,8 @@ out=$2
 
 # The bytes of a file between two symbols.
 carried() {  # symbol, file
-  printf 'asm(".section .rodata\\n.balign 16\\n.hidden %s\\n.global %s\\n%s:\\n.incbin \\"%s\\"\\n.hidden %s_end\\n.global %s_end\\n%s_end:\\n.byte 0\\n.previous");\n' \
-    "$1" "$1" "$1" "$2" "$1" "$1" "$1"
+  printf 'asm(".section .rodata\\n.balign 16\\n.global %s\\n%s:\\n.incbin \\"%s\\"\\n.global %s_end\\n%s_end:\\n.byte 0\\n.text");\n' \
+    "$1" "$1" "$2" "$1" "$1"
   printf 'extern "C" const char %s[], %s_end[];\n' "$1" "$1"
 }
 text_of() { printf '{%s, static_cast<std::size_t>(%s_end - %s)}' "$1" "$1" "$1"; }

@@ -161,7 +161,7 @@ void GlovePort::connect_named() {
 
 void GlovePort::connect(const std::string& port) {
   if (port.empty()) throw io::InputError("no port is chosen: plug the glove in, and choose its port");
-  const std::vector<std::string> ports = free(deploy::find_ports(options_.devices));
+  const std::vector<std::string> ports = free(io::serial_ports(options_.devices));
   const bool any = port == "auto" && !ports.empty() && ports.size() <= kMostTried;
   listen_to(any ? ports : std::vector{deploy::choose_port(port, options_.devices)}, true);
 }
@@ -177,11 +177,11 @@ void GlovePort::look() {
     silent = free(named());
     std::erase_if(silent, [this](const std::string& path) {
       const bool has_place = path == options_.hand ? !hand : !source_;
-      return !has_place || !std::filesystem::exists(path);
+      return !has_place || !io::is_there(path);
     });
   }
   if (silent.empty() && options_.port == "auto") {
-    const std::vector<std::string> ports = deploy::find_ports(options_.devices);
+    const std::vector<std::string> ports = io::serial_ports(options_.devices);
     if (ports == tried_ports_) return;
     tried_ports_ = ports;
     silent = free(ports);

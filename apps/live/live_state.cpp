@@ -92,7 +92,7 @@ Live::Json Live::sessions_state() const {
   if (options_.worn) {
     ports.push_back({{"path", options_.worn->facts.port}, {"name", "the twin's glove"}});
   } else {
-    for (const std::string& port : deploy::find_ports(options_.devices))
+    for (const std::string& port : io::serial_ports(options_.devices))
       ports.push_back({{"path", port}, {"name", std::filesystem::path(port).filename().string()}});
   }
   listed_ = {{"sessions", std::move(sessions)}, {"models", std::move(models)}, {"ports", std::move(ports)}};

@@ -6,7 +6,6 @@
 #include <array>
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core.hpp>
@@ -21,6 +20,7 @@
 #include "apps/live/request.hpp"
 #include "host/io/beneath.hpp"
 #include "host/io/io.hpp"
+#include "host/io/serial.hpp"
 #include "host/report/templates.hpp"
 
 namespace flexor::live {
@@ -82,8 +82,7 @@ void rethrow(const std::exception_ptr& thrown) {
 
 // 128 bits, as hexadecimal digits.
 std::string random_token() {
-  constexpr const char* kSystem = "/dev/urandom";  // whatever the library's own choice may be
-  std::random_device bits(kSystem);
+  std::random_device bits(kRandomBits);
   std::string token;
   for (int word = 0; word < 4; ++word) token += fmt::format("{:08x}", bits());
   return token;
@@ -254,9 +253,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
   asio::awaitable<bool> give_file(const std::string& name) {
     const int descriptor = server_.files_.empty() ? -1 : io::open_beneath(server_.files_, name);
     if (descriptor < 0) return not_found();
-    beast::file_posix file;
-    file.native_handle(descriptor);
-    auto out = response<http::basic_file_body<beast::file_posix>>(http::status::ok, type_of_file(name),
+    beast::file_stdio file;
+    file.native_handle(::fdopen(descriptor, "rb"));
+    auto out = response<http::basic_file_body<beast::file_stdio>>(http::status::ok, type_of_file(name),
                                                                   head_.keep_alive());
     out.set("Content-Security-Policy", file_policy());
     error_code error;
@@ -428,16 +427,7 @@ void Server::send_all(std::string bytes, bool text) {
 }
 
 std::shared_ptr<void> Server::watch(int descriptor, std::function<void()> readable) {
-  const auto stream = std::make_shared<asio::posix::stream_descriptor>(context_, descriptor);
-  const auto wait = [](auto on, std::function<void()> act) -> asio::awaitable<void> {
-    while (on->is_open()) {
-      const auto [error] = co_await on->async_wait(asio::posix::stream_descriptor::wait_read, kResult);
-      if (error || !on->is_open()) co_return;
-      act();
-    }
-  };
-  asio::co_spawn(context_, wait(stream, std::move(readable)), rethrow);
-  return {stream.get(), [stream](void*) { stream->release(); }};
+  return io::watch(context_, descriptor, std::move(readable));
 }
 
 // Ticks that the thread had no time for are left out.

@@ -2,15 +2,13 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <grp.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <set>
 
 #include "host/io/io.hpp"
 #include "host/io/process.hpp"
+#include "host/io/serial.hpp"
 
 namespace flexor::deploy {
 namespace {
@@ -22,16 +20,6 @@ using io::JobError;
 constexpr const char* kProgrammer = "avrdude";
 constexpr int kNewRate_Bd = 115200;
 constexpr int kSilence_ms = 12000;  // twice as long as avrdude waits for an answer
-
-std::vector<fs::path> entries(const fs::path& folder, const std::string& prefix) {
-  std::vector<fs::path> out;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (entry.path().filename().string().starts_with(prefix)) out.push_back(entry.path());
-  }
-  std::ranges::sort(out);
-  return out;
-}
 
 // "0x1e950f (probably m328p)" behind "device signature = "; empty: it did not come so far.
 std::string signature_in(const std::string& err) {
@@ -97,45 +85,22 @@ FlashContent read_image(const fs::path& hex) {
   return image;
 }
 
-std::vector<std::string> find_ports(const fs::path& dev) {
-  std::vector<std::string> out;
-  std::set<fs::path> known;
-  std::error_code error;
-  for (const auto& [folder, prefix] :
-       {std::pair(dev / "serial" / "by-id", ""), {dev, "ttyUSB"}, {dev, "ttyACM"}}) {
-    for (const fs::path& name : entries(folder, prefix)) {
-      if (known.insert(fs::canonical(name, error)).second && !error) out.push_back(name.string());
-    }
-  }
-  return out;
-}
-
 std::string choose_port(const std::string& port, const fs::path& dev) {
-  if (port == "auto") {
-    const std::vector<std::string> found = find_ports(dev);
-    if (found.empty())
-      throw InputError("no board found: plug it in with a cable that carries data, or name its --port");
-    if (found.size() > 1)
-      throw InputError("{} ports may be the board: name one with --port: {}", found.size(),
-                       fmt::join(found, ", "));
-    return choose_port(found.front(), dev);
-  }
-  const fs::path path = fs::absolute(port);
-  struct stat info {};
-  if (stat(path.c_str(), &info) != 0)
-    throw InputError("{}: no such port: is the board plugged in? --port auto looks for it", port);
-  if (!S_ISCHR(info.st_mode)) throw InputError("{}: is no serial port", port);
-  if (access(path.c_str(), R_OK | W_OK) == 0) return path.string();
-  const group* owner = getgrgid(info.st_gid);
-  throw InputError("{}: no permission: sudo usermod -aG {} $USER, then log in anew", port,
-                   owner != nullptr ? owner->gr_name : "dialout");
+  if (port != "auto") return io::require_port(port);
+  const std::vector<std::string> found = io::serial_ports(dev);
+  if (found.empty())
+    throw InputError("no board found: plug it in with a cable that carries data, or name its --port");
+  if (found.size() > 1)
+    throw InputError("{} ports may be the board: name one with --port: {}", found.size(),
+                     fmt::join(found, ", "));
+  return io::require_port(found.front());
 }
 
 Bootloader::Bootloader(std::string port, int baud, FlashProgress progress)
     : port_(std::move(port)), rates_Bd_{baud, baud}, progress_(std::move(progress)) {
   if (baud == 0) rates_Bd_ = {kNewRate_Bd, kOldRate_Bd, kNewRate_Bd, kOldRate_Bd};
   if (io::find_program(kProgrammer).empty())
-    throw InputError("{0} is missing: install the package {0}", kProgrammer);
+    throw InputError("{0} is missing: install the package {0}, or put it beside flexor", kProgrammer);
 }
 
 // `operation` as avrdude writes it: flash:w:FILE:i.

@@ -24,10 +24,6 @@ std::filesystem::path image_of(const std::string& what, const std::string& board
 // lies. Throws io::InputError.
 FlashContent read_image(const std::filesystem::path& hex);
 
-// Serial ports below `dev` that may be boards, one path for each: names of serial/by-id, then ttyUSB*, ttyACM* that have
-// none.
-std::vector<std::string> find_ports(const std::filesystem::path& dev);
-
 // `port`, or with "auto" the only one there is. Throws io::InputError, one line: none or several, no such port, no
 // permission (the group that has it).
 std::string choose_port(const std::string& port, const std::filesystem::path& dev = "/dev");

@@ -7,6 +7,7 @@
 #include "host/deploy/images.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/expect_test.hpp"
+#include "host/io/serial.hpp"
 #include "runtime/core/flash_map.hpp"
 
 namespace flexor::deploy {
@@ -66,13 +67,14 @@ class Ports : public testing::Test {
 };
 
 TEST_F(Ports, EachBoardIsFoundOnceByItsLastingName) {
-  EXPECT_TRUE(find_ports(dev_).empty());
+  EXPECT_TRUE(io::serial_ports(dev_).empty());
   add("ttyUSB0");
   add("ttyACM3");
   add("ttyS0");
   fs::create_symlink("../../ttyUSB0", dev_ / "serial/by-id/usb-1a86_USB_Serial");
-  EXPECT_EQ(find_ports(dev_), (std::vector<std::string>{(dev_ / "serial/by-id/usb-1a86_USB_Serial").string(),
-                                                        (dev_ / "ttyACM3").string()}));
+  EXPECT_EQ(io::serial_ports(dev_),
+            (std::vector<std::string>{(dev_ / "serial/by-id/usb-1a86_USB_Serial").string(),
+                                      (dev_ / "ttyACM3").string()}));
 }
 
 TEST_F(Ports, NoneSeveralAndWhatIsNoPortAreRefused) {

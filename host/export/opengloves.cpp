@@ -1,37 +1,24 @@
 #include "host/export/opengloves.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <termios.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 
 #include "host/io/io.hpp"
+#include "host/io/posix.hpp"
+#include "host/io/serial.hpp"
 
 namespace flexor::exports {
 namespace {
 
 constexpr double kRetry_s = 0.5;
-constexpr int kPipeBytes = 4096;  // a second or so of lines: who comes back does not see an old hand for long
 constexpr std::uint16_t kVersion = 1;
 
 std::uint8_t fingers_of(const OpenGlovesOptions& options) {
   unsigned bits = 0;
   for (std::size_t i = 0; i < options.fingers.size(); ++i) bits |= options.fingers[i] ? 1u << i : 0u;
   return static_cast<std::uint8_t>(bits);
-}
-
-bool make_raw(int file) {
-  termios settings{};
-  if (tcgetattr(file, &settings) != 0) return false;
-  cfmakeraw(&settings);
-  settings.c_cflag |= CLOCAL | CREAD;
-  cfsetspeed(&settings, B115200);
-  return tcsetattr(file, TCSANOW, &settings) == 0;
 }
 
 }  // namespace
@@ -52,15 +39,9 @@ OpenGloves::OpenGloves(const std::filesystem::path& path, const OpenGlovesOption
 }
 
 int OpenGloves::open_it() {
-  struct stat status {};
-  if (::stat(path_.c_str(), &status) != 0) return errno;
-  if (!S_ISCHR(status.st_mode) && !S_ISFIFO(status.st_mode)) return ENOTTY;
-  is_port_ = S_ISCHR(status.st_mode);
-  file_ = ::open(path_.c_str(), (is_port_ ? O_RDWR : O_WRONLY) | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (file_ < 0) return errno;
-  if (is_port_ && !make_raw(file_)) return ENOTTY;
-  if (!is_port_) (void)::fcntl(file_, F_SETPIPE_SZ, kPipeBytes);
-  return 0;
+  const int opened = io::open_for_lines(path_, is_port_);
+  file_ = std::max(opened, -1);
+  return opened < 0 ? -opened : 0;
 }
 
 void OpenGloves::close_it() {

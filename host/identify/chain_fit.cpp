@@ -234,7 +234,9 @@ class ChainFitter {
   // The channel's blocks behind the joint's own input, whose readings a board takes in about the converter's steps.
   void add_blocks(const Chain& chain, const model::Channel& fitted, model::Model& model) const {
     model::Input& input = model.inputs.front();
-    const double gain = scale_to_counts(input);
+    const auto& zone = fitted.dead_zone;
+    const double gain =
+        scale_to_counts(input, zone ? std::max(std::abs(zone->lower), std::abs(zone->upper)) : 0);
     model::Channel channel = model::scaled(fitted, gain);
     if (channel.hysteresis) {  // in the board's steps, so that its plays are these
       const auto rounded = [](double x, int fraction) {

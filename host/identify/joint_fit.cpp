@@ -447,13 +447,13 @@ CandidateRow JointFit::row() const {
   return out;
 }
 
-double scale_to_counts(model::Input& input) {
+double scale_to_counts(model::Input& input, double shift) {
   const double most = std::max(std::abs(input.valid_min), std::abs(input.valid_max));
   const bool counts = input.unit == "count";
   if (!(most > 0) || (most >= (counts ? 0 : kFewCounts) && most <= kMostCounts) ||
       (counts && most > kTwelveBits))
     return 1;
-  const double gain = std::exp2(std::floor(std::log2(kMostCounts / most)));
+  const double gain = std::exp2(std::floor(std::log2(kMostCounts / (most + shift))));
   if (!counts) {
     input.valid_min *= gain;
     input.valid_max *= gain;

@@ -91,8 +91,8 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
 
 // What brings readings in volts, kilohms, ohms or counts of more than ten bits to about what a board's converter counts, for in
 // steps of that size it computes: a power of two, which rounds nothing. The range of `input` passes it too, but of counts, whose
-// converter's rails stay where they are.
-double scale_to_counts(model::Input& input);
+// converter's rails stay where they are. `shift`: by which what comes behind moves them, in their unit.
+double scale_to_counts(model::Input& input, double shift = 0);
 
 // `inputs` with the joint's own alone.
 model::Model own_inputs(model::Model inputs, const JointMap& joint);

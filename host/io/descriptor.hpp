@@ -35,7 +35,7 @@ inline int write_all(int descriptor, std::string_view bytes) {
     if (n >= 0) {
       bytes.remove_prefix(static_cast<std::size_t>(n));
     } else if (errno == EAGAIN) {
-      pollfd ready{descriptor, POLLOUT, 0};
+      Waiting ready{descriptor, kToWrite, 0};
       (void)::poll(&ready, 1, -1);
     } else if (errno != EINTR) {
       return errno;

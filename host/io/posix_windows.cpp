@@ -1,6 +1,5 @@
 #include "host/io/posix_windows.hpp"
 
-#define WIN32_LEAN_AND_MEAN
 #include <windows.h>
 
 #include <algorithm>
@@ -103,7 +102,28 @@ int gethostname(char* name, std::size_t size) {
   return GetComputerNameA(name, &room) != 0 ? 0 : -1;
 }
 
-int poll(pollfd*, unsigned count, int) { return static_cast<int>(count); }
+int poll(Waiting* files, std::size_t count, int timeout_ms) {
+  const ULONGLONG begin = GetTickCount64();
+  for (int ready = 0;; Sleep(1)) {
+    for (Waiting* file = files; file != files + count; ++file) {
+      DWORD bytes = 0;
+      const bool is_pipe = file->fd >= 0 && GetFileType(handle_of(file->fd)) == FILE_TYPE_PIPE;
+      const bool has_end =
+          is_pipe && PeekNamedPipe(handle_of(file->fd), nullptr, 0, nullptr, &bytes, nullptr) == 0;
+      const bool is_ready = file->fd >= 0 && (!is_pipe || bytes > 0 || has_end);
+      file->revents = file->events == kToRead && !is_ready ? 0 : file->fd >= 0 ? file->events : 0;
+      ready += file->revents != 0 ? 1 : 0;
+    }
+    if (ready > 0 || (timeout_ms >= 0 && GetTickCount64() - begin >= static_cast<ULONGLONG>(timeout_ms)))
+      return ready;
+  }
+}
+
+std::filesystem::path this_program() {
+  std::wstring name(1 << 15, L'\0');
+  name.resize(GetModuleFileNameW(nullptr, name.data(), static_cast<DWORD>(name.size())));
+  return name;
+}
 
 int kill(pid_t process, int signal) {
   if (signal != 0) _exit(128 + signal);

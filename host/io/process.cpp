@@ -1,128 +1,37 @@
 #include "host/io/process.hpp"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <csignal>
-#include <cstdlib>
-#include <cstring>
 #include <sstream>
-#include <string_view>
 #include <thread>
 
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
 
-extern char** environ;
-
 namespace flexor::io {
-namespace {
-
-// This process's environment, with another TMPDIR if there is one.
-std::vector<std::string> environment(const std::filesystem::path& temporaries) {
-  std::vector<std::string> out;
-  for (char** entry = environ; *entry != nullptr; ++entry) {
-    if (temporaries.empty() || !std::string_view(*entry).starts_with("TMPDIR=")) out.emplace_back(*entry);
-  }
-  if (!temporaries.empty()) out.push_back("TMPDIR=" + temporaries.string());
-  return out;
-}
-
-std::vector<char*> pointers(const std::vector<std::string>& texts) {
-  std::vector<char*> out;
-  for (const std::string& text : texts) out.push_back(const_cast<char*>(text.c_str()));
-  out.push_back(nullptr);
-  return out;
-}
-
-// 0, or errno.
-int start(pid_t& child, const std::filesystem::path& program, const posix_spawn_file_actions_t& actions,
-          const std::vector<std::string>& arguments, const std::vector<std::string>& variables) {
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
-  sigset_t ignored_here;
-  sigemptyset(&ignored_here);
-  sigaddset(&ignored_here, SIGPIPE);
-  sigaddset(&ignored_here, SIGXFSZ);
-  posix_spawnattr_setsigdefault(&attributes, &ignored_here);
-  const int failed = posix_spawn(&child, program.c_str(), &actions, &attributes, pointers(arguments).data(),
-                                 pointers(variables).data());
-  posix_spawnattr_destroy(&attributes);
-  return failed;
-}
-
-}  // namespace
-
-Pipe::Pipe() {
-  // Above the descriptors that programs know by number, so that handing one on never closes another.
-  constexpr int kLeast = 16;
-  std::array<int, 2> made{-1, -1};
-  (void)pipe2(made.data(), O_CLOEXEC);
-  for (std::size_t i = 0; i < 2; ++i) {
-    end[i] = Descriptor(fcntl(Descriptor(made[i]).number(), F_DUPFD_CLOEXEC, kLeast));
-    if (!end[i]) throw JobError("pipe: {}", std::strerror(errno));
-  }
-}
-
-Process::Process(const std::filesystem::path& program, const std::vector<std::string>& argv,
-                 const std::vector<HandedOn>& descriptors, const std::filesystem::path& temporaries) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  int last = STDERR_FILENO;
-  for (const HandedOn& d : descriptors) {
-    posix_spawn_file_actions_adddup2(&actions, d.ours, d.theirs);
-    last = std::max(last, d.theirs);
-  }
-  // Libraries open what they like.
-  for (const auto& open : std::filesystem::directory_iterator("/proc/self/fd")) {
-    const int ours = std::atoi(open.path().filename().c_str());
-    if (ours > last) posix_spawn_file_actions_addclose(&actions, ours);
-  }
-  const int failed = start(child_, program, actions, argv, environment(temporaries));
-  posix_spawn_file_actions_destroy(&actions);
-  if (failed != 0) throw JobError("{}: {}", program.string(), std::strerror(failed));
-}
 
 Process::~Process() { (void)wait_at_most(0); }
 
-bool Process::is_over(int flags) {
-  int status = 0;
-  while (status_ < 0) {
-    const pid_t ended = waitpid(child_, &status, flags);
-    if (ended == 0) return false;
-    if (ended < 0 && errno == EINTR) continue;
-    status_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  }
-  return true;
-}
-
 int Process::wait() {
-  (void)is_over(0);
+  (void)is_over(true);
   return status_;
 }
 
 int Process::wait_at_most(int ms) {
-  for (; !is_over(WNOHANG) && ms > 0; --ms) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  if (!is_over(WNOHANG)) (void)::kill(-child_, SIGKILL);
+  for (; !is_over(false) && ms > 0; --ms) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  if (!is_over(false)) kill();
   return wait();
 }
 
-void Process::end() { (void)::kill(-child_, SIGTERM); }
-
 std::filesystem::path find_program(const std::string& name) {
-  if (name.find('/') != std::string::npos) return access(name.c_str(), X_OK) == 0 ? name : "";
+  if (name.find('/') != std::string::npos)
+    return access(std::filesystem::path(name).c_str(), X_OK) == 0 ? name : "";
   const char* path = std::getenv("PATH");
-  std::istringstream folders(path != nullptr ? path : "");
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    auto candidate = std::filesystem::path(folder) / name;
+  std::istringstream folders(this_program().parent_path().string() + kBetweenFolders +
+                             (path != nullptr ? path : ""));
+  for (std::string folder; std::getline(folders, folder, kBetweenFolders);) {
+    auto candidate = std::filesystem::path(folder) / (name + kProgramSuffix);
     if (access(candidate.c_str(), X_OK) == 0) return candidate;
   }
   return {};
@@ -132,7 +41,7 @@ namespace {
 
 // Both streams to their ends. False: it was silent for too long.
 bool read_streams(const std::array<int, 2>& streams, ProcessResult& result, const Watch& watch) {
-  std::array<pollfd, 2> waiting{{{streams[0], POLLIN, 0}, {streams[1], POLLIN, 0}}};
+  std::array<Waiting, 2> waiting{{{streams[0], kToRead, 0}, {streams[1], kToRead, 0}}};
   const std::array<std::string*, 2> text{&result.out, &result.err};
   while (waiting[0].fd >= 0 || waiting[1].fd >= 0) {
     const int ready = poll(waiting.data(), waiting.size(), watch.longest_silence_ms);

@@ -44,7 +44,8 @@ class Process {
   void end();  // asks it to
 
  private:
-  bool is_over(int flags);  // waits; its exit status is known then
+  bool is_over(bool waits);  // its exit status is known then
+  void kill();               // and what it has started
 
   pid_t child_ = 0;
   int status_ = -1;
@@ -68,7 +69,7 @@ struct Watch {
 ProcessResult run_process(const std::vector<std::string>& argv, const std::filesystem::path& temporaries = {},
                           const Watch& watch = {});
 
-// Empty if PATH has no such program.
+// Beside this program, or in PATH; empty: there is none.
 std::filesystem::path find_program(const std::string& name);
 
 }  // namespace flexor::io

@@ -1,16 +1,16 @@
 #include "host/io/serial.hpp"
 
 #include <fmt/format.h>
-#include <poll.h>
-#include <sys/file.h>
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/serial_port.hpp>
 #include <boost/asio/write.hpp>
-#include <cmath>
+#include <chrono>
 
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"
+#include "host/io/posix.hpp"
 
 namespace flexor::io {
 namespace {
@@ -19,15 +19,18 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 
 std::string refusal(const std::string& path, const error_code& error) {
+#ifndef _WIN32  // where that says that another program has it
   if (error == boost::system::errc::permission_denied) {
     return fmt::format(
         "{}: permission denied: join the group that owns it (sudo usermod -a -G dialout $USER), "
         "then log in again",
         path);
   }
+#endif
   if (error == boost::system::errc::no_such_file_or_directory)
     return fmt::format("{}: there is no such port: is the board plugged in?", path);
-  if (error == boost::system::errc::device_or_resource_busy)
+  if (error == boost::system::errc::device_or_resource_busy ||
+      error == boost::system::errc::permission_denied)
     return fmt::format("{}: is in use: close the program that has it open", path);
   return fmt::format("{}: cannot be opened as a serial port ({})", path, error.message());
 }
@@ -63,8 +66,6 @@ bool SerialPort::set_baud(unsigned baud) {
   return !error;
 }
 
-int SerialPort::descriptor() const { return asio_->port.native_handle(); }
-
 void SerialPort::write(std::span<const std::uint8_t> bytes) {
   error_code error;
   asio::write(asio_->port, asio::buffer(bytes.data(), bytes.size()), error);
@@ -72,15 +73,51 @@ void SerialPort::write(std::span<const std::uint8_t> bytes) {
 }
 
 std::vector<std::uint8_t> SerialPort::read(double timeout_s) {
-  pollfd ready{descriptor(), POLLIN, 0};
-  const int count = ::poll(&ready, 1, static_cast<int>(std::ceil(1000 * timeout_s)));
-  go_on();
-  if (count <= 0) return {};
   std::vector<std::uint8_t> out(512);
-  error_code error;
-  out.resize(asio_->port.read_some(asio::buffer(out), error));
-  if (error) throw JobError("{}: the port has gone ({})", path_, error.message());
+  std::optional<error_code> error;
+  asio_->port.async_read_some(asio::buffer(out), [&](const error_code& how, std::size_t count) {
+    error = how;
+    out.resize(count);
+  });
+  asio_->context.restart();
+  asio_->context.poll();
+  if (!error && timeout_s > 0)
+    asio_->context.run_for(std::chrono::microseconds(static_cast<std::int64_t>(1e6 * timeout_s)));
+  if (!error) {
+    asio_->port.cancel();
+    asio_->context.restart();
+    asio_->context.run();
+  }
+  go_on();
+  if (*error && *error != asio::error::operation_aborted)
+    throw JobError("{}: the port has gone ({})", path_, error->message());
   return out;
 }
+
+#ifdef _WIN32
+int SerialPort::descriptor() const { return -1; }
+std::shared_ptr<void> watch(asio::io_context&, int, std::function<void()>) { return {}; }
+#else
+int SerialPort::descriptor() const { return asio_->port.native_handle(); }
+
+std::shared_ptr<void> watch(asio::io_context& context, int descriptor, std::function<void()> readable) {
+  struct Watch : std::enable_shared_from_this<Watch> {
+    asio::posix::stream_descriptor stream;
+    std::function<void()> act;
+    Watch(asio::io_context& on, int file, std::function<void()> readable)
+        : stream(on, file), act(std::move(readable)) {}
+    void wait() {
+      stream.async_wait(stream.wait_read, [self = shared_from_this()](const error_code& error) {
+        if (error || !self->stream.is_open()) return;
+        self->act();
+        if (self->stream.is_open()) self->wait();
+      });
+    }
+  };
+  const auto out = std::make_shared<Watch>(context, descriptor, std::move(readable));
+  out->wait();
+  return {out.get(), [out](void*) { out->stream.release(); }};
+}
+#endif
 
 }  // namespace flexor::io

@@ -1,9 +1,6 @@
 #include "host/io/worker.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
-#include <unistd.h>
 
 #include <array>
 #include <atomic>
@@ -40,7 +37,7 @@ std::optional<std::string> read_line(int descriptor, std::string& buffer) {
     }
     searched = buffer.size();
     std::array<char, 1 << 16> chunk;
-    pollfd ready{descriptor, POLLIN, 0};
+    Waiting ready{descriptor, kToRead, 0};
     if (poll(&ready, 1, -1) < 0) continue;  // a signal
     const ssize_t n = read(descriptor, chunk.data(), chunk.size());
     if (n <= 0) return std::nullopt;
@@ -76,7 +73,7 @@ Json error(const char* kind, std::string_view text) {
 }  // namespace
 
 std::filesystem::path program_beside(const std::string& name) {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
+  return this_program().parent_path() / (name + kProgramSuffix);
 }
 
 Json answer(const std::function<Json()>& job) {
@@ -102,8 +99,7 @@ Json answer(const std::function<Json()>& job) {
 Worker::Worker(const std::filesystem::path& program, std::vector<std::string> arguments)
     : name_(program.filename().string()) {
   if (access(program.c_str(), X_OK) != 0) {
-    throw InputError("{} is missing: a part of Flexor that belongs there; script/build makes it",
-                     program.string());
+    throw InputError("{} is missing: {}", program.string(), kWorkers);
   }
   std::signal(SIGPIPE, SIG_IGN);  // one that has gone is found by write()
   arguments.insert(arguments.begin(), program.string());
@@ -267,7 +263,7 @@ class Server {
   // No more jobs come; those that came are done, unless nobody reads what they say any more.
   void end_with_reader() {
     constexpr std::chrono::milliseconds kApart(50);
-    pollfd replies{replies_, 0, 0};
+    Waiting replies{replies_, 0, 0};
     std::unique_lock lock(mutex_);
     while (!arrived_.wait_for(lock, kApart, [this] { return is_done_; })) {
       if (poll(&replies, 1, 0) > 0) return interrupt();
@@ -327,7 +323,7 @@ int set_aside(int standard, bool has_user_streams, int users, int otherwise) {
 }  // namespace
 
 void serve(bool has_user_streams, const AnyJob& job) {
-  const int nothing = open("/dev/null", O_RDONLY | O_CLOEXEC);
+  const int nothing = open(kNothing, O_RDONLY | O_CLOEXEC);
   const int requests = set_aside(STDIN_FILENO, has_user_streams, kUserInput, nothing);
   const int replies = set_aside(STDOUT_FILENO, has_user_streams, kUserOutput, STDERR_FILENO);
   Server(requests, replies, job).run();

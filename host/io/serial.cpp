@@ -7,6 +7,7 @@
 #include <boost/asio/serial_port.hpp>
 #include <boost/asio/write.hpp>
 #include <chrono>
+#include <optional>
 
 #include "host/io/interrupt.hpp"
 #include "host/io/io.hpp"

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <utility>
+#include <tuple>
 
 #include "host/io/io.hpp"
 
@@ -22,19 +22,11 @@ struct Progress {
   void step(std::size_t done, std::size_t of, const std::string& what) {
     const std::lock_guard lock(mutex);
     if (stop) throw io::Cancelled("stopped");
-    newest = {done, of, what};
-    is_new = true;
+    news.emplace(done, of, what);
   }
 
-  struct Step {
-    std::size_t done = 0;
-    std::size_t of = 0;
-    std::string what;
-  };
-
-  std::mutex mutex;  // of all below
-  Step newest;
-  bool is_new = false;
+  std::mutex mutex;  // of both below
+  std::optional<std::tuple<std::size_t, std::size_t, std::string>> news;
   bool stop = false;
 };
 
@@ -46,17 +38,17 @@ auto run(const nb::object& show, Work work) {
   auto result = std::async(std::launch::async, [&] { return work(progress); });
   std::optional<nb::python_error> raised;
   for (bool is_done = false; !is_done;) {
-    std::optional<Progress::Step> news;
+    decltype(Progress::news) news;
     {
       const nb::gil_scoped_release released;
       is_done = result.wait_for(kLook) == std::future_status::ready;
       const std::lock_guard lock(progress.mutex);
-      if (std::exchange(progress.is_new, false)) news = progress.newest;
+      progress.news.swap(news);
     }
     if (raised) continue;  // it was told to stop
     try {
       if (PyErr_CheckSignals() != 0) throw nb::python_error();
-      if (news && !show.is_none()) show(news->done, news->of, news->what);
+      if (news && !show.is_none()) std::apply(show, *news);
     } catch (nb::python_error& error) {
       raised.emplace(std::move(error));
       const std::lock_guard lock(progress.mutex);

@@ -17,7 +17,5 @@ NB_MODULE(_flexor, m) {
   flexor::python::add_recording(m);
   flexor::python::add_model(m);
   flexor::python::add_identify(m);
-  flexor::python::add_score(m);
   flexor::python::add_twin(m);
-  flexor::python::add_posture(m);
 }

@@ -42,8 +42,6 @@ nb::object to_python(const Json& json);
 void add_recording(nb::module_& m);
 void add_model(nb::module_& m);
 void add_identify(nb::module_& m);
-void add_score(nb::module_& m);
 void add_twin(nb::module_& m);
-void add_posture(nb::module_& m);
 
 }  // namespace flexor::python

@@ -31,8 +31,7 @@ from typing import Any, Callable, NamedTuple, Optional, Sequence
 import numpy as np
 import pandas as pd
 
-from flexor._core import InputError, Show, __version__, core, filled, shown
-from flexor._files import run_command, write_json, write_text
+from flexor._core import InputError, Show, __version__, core, filled, run_command, shown, write_json, write_text
 
 SCHEMA = "flexor-ensemble"
 PUBLISHED = ("raw", "published-w", "published-hw")

@@ -16,8 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexor._core import __version__
-from flexor._files import run_command, write_json
+from flexor._core import __version__, run_command, write_json
 from flexor._recording import read
 
 JOINTS = [f"thumb_{joint}" for joint in ("rot", "mcp", "ip", "abd")]

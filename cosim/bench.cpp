@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <thread>
 #include <utility>
 
@@ -76,24 +77,6 @@ class Cameras {
 
 }  // namespace
 
-// Out of real time: nobody hears the glove, and what was said to it is forgotten.
-class Bench::Unheard {
- public:
-  explicit Unheard(Bench& bench) : bench_(bench), motion_(bench.motion_) { bench.is_heard_ = false; }
-  ~Unheard() {
-    bench_.is_heard_ = true;
-    if (bench_.port_) (void)bench_.port_->read();
-    bench_.due_ = Clock::now();
-    bench_.play(motion_);
-  }
-  Unheard(const Unheard&) = delete;
-  Unheard& operator=(const Unheard&) = delete;
-
- private:
-  Bench& bench_;
-  std::string motion_;
-};
-
 Bench::Bench(BenchSetup setup)
     : setup_(std::move(setup)),
       images_(setup_.glove, deploy::unprotected_hand(setup_.input.parameters, setup_.input.compensator,
@@ -115,7 +98,10 @@ void Bench::connect() {
   simulation_.world().finger_at = [this](int finger, std::int64_t t_ms) {
     return wearer_.angle(finger, t_ms);
   };
-  simulation_.on_air = [this](Cycles, std::uint8_t byte) { hear_glove(byte); };
+  simulation_.on_air = [this](Cycles, std::uint8_t byte) {  // the glove's UART has begun to send it
+    if (port_ && port_->is_open() && is_heard_ && said_.size() < kMostSaid)
+      said_ += static_cast<char>(port_->on_the_wire(byte, simulation_.glove().baud()));
+  };
   simulation_.on_glove_air = [this](Cycles end, std::uint8_t byte) {
     if (program_runs_) radio_.push_back({end, byte});
   };
@@ -125,7 +111,9 @@ void Bench::connect() {
   };
   simulation_.glove().on_bite = [this](Cycles) { program_runs_ = false; };
   simulation_.on_strip = [this](std::int64_t, int finger, int counts) {
-    return counts_[static_cast<std::size_t>(finger)] = noisy(counts);
+    if (noise_counts_ != 0) counts += static_cast<int>(std::lround(noise_counts_ * noise_.normal()));
+    // Nothing is read of what a strip has after the converter's end.
+    return counts_[static_cast<std::size_t>(finger)] = std::clamp(counts, 0, twin::kAdcTop);
   };
 }
 
@@ -142,31 +130,14 @@ void Bench::unplug() {
   said_.clear();
 }
 
-// Nothing is read of what a strip has after the converter's end.
-int Bench::noisy(int counts) {
-  if (noise_counts_ == 0) return counts;
-  return std::clamp(counts + static_cast<int>(std::lround(noise_counts_ * noise_.normal())), 0,
-                    twin::kAdcTop);
-}
-
-void Bench::move_strips() {
-  for (int i = 0; i < twin::kFingers; ++i) simulation_.world().shift_strip(i, slip_deg_ + drifted_deg_);
-}
-
-// The world has asked for the fingers up to there.
-std::int64_t Bench::next_block_ms() const {
-  const std::int64_t now = simulation_.world().now_ms() - twin::World::kStart_ms;
-  return (now + twin::kBlock_ms - 1) / twin::kBlock_ms * twin::kBlock_ms + twin::World::kStart_ms;
-}
-
 void Bench::play(const std::string& motion) {
   const std::optional<twin::Motion> next = study::bench_motion(motion);
   motion_ = motion;
-  if (next) {
-    wearer_.play(*next, next_block_ms());
-  } else {
-    wearer_.rest(next_block_ms());
-  }
+  // The world has asked for the fingers up to there.
+  const std::int64_t blocks =
+      (simulation_.world().now_ms() - twin::World::kStart_ms + twin::kBlock_ms - 1) / twin::kBlock_ms;
+  const std::int64_t now_ms = blocks * twin::kBlock_ms + twin::World::kStart_ms;
+  next ? wearer_.play(*next, now_ms) : wearer_.rest(now_ms);
 }
 
 void Bench::change(const study::BenchChange& c) {
@@ -194,7 +165,7 @@ study::BenchView Bench::advance(const study::BenchChange& c) {
 
 void Bench::step() {
   drifted_deg_ += drift_deg_per_min_ / 60000;
-  move_strips();
+  for (int i = 0; i < twin::kFingers; ++i) simulation_.world().shift_strip(i, slip_deg_ + drifted_deg_);
   feed_glove();
   simulation_.glove_has_radio = program_runs_;
   simulation_.step();
@@ -213,12 +184,6 @@ void Bench::look_at_port() {
   if (typed_.empty()) typed_until_ = std::max(typed_until_, simulation_.glove().now());
   for (const std::uint8_t byte : port_->read()) typed_.push_back(port_->on_the_wire(byte, baud));
   said_.erase(0, port_->write(said_));
-}
-
-// The glove's UART has begun to send it.
-void Bench::hear_glove(std::uint8_t byte) {
-  if (!port_ || !port_->is_open() || !is_heard_ || said_.size() >= kMostSaid) return;
-  said_ += static_cast<char>(port_->on_the_wire(byte, simulation_.glove().baud()));
 }
 
 // What is complete at the glove's pin in the next millisecond, in order.
@@ -278,7 +243,14 @@ double Bench::score_one(int gesture, const std::function<void()>& each) {
 }
 
 std::vector<double> Bench::score(const std::vector<int>& gestures, const io::JobProgress& progress) {
-  const Unheard unheard(*this);
+  // Out of real time: nobody hears the glove, and what was said to it is forgotten.
+  is_heard_ = false;
+  const std::shared_ptr<void> heard(nullptr, [this, motion = motion_](void*) {
+    is_heard_ = true;
+    if (port_) (void)port_->read();
+    due_ = Clock::now();
+    play(motion);
+  });
   double all_s = 0;
   for (const int gesture : gestures)
     all_s += kAround_s + study::bench_motion(fmt::format("{}", gesture))->duration_s();

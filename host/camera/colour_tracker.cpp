@@ -156,11 +156,7 @@ void ColourTracker::search(const Picture& picture, double t_s) {
 }
 
 void ColourTracker::Followed::take(const Mark& mark, double t_s) {
-  if (lost()) {
-    predictor.begin(t_s, mark.centre);
-  } else {
-    predictor.update(t_s, mark.centre);
-  }
+  lost() ? predictor.begin(t_s, mark.centre) : predictor.update(t_s, mark.centre);
   hidden = 0;
   seen = mark;
   if (mark.touching) return;

@@ -70,7 +70,9 @@ struct Lanes {
       if (now_ms >= -kWarmUp_ms) x.disturbance[lane] = static_cast<float>(disturbance[at(lane)].next());
       if (now_ms > 0) total_error[at(lane)] += static_cast<double>(x.error_deg_ms[lane]);
       x.error_deg_ms[lane] = 0;
-      if (now_ms == 0) forget_stops(x, lane);
+      if (now_ms != 0) continue;
+      x.impact_deg_s[lane] = 0;  // what happened at the end stops before a recording starts does not count
+      x.impacts[lane] = x.pressed_ms[lane] = 0;
     }
   }
 

@@ -24,7 +24,7 @@ class Identification:
     """Fitted to a part: what the figures are of; with ``fit_all`` another than ``compensator``."""
     results: dict[str, Any]
     """What ``flexor identify --json`` prints (docs/json.md)."""
-    _covariances: dict[str, tuple]
+    _covariances: dict[str, Any]
 
     @property
     def warnings(self) -> list[str]:
@@ -52,8 +52,8 @@ class Identification:
 
     def covariance(self, joint: str) -> Any:
         """Of a joint's parameters: a square frame; holds for residuals that are neither Gaussian nor white."""
-        names, values = self._covariances[joint]
-        return pandas().DataFrame(values, index=names, columns=names)
+        names = [p["name"] for p in self.results["joints"][joint]["parameters"]]
+        return pandas().DataFrame(self._covariances[joint], index=names, columns=names)
 
     def __repr__(self) -> str:
         lines = [f"{name}: {joint['holdout']['rmse_deg']:.2f} deg held out, {joint['verdict']['word']}"

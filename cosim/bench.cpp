@@ -38,43 +38,6 @@ fs::path point(const fs::path& link, const std::string& terminal) {
   return link;
 }
 
-// As the world of a trial has them.
-class Cameras {
- public:
-  Cameras(const twin::Parameters& parameters, double duration_s, twin::Random& noise)
-      : p_(parameters),
-        noise_(noise),
-        frames_(static_cast<std::size_t>(duration_s * parameters.camera_rate_hz) + 1) {}
-
-  // After the step that began at `t_ms`.
-  void look(const twin::World& world, std::int64_t t_ms) {
-    shoot(glove_deg_, t_ms, p_.glove_camera_latency_s, [&](int i) { return world.finger_deg(i); });
-    shoot(hand_deg_, t_ms, p_.hand_camera_latency_s, [&](int i) { return world.joint_deg(i); });
-  }
-  double score() const {
-    return score::score_trial(glove_deg_, hand_deg_, 1 / p_.camera_rate_hz).total_error_deg_s;
-  }
-
- private:
-  using Film = std::array<std::vector<float>, twin::kFingers>;
-
-  template <class Angle>
-  void shoot(Film& film, std::int64_t t_ms, double latency_s, const Angle& angle) {
-    const std::size_t frame = film[0].size();
-    if (frame >= frames_ || t_ms < twin::frame_ms(frame, p_.camera_rate_hz, latency_s)) return;
-    for (int i = 0; i < twin::kFingers; ++i) {
-      film[static_cast<std::size_t>(i)].push_back(
-          static_cast<float>(angle(i) + p_.camera_noise_deg * noise_.normal()));
-    }
-  }
-
-  const twin::Parameters& p_;
-  twin::Random& noise_;
-  std::size_t frames_;
-  Film glove_deg_;
-  Film hand_deg_;
-};
-
 }  // namespace
 
 Bench::Bench(BenchSetup setup)
@@ -230,16 +193,16 @@ double Bench::score_one(int gesture, const std::function<void()>& each) {
   const std::int64_t start_ms = *wearer_.start_ms();
   const std::int64_t end_ms = start_ms + std::lround(motion.duration_s() * 1000);
   twin::World& world = simulation_.world();
-  Cameras cameras(setup_.input.parameters, motion.duration_s(), noise_);
+  world.film(start_ms, motion.duration_s());
   while (world.now_ms() <= end_ms) {
     const std::int64_t t_ms = world.now_ms() - start_ms;
     if (t_ms == -kStill_ms) world.settle();
     if (t_ms == kBenchSettled_ms) simulation_.wind_up();
     step();
-    cameras.look(world, t_ms);
     each();
   }
-  return cameras.score();
+  const double period_s = 1 / setup_.input.parameters.camera_rate_hz;
+  return score::score_trial(world.seen().glove_deg, world.seen().hand_deg, period_s).total_error_deg_s;
 }
 
 std::vector<double> Bench::score(const std::vector<int>& gestures, const io::JobProgress& progress) {

@@ -111,10 +111,8 @@ void check(const Parameters& p) {
                         model::finger_names()[i], p.bend_lower_deg[i], p.bend_upper_deg[i]));
   }
   // The motor's speed must settle over several steps, else the step itself is unstable.
-  const double inertia_mNms2 =
-      (p.rotor_inertia_gcm2 * p.gear_ratio * p.gear_ratio + p.finger_inertia_gcm2) * 1e-4;
-  const double damping_mNms = p.torque_constant_mNm_A * p.gear_ratio * p.gear_efficiency *
-                              p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.resistance_ohm;
+  const double inertia_mNms2 = p.inertia_mNms2();
+  const double damping_mNms = p.torque_mNm_A() * p.back_emf_Vs() / p.resistance_ohm;
   require(damping_mNms * kStep_s < inertia_mNms2,
           fmt::format("motor.*: its time constant, {:.2g} s, is faster than the plant's step of {} s: more "
                       "inertia or resistance, or a smaller torque constant",

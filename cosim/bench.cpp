@@ -19,7 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::milliseconds kMostBehind(50);
-constexpr std::size_t kFlashBytes = 32768;
 constexpr std::int64_t kBenchSettled_ms = -300;  // as CoSimulation before a trial
 constexpr std::int64_t kStill_ms = 2000;         // as a trial before its t = 0
 constexpr double kAround_s = 4.5;                // to a gesture's beginning, and at rest there; about
@@ -51,7 +50,8 @@ Bench::Bench(BenchSetup setup)
       noise_(twin::seed_of(setup_.input.seed, 1)),
       due_(Clock::now()) {
   if (!setup_.bootloader.empty())
-    simulation_.glove().put_bootloader(deploy::read_intel_hex(setup_.bootloader, kFlashBytes));
+    simulation_.glove().put_bootloader(
+        deploy::read_intel_hex(setup_.bootloader, deploy::kAtmega328p.flash_bytes));
   connect();
   plug_in();
   while (simulation_.world().now_ms() < 0) step();

@@ -219,10 +219,8 @@ Observation PrintedTracker::step(const Picture& picture, double) {
   for (const auto& f : found) {
     ObservedMark mark;
     if (f) {
-      for (const cv::Point2f& c : f->corners) {
-        mark.at.x += static_cast<double>(c.x) / 4;
-        mark.at.y += static_cast<double>(c.y) / 4;
-      }
+      const cv::Scalar middle = cv::mean(f->corners);
+      mark.at = {middle[0], middle[1]};
       mark.area_px = f->side_px * f->side_px;
       mark.measured = true;
       mark.lost = false;

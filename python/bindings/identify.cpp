@@ -7,17 +7,13 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <chrono>
-
 #include "host/deploy/model_block.hpp"
 #include "host/identify/from_poses.hpp"
 #include "host/identify/joint_map.hpp"
 #include "host/identify/recalibrate_files.hpp"
 #include "host/identify/structure_text.hpp"
-#include "host/recording/csv.hpp"
 #include "host/study/cohort.hpp"
-#include "python/bindings/job.hpp"
-#include "python/bindings/recording.hpp"
+#include "python/bindings/bindings.hpp"
 
 namespace flexor::python {
 namespace {

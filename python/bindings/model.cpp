@@ -9,8 +9,7 @@
 #include "host/posture/complete_file.hpp"
 #include "host/posture/posture.hpp"
 #include "host/study/builtin.hpp"
-#include "python/bindings/job.hpp"
-#include "python/bindings/recording.hpp"
+#include "python/bindings/bindings.hpp"
 
 namespace flexor::python {
 namespace {

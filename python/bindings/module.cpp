@@ -1,5 +1,4 @@
-#include "host/io/io.hpp"
-#include "python/bindings/recording.hpp"
+#include "python/bindings/bindings.hpp"
 
 NB_MODULE(_flexor, m) {
   namespace io = flexor::io;

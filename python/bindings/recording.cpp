@@ -1,4 +1,4 @@
-#include "python/bindings/recording.hpp"
+#include "python/bindings/bindings.hpp"
 
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/map.h>

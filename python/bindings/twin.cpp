@@ -14,8 +14,7 @@
 #include "host/study/shards.hpp"
 #include "host/study/trials.hpp"
 #include "host/twin/random.hpp"
-#include "python/bindings/job.hpp"
-#include "python/bindings/recording.hpp"
+#include "python/bindings/bindings.hpp"
 
 namespace flexor::python {
 namespace {

@@ -12,14 +12,11 @@ namespace {
 
 using namespace flexor;
 
-cosim::Images images_of(const twin::TrialInput& input) {
-  return {study::twin_glove(input),
-          deploy::unprotected_hand(input.parameters, input.compensator, study::bench_key())};
-}
-
 Json simulate(const Json& arguments, const io::JobProgress& progress) {
   const auto input = arguments.at("input").get<twin::TrialInput>();
-  const cosim::Images images = images_of(input);
+  const cosim::Images images(
+      study::twin_glove(input),
+      deploy::unprotected_hand(input.parameters, input.compensator, study::bench_key()));
   const auto first = arguments.at("first").get<std::uint64_t>();
   const auto count = arguments.at("count").get<std::uint64_t>();
   Json out = Json::array();

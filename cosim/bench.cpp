@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <thread>
 #include <utility>
 
@@ -18,7 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::milliseconds kMostBehind(50);
-constexpr std::size_t kFlashBytes = 32768;
 constexpr std::int64_t kBenchSettled_ms = -300;  // as CoSimulation before a trial
 constexpr std::int64_t kStill_ms = 2000;         // as a trial before its t = 0
 constexpr double kAround_s = 4.5;                // to a gesture's beginning, and at rest there; about
@@ -37,62 +37,7 @@ fs::path point(const fs::path& link, const std::string& terminal) {
   return link;
 }
 
-// As the world of a trial has them.
-class Cameras {
- public:
-  Cameras(const twin::Parameters& parameters, double duration_s, twin::Random& noise)
-      : p_(parameters),
-        noise_(noise),
-        frames_(static_cast<std::size_t>(duration_s * parameters.camera_rate_hz) + 1) {}
-
-  // After the step that began at `t_ms`.
-  void look(const twin::World& world, std::int64_t t_ms) {
-    shoot(glove_deg_, t_ms, p_.glove_camera_latency_s, [&](int i) { return world.finger_deg(i); });
-    shoot(hand_deg_, t_ms, p_.hand_camera_latency_s, [&](int i) { return world.joint_deg(i); });
-  }
-  double score() const {
-    return score::score_trial(glove_deg_, hand_deg_, 1 / p_.camera_rate_hz).total_error_deg_s;
-  }
-
- private:
-  using Film = std::array<std::vector<float>, twin::kFingers>;
-
-  template <class Angle>
-  void shoot(Film& film, std::int64_t t_ms, double latency_s, const Angle& angle) {
-    const std::size_t frame = film[0].size();
-    if (frame >= frames_ || t_ms < twin::frame_ms(frame, p_.camera_rate_hz, latency_s)) return;
-    for (int i = 0; i < twin::kFingers; ++i) {
-      film[static_cast<std::size_t>(i)].push_back(
-          static_cast<float>(angle(i) + p_.camera_noise_deg * noise_.normal()));
-    }
-  }
-
-  const twin::Parameters& p_;
-  twin::Random& noise_;
-  std::size_t frames_;
-  Film glove_deg_;
-  Film hand_deg_;
-};
-
 }  // namespace
-
-// Out of real time: nobody hears the glove, and what was said to it is forgotten.
-class Bench::Unheard {
- public:
-  explicit Unheard(Bench& bench) : bench_(bench), motion_(bench.motion_) { bench.is_heard_ = false; }
-  ~Unheard() {
-    bench_.is_heard_ = true;
-    if (bench_.port_) (void)bench_.port_->read();
-    bench_.due_ = Clock::now();
-    bench_.play(motion_);
-  }
-  Unheard(const Unheard&) = delete;
-  Unheard& operator=(const Unheard&) = delete;
-
- private:
-  Bench& bench_;
-  std::string motion_;
-};
 
 Bench::Bench(BenchSetup setup)
     : setup_(std::move(setup)),
@@ -105,7 +50,8 @@ Bench::Bench(BenchSetup setup)
       noise_(twin::seed_of(setup_.input.seed, 1)),
       due_(Clock::now()) {
   if (!setup_.bootloader.empty())
-    simulation_.glove().put_bootloader(deploy::read_intel_hex(setup_.bootloader, kFlashBytes));
+    simulation_.glove().put_bootloader(
+        deploy::read_intel_hex(setup_.bootloader, deploy::kAtmega328p.flash_bytes));
   connect();
   plug_in();
   while (simulation_.world().now_ms() < 0) step();
@@ -115,7 +61,10 @@ void Bench::connect() {
   simulation_.world().finger_at = [this](int finger, std::int64_t t_ms) {
     return wearer_.angle(finger, t_ms);
   };
-  simulation_.on_air = [this](Cycles, std::uint8_t byte) { hear_glove(byte); };
+  simulation_.on_air = [this](Cycles, std::uint8_t byte) {  // the glove's UART has begun to send it
+    if (port_ && port_->is_open() && is_heard_ && said_.size() < kMostSaid)
+      said_ += static_cast<char>(port_->on_the_wire(byte, simulation_.glove().baud()));
+  };
   simulation_.on_glove_air = [this](Cycles end, std::uint8_t byte) {
     if (program_runs_) radio_.push_back({end, byte});
   };
@@ -125,7 +74,9 @@ void Bench::connect() {
   };
   simulation_.glove().on_bite = [this](Cycles) { program_runs_ = false; };
   simulation_.on_strip = [this](std::int64_t, int finger, int counts) {
-    return counts_[static_cast<std::size_t>(finger)] = noisy(counts);
+    if (noise_counts_ != 0) counts += static_cast<int>(std::lround(noise_counts_ * noise_.normal()));
+    // Nothing is read of what a strip has after the converter's end.
+    return counts_[static_cast<std::size_t>(finger)] = std::clamp(counts, 0, twin::kAdcTop);
   };
 }
 
@@ -142,31 +93,14 @@ void Bench::unplug() {
   said_.clear();
 }
 
-// Nothing is read of what a strip has after the converter's end.
-int Bench::noisy(int counts) {
-  if (noise_counts_ == 0) return counts;
-  return std::clamp(counts + static_cast<int>(std::lround(noise_counts_ * noise_.normal())), 0,
-                    twin::kAdcTop);
-}
-
-void Bench::move_strips() {
-  for (int i = 0; i < twin::kFingers; ++i) simulation_.world().shift_strip(i, slip_deg_ + drifted_deg_);
-}
-
-// The world has asked for the fingers up to there.
-std::int64_t Bench::next_block_ms() const {
-  const std::int64_t now = simulation_.world().now_ms() - twin::World::kStart_ms;
-  return (now + twin::kBlock_ms - 1) / twin::kBlock_ms * twin::kBlock_ms + twin::World::kStart_ms;
-}
-
 void Bench::play(const std::string& motion) {
   const std::optional<twin::Motion> next = study::bench_motion(motion);
   motion_ = motion;
-  if (next) {
-    wearer_.play(*next, next_block_ms());
-  } else {
-    wearer_.rest(next_block_ms());
-  }
+  // The world has asked for the fingers up to there.
+  const std::int64_t blocks =
+      (simulation_.world().now_ms() - twin::World::kStart_ms + twin::kBlock_ms - 1) / twin::kBlock_ms;
+  const std::int64_t now_ms = blocks * twin::kBlock_ms + twin::World::kStart_ms;
+  next ? wearer_.play(*next, now_ms) : wearer_.rest(now_ms);
 }
 
 void Bench::change(const study::BenchChange& c) {
@@ -194,7 +128,7 @@ study::BenchView Bench::advance(const study::BenchChange& c) {
 
 void Bench::step() {
   drifted_deg_ += drift_deg_per_min_ / 60000;
-  move_strips();
+  for (int i = 0; i < twin::kFingers; ++i) simulation_.world().shift_strip(i, slip_deg_ + drifted_deg_);
   feed_glove();
   simulation_.glove_has_radio = program_runs_;
   simulation_.step();
@@ -213,12 +147,6 @@ void Bench::look_at_port() {
   if (typed_.empty()) typed_until_ = std::max(typed_until_, simulation_.glove().now());
   for (const std::uint8_t byte : port_->read()) typed_.push_back(port_->on_the_wire(byte, baud));
   said_.erase(0, port_->write(said_));
-}
-
-// The glove's UART has begun to send it.
-void Bench::hear_glove(std::uint8_t byte) {
-  if (!port_ || !port_->is_open() || !is_heard_ || said_.size() >= kMostSaid) return;
-  said_ += static_cast<char>(port_->on_the_wire(byte, simulation_.glove().baud()));
 }
 
 // What is complete at the glove's pin in the next millisecond, in order.
@@ -265,20 +193,27 @@ double Bench::score_one(int gesture, const std::function<void()>& each) {
   const std::int64_t start_ms = *wearer_.start_ms();
   const std::int64_t end_ms = start_ms + std::lround(motion.duration_s() * 1000);
   twin::World& world = simulation_.world();
-  Cameras cameras(setup_.input.parameters, motion.duration_s(), noise_);
+  world.film(start_ms, motion.duration_s());
   while (world.now_ms() <= end_ms) {
     const std::int64_t t_ms = world.now_ms() - start_ms;
     if (t_ms == -kStill_ms) world.settle();
     if (t_ms == kBenchSettled_ms) simulation_.wind_up();
     step();
-    cameras.look(world, t_ms);
     each();
   }
-  return cameras.score();
+  const double period_s = 1 / setup_.input.parameters.camera_rate_hz;
+  return score::score_trial(world.seen().glove_deg, world.seen().hand_deg, period_s).total_error_deg_s;
 }
 
 std::vector<double> Bench::score(const std::vector<int>& gestures, const io::JobProgress& progress) {
-  const Unheard unheard(*this);
+  // Out of real time: nobody hears the glove, and what was said to it is forgotten.
+  is_heard_ = false;
+  const std::shared_ptr<void> heard(nullptr, [this, motion = motion_](void*) {
+    is_heard_ = true;
+    if (port_) (void)port_->read();
+    due_ = Clock::now();
+    play(motion);
+  });
   double all_s = 0;
   for (const int gesture : gestures)
     all_s += kAround_s + study::bench_motion(fmt::format("{}", gesture))->duration_s();

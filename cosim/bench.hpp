@@ -39,7 +39,6 @@ class Bench {
   std::vector<double> score(const std::vector<int>& gestures, const io::JobProgress& progress);
 
  private:
-  class Unheard;
   using Clock = std::chrono::steady_clock;
   struct Coming {
     Cycles end;
@@ -54,10 +53,6 @@ class Bench {
   void step();
   void look_at_port();
   void feed_glove();
-  void hear_glove(std::uint8_t byte);
-  void move_strips();
-  int noisy(int counts);
-  std::int64_t next_block_ms() const;
   std::int64_t until_phase_ms() const;
   double score_one(int gesture, const std::function<void()>& each);
   study::BenchView view() const;

@@ -327,8 +327,6 @@ Board::Eeprom Board::eeprom() {
 
 std::span<std::uint8_t> Board::flash() { return {avr(avr_)->flash, avr(avr_)->flashend + 1U}; }
 
-void Board::erase_eeprom() { std::fill_n(eeprom().bytes, kEepromBytes, std::uint8_t{0xff}); }
-
 int Board::stack_bytes() const {
   const std::uint8_t* data = avr(avr_)->data;
   int at = firmware_.address("__bss_end");

@@ -94,7 +94,6 @@ class Board {
   static constexpr int kEepromBytes = 1024;
   Eeprom eeprom();
   std::span<std::uint8_t> flash();
-  void erase_eeprom();
 
   // Most bytes of stack that were in use since power-on.
   int stack_bytes() const;

@@ -28,12 +28,10 @@ CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, 
       world_(input, trial),
       glove_(images.glove),
       hand_(images.hand),
-      radio_{
-          ByteRadio(input.parameters, twin::seed_of(twin::seed_of(input.seed, trial), twin::Purpose::radio),
-                    faults, cycle_of(0)),
-          ByteRadio(input.parameters,
-                    twin::seed_of(twin::seed_of(input.seed, trial), twin::Purpose::radio, 1), faults,
-                    cycle_of(0))} {
+      radio_{ByteRadio(input.parameters, twin::seed_of(input.seed, trial, twin::Purpose::radio), faults,
+                       cycle_of(0)),
+             ByteRadio(input.parameters, twin::seed_of(input.seed, trial, twin::Purpose::radio, 1), faults,
+                       cycle_of(0))} {
   const double period_ms = 1000 * input.compensator.sample_period_s;
   const double phase_ms = 1000 * world_.sample_phase_s() - kBoot_ms;
   const double start_ms = phase_ms - period_ms * std::floor(phase_ms / period_ms);

@@ -242,7 +242,7 @@ double slowest_start_s(const twin::TrialInput& input,
     for (const auto& [board, starts] :
          {std::pair(&simulation.glove(), start->glove), {&simulation.hand(), start->hand}}) {
       if (starts) board->power_off(board->now() + static_cast<Cycles>(start->off_ms) * kCyclesPerMs);
-      if (start->forget) board->erase_eeprom();
+      if (start->forget) std::fill_n(board->eeprom().bytes, Board::kEepromBytes, std::uint8_t{0xff});
     }
     on_ms = now + start->off_ms;
     waits = true;

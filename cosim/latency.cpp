@@ -81,13 +81,6 @@ twin::TrialInput still(const twin::Parameters& parameters, const model::Model& m
   return {p, twin::Motion::from_samples("still", {0, length_s}, rest), model, seed, false};
 }
 
-std::vector<double> random_edges_ms(int edges, std::uint64_t seed) {
-  twin::Random random(seed);
-  std::vector<double> out;
-  for (int k = 0; k < edges; ++k) out.push_back(kApart_ms * (k + 0.5 * random.uniform() + 0.25));
-  return out;
-}
-
 double ms(Cycles from, Cycles to) {
   return static_cast<double>(static_cast<std::int64_t>(to - from)) / kCyclesPerMs;
 }
@@ -173,7 +166,10 @@ std::vector<study::Latency> latency(const twin::Parameters& parameters, const mo
                       deploy::safe_hand(parameters, model, study::bench_key()));
   const twin::TrialInput input = still(parameters, model, edges, seed);
   CoSimulation simulation(images, input, 0);
-  const EdgeWatch watch(simulation, random_edges_ms(edges, seed));
+  twin::Random random(seed);
+  std::vector<double> edge_ms;
+  for (int k = 0; k < edges; ++k) edge_ms.push_back(kApart_ms * (k + 0.5 * random.uniform() + 0.25));
+  const EdgeWatch watch(simulation, std::move(edge_ms));
   (void)simulation.run();
   return watch.latencies();
 }

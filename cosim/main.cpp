@@ -12,14 +12,11 @@ namespace {
 
 using namespace flexor;
 
-cosim::Images images_of(const twin::TrialInput& input) {
-  return {study::twin_glove(input),
-          deploy::unprotected_hand(input.parameters, input.compensator, study::bench_key())};
-}
-
 Json simulate(const Json& arguments, const io::JobProgress& progress) {
   const auto input = arguments.at("input").get<twin::TrialInput>();
-  const cosim::Images images = images_of(input);
+  const cosim::Images images(
+      study::twin_glove(input),
+      deploy::unprotected_hand(input.parameters, input.compensator, study::bench_key()));
   const auto first = arguments.at("first").get<std::uint64_t>();
   const auto count = arguments.at("count").get<std::uint64_t>();
   Json out = Json::array();
@@ -48,15 +45,11 @@ Json latency(const Json& arguments, const io::JobProgress&) {
                         arguments.at("seed").get<std::uint64_t>());
 }
 
-// One at a time.
-std::unique_ptr<cosim::Bench>& bench() {
-  static std::unique_ptr<cosim::Bench> one;
-  return one;
-}
+std::unique_ptr<cosim::Bench> bench;  // one at a time
 
 cosim::Bench& open_bench() {
-  if (bench() == nullptr) throw io::InputError("no bench is open: bench_open comes first");
-  return *bench();
+  if (bench == nullptr) throw io::InputError("no bench is open: bench_open comes first");
+  return *bench;
 }
 
 std::filesystem::path path_or_none(const Json& arguments, const char* name) {
@@ -64,11 +57,11 @@ std::filesystem::path path_or_none(const Json& arguments, const char* name) {
 }
 
 Json bench_open(const Json& arguments, const io::JobProgress&) {
-  bench().reset();
-  bench() = std::make_unique<cosim::Bench>(
+  bench.reset();
+  bench = std::make_unique<cosim::Bench>(
       cosim::BenchSetup{arguments.at("glove").get<deploy::Glove>(), path_or_none(arguments, "bootloader"),
                         arguments.at("input").get<twin::TrialInput>(), path_or_none(arguments, "link")});
-  return {{"port", bench()->terminal()}};
+  return {{"port", bench->terminal()}};
 }
 
 Json bench_advance(const Json& arguments, const io::JobProgress&) {
@@ -80,7 +73,7 @@ Json bench_score(const Json& arguments, const io::JobProgress& progress) {
 }
 
 Json bench_close(const Json&, const io::JobProgress&) {
-  bench().reset();
+  bench.reset();
   return nullptr;
 }
 

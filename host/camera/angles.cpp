@@ -5,10 +5,6 @@
 namespace flexor::camera {
 namespace {
 
-double quadratic(Point g, const Covariance& c) {
-  return g.x * g.x * c[0] + 2 * g.x * g.y * c[1] + g.y * g.y * c[2];
-}
-
 // How a line's direction follows its end.
 Point direction_gradient(Point u) { return Point(-u.y, u.x) / u.dot(u); }
 
@@ -42,7 +38,9 @@ std::optional<Angle> measure_angle(const AngleRule& rule, double sign, std::span
       gradient[i] += gradient[j];
       gradient[j] = {};
     }
-    out.variance_deg2 += kDegrees * kDegrees * quadratic(gradient[i], covariances[at[i]]);
+    const Point g = kDegrees * gradient[i];
+    const Covariance& c = covariances[at[i]];
+    out.variance_deg2 += g.x * g.x * c[0] + 2 * g.x * g.y * c[1] + g.y * g.y * c[2];
   }
   return out;
 }

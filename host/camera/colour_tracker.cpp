@@ -92,7 +92,10 @@ Observation ColourTracker::step(const Picture& picture, double t_s) {
   }
   if (!following_ && (frame_ < kEager || frame_ % kPatient == 0)) search(picture, t_s);
   ++frame_;
-  learn_bones();
+  for (std::size_t l = 0; l < bone_px_.size(); ++l) {
+    const std::optional<double> now = bone_now_px(l);
+    if (now) bone_px_[l] = bone_px_[l] > 0 ? bone_px_[l] + kBone * (*now - bone_px_[l]) : *now;
+  }
   return report(t_s);
 }
 
@@ -156,11 +159,7 @@ void ColourTracker::search(const Picture& picture, double t_s) {
 }
 
 void ColourTracker::Followed::take(const Mark& mark, double t_s) {
-  if (lost()) {
-    predictor.begin(t_s, mark.centre);
-  } else {
-    predictor.update(t_s, mark.centre);
-  }
+  lost() ? predictor.begin(t_s, mark.centre) : predictor.update(t_s, mark.centre);
   hidden = 0;
   seen = mark;
   if (mark.touching) return;
@@ -286,13 +285,6 @@ void ColourTracker::find_lost(const std::vector<Mark>& candidates, double t_s) {
       marks_[k].take(free[*c], t_s);
       free.erase(free.begin() + static_cast<std::ptrdiff_t>(*c));
     }
-  }
-}
-
-void ColourTracker::learn_bones() {
-  for (std::size_t l = 0; l < skeleton_.links.size(); ++l) {
-    const std::optional<double> now = bone_now_px(l);
-    if (now) bone_px_[l] = bone_px_[l] > 0 ? bone_px_[l] + kBone * (*now - bone_px_[l]) : *now;
   }
 }
 

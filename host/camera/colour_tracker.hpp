@@ -92,7 +92,6 @@ class ColourTracker {
   std::optional<double> bone_now_px(std::size_t link) const;
   bool looks_wrong() const;
   std::optional<std::size_t> only_candidate(std::size_t mark, const std::vector<Mark>& candidates) const;
-  void learn_bones();
   Observation report(double t_s);
 
   Skeleton skeleton_;

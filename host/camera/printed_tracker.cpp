@@ -55,8 +55,6 @@ std::optional<Edge> find_edge(const cv::Mat& grey, const cv::Vec2d& a, const cv:
   constexpr double kStep_px = 0.5;
   const int steps = rough ? 6 : 4;       // to either side: 3 or 2 pixels
   constexpr double kLeastContrast = 20;  // grey levels, summed over the steps
-  cv::Vec2d sum(0, 0);
-  cv::Matx22d squares = cv::Matx22d::zeros();
   std::vector<cv::Vec2d> points;
   const int places = static_cast<int>(0.8 * length) + 1;
   for (int i = 0; i < places; ++i) {
@@ -78,18 +76,13 @@ std::optional<Edge> find_edge(const cv::Mat& grey, const cv::Vec2d& a, const cv:
   constexpr std::size_t kLeastPoints = 6;
   if (points.size() < kLeastPoints) return std::nullopt;
   const auto n = static_cast<double>(points.size());
-  for (const cv::Vec2d& p : points) sum += p;
-  const cv::Vec2d mean = sum / n;
-  for (const cv::Vec2d& p : points) squares += (p - mean) * (p - mean).t();
-  const double angle = std::atan2(2 * squares(0, 1), squares(0, 0) - squares(1, 1)) / 2;
+  const cv::PCA line(cv::Mat(points).reshape(1), cv::noArray(), cv::PCA::DATA_AS_ROW);
   Edge edge;
-  edge.normal = {-std::sin(angle), std::cos(angle)};
-  edge.offset = edge.normal.dot(mean);
-  double rest = 0;
-  for (const cv::Vec2d& p : points) rest += std::pow(edge.normal.dot(p) - edge.offset, 2);
+  edge.normal = line.eigenvectors.row(1);
+  edge.offset = edge.normal.dot(cv::Vec2d(line.mean));
   // A fitted line is uncertain by 2 sigma / sqrt(n) at its ends; every pixel has a say in two of the places.
   constexpr double kShared = 2;
-  edge.variance_px2 = kShared * 4 * rest / (n - 2) / n;
+  edge.variance_px2 = kShared * 4 * line.eigenvalues.at<double>(1) / (n - 2);
   return edge;
 }
 
@@ -107,11 +100,10 @@ std::optional<double> refine(const cv::Mat& grey, std::vector<cv::Point2f>& corn
   for (std::size_t i = 0; i < 4; ++i) {
     const Edge& before = edge[(i + 3) % 4];
     const Edge& after = edge[i];
-    const double det = before.normal[0] * after.normal[1] - before.normal[1] * after.normal[0];
-    if (std::abs(det) < 0.3) return std::nullopt;
-    const double x = (before.offset * after.normal[1] - after.offset * before.normal[1]) / det;
-    const double y = (after.offset * before.normal[0] - before.offset * after.normal[0]) / det;
-    corners[i] = {static_cast<float>(x), static_cast<float>(y)};
+    const cv::Matx22d normals(before.normal[0], before.normal[1], after.normal[0], after.normal[1]);
+    if (std::abs(cv::determinant(normals)) < 0.3) return std::nullopt;
+    const cv::Matx21d at = normals.solve(cv::Vec2d(before.offset, after.offset));
+    corners[i] = Point(at(0), at(1));
   }
   return variance;
 }
@@ -227,10 +219,8 @@ Observation PrintedTracker::step(const Picture& picture, double) {
   for (const auto& f : found) {
     ObservedMark mark;
     if (f) {
-      for (const cv::Point2f& c : f->corners) {
-        mark.at.x += static_cast<double>(c.x) / 4;
-        mark.at.y += static_cast<double>(c.y) / 4;
-      }
+      const cv::Scalar middle = cv::mean(f->corners);
+      mark.at = {middle[0], middle[1]};
       mark.area_px = f->side_px * f->side_px;
       mark.measured = true;
       mark.lost = false;

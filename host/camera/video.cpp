@@ -26,7 +26,7 @@ double now_s() {
 
 // Errors are ours to tell, in one line.
 void be_silent() {
-  static const bool done = [] {
+  [[maybe_unused]] static const bool done = [] {
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     cv::redirectError([](int status, const char*, const char*, const char*, int, void*) {
       if (status == cv::Error::StsNoMem) throw std::bad_alloc();  // as everybody else says it
@@ -42,7 +42,6 @@ void be_silent() {
            1);
     return true;
   }();
-  (void)done;
 }
 
 void require_few_pixels(double pixels, const char* of, const std::string& source) {

@@ -33,14 +33,6 @@ Sensor read_sensor(io::JsonReader& reader) {
   return {counts, value};
 }
 
-std::size_t finger_of(const std::string& name, const std::string& source) {
-  try {
-    return model::finger_index(name);
-  } catch (const io::InputError& error) {
-    io::fail_within(source, error);
-  }
-}
-
 Sensor sensor_of(const model::Input& input, std::size_t strip, const Sensor& alpha,
                  const CalibrationDocument& calibration) {
   const std::optional<Sensor>& own = calibration.sensor[strip];
@@ -83,12 +75,16 @@ CalibrationDocument calibration_from_json(const std::string& text, const std::st
   out.unit = document.text_or_empty("unit");
   const auto fingers = document.object_or_empty("fingers");
   document.done();
-  for (const auto& item : fingers.items()) {
-    const std::size_t i = finger_of(item.key(), source);
-    if (out.sensor[i])
-      document.fail(fmt::format("{} comes twice, by two names; remove one", model::finger_names()[i]));
-    io::JsonReader reader(item.value(), fmt::format("{}: {}", out.source, item.key()));
-    out.sensor[i] = read_sensor(reader);
+  try {
+    for (const auto& item : fingers.items()) {
+      const std::size_t i = model::finger_index(item.key());
+      if (out.sensor[i])
+        document.fail(fmt::format("{} comes twice, by two names; remove one", model::finger_names()[i]));
+      io::JsonReader reader(item.value(), fmt::format("{}: {}", out.source, item.key()));
+      out.sensor[i] = read_sensor(reader);
+    }
+  } catch (const io::InputError& error) {
+    io::fail_within(source, error);
   }
   return out;
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 #include <set>
 #include <span>
 #include <sstream>
@@ -73,10 +74,6 @@ CppText cpp_of(const model::Curve::Fixed& c) {
     values.push_back(fmt::format("{{{}, {}}}", c.values.at[i].y, c.values.at[i].slope));
   return {fmt::format("FixedValues<{}>", c.knots.count), fmt::format("{{{}}}", braces(values))};
 }
-std::string knots_text(const model::Curve::Fixed& c) {
-  return fmt::format("{{{}, {}, {}}}", c.knots.count, braces(c.knots.x, c.knots.count),
-                     braces(c.knots.scale, c.knots.count));
-}
 
 CppText cpp_of(const model::Hysteresis::Fixed& c) {
   return {fmt::format("FixedHysteresis<{}>", c.plays.count),
@@ -142,10 +139,9 @@ class Writer {
  private:
   // Blocks in a row that the same inputs reach step, and start, together: a section.
   void open(const std::vector<std::size_t>& inputs) {
-    if (is_open_ && inputs == open_) return;
+    if (open_ == inputs) return;
     close();
     open_ = inputs;
-    is_open_ = true;
     std::string condition;
     for (const std::size_t i : inputs) {
       const std::size_t strip = wiring_.strip[i];
@@ -157,8 +153,7 @@ class Writer {
   }
 
   void close() {
-    if (!is_open_) return;
-    is_open_ = false;
+    if (!std::exchange(open_, {})) return;
     std::string before;
     for (const std::size_t i : read_) {
       before += fmt::format("      const int16_t s{} = core::refine(alpha[{}], {});\n", i, wiring_.strip[i],
@@ -210,7 +205,8 @@ class Writer {
 
   // Curves of one signal on the same knots share the search for the segment, and all curves equal knots.
   std::string segment_of(std::size_t in, const model::Curve::Fixed& c) {
-    const std::string text = knots_text(c);
+    const std::string text = fmt::format("{{{}, {}, {}}}", c.knots.count, braces(c.knots.x, c.knots.count),
+                                         braces(c.knots.scale, c.knots.count));
     const auto known = std::ranges::find(knots_, text);
     const auto knots = known - knots_.begin();
     if (known == knots_.end()) {
@@ -269,12 +265,11 @@ class Writer {
   model::Wiring wiring_;
   std::size_t inputs_;
   std::vector<bool> needed_;
-  std::vector<std::size_t> open_;   // inputs of the open section
-  std::vector<std::string> knots_;  // all that were written
-  std::vector<std::string> found_;  // segments of the open section
-  std::set<std::size_t> read_;      // inputs that a block of the open section takes
-  bool is_open_ = false;
-  bool starts_ = false;  // a block of the open section has a state
+  std::optional<std::vector<std::size_t>> open_;  // inputs of the open section
+  std::vector<std::string> knots_;                // all that were written
+  std::vector<std::string> found_;                // segments of the open section
+  std::set<std::size_t> read_;                    // inputs that a block of the open section takes
+  bool starts_ = false;                           // a block of the open section has a state
   std::size_t sections_ = 0;
   std::size_t first_ = 0;
   std::string coefficients_;

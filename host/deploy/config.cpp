@@ -32,16 +32,6 @@ std::int16_t int16(double v) { return static_cast<std::int16_t>(std::lround(std:
 
 std::int16_t q4(double deg) { return static_cast<std::int16_t>(std::lround(deg * 16)); }
 
-// The longest line goes out within a sample period.
-void require_room_for_lines(const Glove& glove) {
-  const double line_s = line_bytes(glove) * 10 / kUsbBaud;
-  if (line_s <= glove.model.sample_period_s) return;
-  throw InputError(
-      "a line of up to {} bytes takes {:.1f} ms at {:g} baud, which is fixed, and the glove "
-      "samples every {:g} ms: lower --rate, or --encoding alpha sends the fingers alone",
-      line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s);
-}
-
 // Bones of the driver's hand, from the wrist; a joint turns the one behind it.
 std::optional<std::uint8_t> place_of(const std::string& finger, const std::string& joint) {
   const std::array<const char*, 3> thumb = {"_cmc", "_mcp", "_ip"};
@@ -51,6 +41,18 @@ std::optional<std::uint8_t> place_of(const std::string& finger, const std::strin
     if (joint == finger + (is_thumb ? thumb : other)[k]) return is_thumb ? k : k + 1;
   }
   return std::nullopt;
+}
+
+// Without `track`, and for strips without poses, none is tracked.
+std::array<glove::TrackedStrip, kFingers> tracked_strips(const Glove& glove) {
+  std::array<glove::TrackedStrip, kFingers> out{};
+  if (!glove.track) return out;
+  const model::Wiring wiring = model::wiring_of(glove.model);
+  const std::vector<std::optional<model::TrackedRange>> ranges = model::tracked_ranges(glove.model);
+  for (std::size_t i = 0; i < kFingers; ++i) {
+    if (wiring.input[i]) out[i] = model::tracked_strip<glove::Tracking>(ranges[*wiring.input[i]], {});
+  }
+  return out;
 }
 
 hand::MotorSettings motor_settings(const HandMotor& motor) {
@@ -187,8 +189,12 @@ int line_bytes(const Glove& glove) {
 int samples_per_frame(const Glove& glove) {
   const int rate = sample_rate_hz(glove.model);
   if (glove.output != Output::radio) {
-    require_room_for_lines(glove);
-    return 1;
+    const double line_s = line_bytes(glove) * 10 / kUsbBaud;
+    if (line_s <= glove.model.sample_period_s) return 1;
+    throw InputError(
+        "a line of up to {} bytes takes {:.1f} ms at {:g} baud, which is fixed, and the glove "
+        "samples every {:g} ms: lower --rate, or --encoding alpha sends the fingers alone",
+        line_bytes(glove), 1000 * line_s, kUsbBaud, 1000 * glove.model.sample_period_s);
   }
   if (glove.key && glove.baud < kLeastBaudWithKey) {
     throw InputError("a radio of {:g} baud is too slow for a key, which wants {:g}: raise radio.baud",
@@ -222,17 +228,6 @@ int samples_per_frame(const Glove& glove) {
 bool can_zero(const Glove& glove) {
   return glove.pins.button[kCalibrate].has_value() &&
          std::ranges::any_of(glove.model.inputs, [](const auto& input) { return input.poses.has_value(); });
-}
-
-std::array<glove::TrackedStrip, kFingers> tracked_strips(const Glove& glove) {
-  std::array<glove::TrackedStrip, kFingers> out{};
-  if (!glove.track) return out;
-  const model::Wiring wiring = model::wiring_of(glove.model);
-  const std::vector<std::optional<model::TrackedRange>> ranges = model::tracked_ranges(glove.model);
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    if (wiring.input[i]) out[i] = model::tracked_strip<glove::Tracking>(ranges[*wiring.input[i]], {});
-  }
-  return out;
 }
 
 void check_tracking(const Glove& glove) {

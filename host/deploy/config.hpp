@@ -106,9 +106,6 @@ int samples_per_frame(const Glove& glove);
 // driver's.
 bool can_zero(const Glove& glove);
 
-// What the tracker of each strip gets; without `track`, and for strips without poses, none is tracked.
-std::array<glove::TrackedStrip, kFingers> tracked_strips(const Glove& glove);
-
 // Throws io::InputError where `track` asks for what there is not: poses, a model that is compiled.
 void check_tracking(const Glove& glove);
 

@@ -166,8 +166,7 @@ FlashContent Bootloader::read() {
   const io::TemporaryFolder folder;
   const fs::path hex = folder.path() / "flash.hex";
   run_at_any_rate(fmt::format("flash:r:{}:i", hex.string()), folder.path(), 0);
-  constexpr std::size_t kFlashBytes = 32768;
-  return read_intel_hex(hex, kFlashBytes);
+  return read_intel_hex(hex, kAtmega328p.flash_bytes);
 }
 
 }  // namespace flexor::deploy

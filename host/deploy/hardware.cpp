@@ -21,14 +21,10 @@ constexpr double kSameEnds = 0.1;        // of the hand's range, within which a 
 // T = K_t V / R and b = K_t K_e / R + viscous, behind the gear: full speed T / b, time J / b.
 HandMotor motor_of(const model::Hardware& p) {
   constexpr double kDeg_per_rad = 180 / std::numbers::pi;
-  const double kt_mNm_A = p.torque_constant_mNm_A * p.gear_ratio * p.gear_efficiency;
-  const double ke_Vs = p.torque_constant_mNm_A / 1000 * p.gear_ratio;
-  const double stall_mNm = kt_mNm_A * p.motor_V / p.resistance_ohm;
-  const double damping_mNms = kt_mNm_A * ke_Vs / p.resistance_ohm + p.viscous_mNms_rad;
-  const double inertia_mNms2 =
-      (p.rotor_inertia_gcm2 * p.gear_ratio * p.gear_ratio + p.finger_inertia_gcm2) * 1e-4;
-  return {stall_mNm / damping_mNms * kDeg_per_rad, inertia_mNms2 / damping_mNms, p.coulomb_mNm / stall_mNm,
-          p.disturbance_mNm / stall_mNm};
+  const double stall_mNm = p.torque_mNm_A() * p.motor_V / p.resistance_ohm;
+  const double damping_mNms = p.torque_mNm_A() * p.back_emf_Vs() / p.resistance_ohm + p.viscous_mNms_rad;
+  return {stall_mNm / damping_mNms * kDeg_per_rad, p.inertia_mNms2() / damping_mNms,
+          p.coulomb_mNm / stall_mNm, p.disturbance_mNm / stall_mNm};
 }
 
 // Away from the joints' ends, which its limits are, and at bounded effort and speed, whatever it asks for.
@@ -103,8 +99,7 @@ Hand safe_hand(const model::Hardware& p, const model::Model& model, const Key& k
     hand.upper_deg[i] = std::min(hand.upper_deg[i], p.hand_upper_deg[i]);
   }
   hand.motor = motor_of(p);
-  hand.hardware.loop_feed_forward_s_per_deg =
-      p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.motor_V * std::numbers::pi / 180;
+  hand.hardware.loop_feed_forward_s_per_deg = p.back_emf_Vs() / p.motor_V * std::numbers::pi / 180;
   limit(hand);
   const double duty = hand.hardware.loop_duty;
   if (duty > hand.motor.friction + hand.motor.load) return hand;

@@ -19,6 +19,7 @@ TEST(OnHand, RefusesAModelOfMoreBitsThanTheBoardHas) {
   model.inputs[0].valid_max = 4094;
   std::vector<std::string> notes;
   io::expect_refused([&] { (void)on_hand(model, {}, notes); }, "counts to 4094");
+  io::expect_refused([&] { (void)glove_for({}, model, {}); }, "counts to 4094");
 }
 
 TEST(OnHand, OpenComesUponOpenAndFistUponFist) {
@@ -82,13 +83,6 @@ TEST(SafeHand, RefusesMotorsThatCannotMoveWithinItsLimits) {
   hardware.source = "my.json";
   hardware.disturbance_mNm = 200;
   io::expect_refused([&] { (void)safe_hand(hardware, published_model(), {}); }, "my.json: motor.");
-}
-
-TEST(Hardware, CountsOfTwelveBitsAreNoBoards) {
-  model::Model model = published_model();
-  model.inputs[1].unit = "count";
-  model.inputs[1].valid_max = 4094;
-  EXPECT_THROW((void)glove_for(model::preset("flexor"), model, {}), io::InputError);
 }
 
 }  // namespace hardware_test

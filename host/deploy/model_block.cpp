@@ -110,18 +110,17 @@ class PartWriter {
 
   // Blocks in a row that the same inputs reach.
   void open(const std::vector<std::size_t>& inputs) {
-    if (is_open_ && inputs == open_) return;
+    if (open_ == inputs) return;
     close();
     open_ = inputs;
-    is_open_ = true;
   }
 
   void close() {
-    if (!is_open_) return;
-    is_open_ = false;
+    const auto inputs = std::exchange(open_, {});
+    if (!inputs) return;
     code_.u8(static_cast<int>(Operation::end));
     int strips = 0;
-    for (const std::size_t i : open_) strips |= 1 << wiring_.strip[i];
+    for (const std::size_t i : *inputs) strips |= 1 << wiring_.strip[i];
     sections_.u8(strips);
     sections_.u16(static_cast<int>(code_.bytes.size()));
     sections_.bytes.insert(sections_.bytes.end(), code_.bytes.begin(), code_.bytes.end());
@@ -309,8 +308,7 @@ class PartWriter {
   std::vector<bool> needed_;
   std::map<std::size_t, int> number_;  // of each signal, in this part
   std::vector<Bytes> knots_;
-  std::vector<std::size_t> open_;  // inputs of the open section
-  bool is_open_ = false;
+  std::optional<std::vector<std::size_t>> open_;  // inputs of the open section
   int section_count_ = 0;
   int knots_begin_ = 0;
   int signals_ = 0;

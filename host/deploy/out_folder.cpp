@@ -92,8 +92,7 @@ void OutFolder::replace(const fs::path& staged) const {
   io::write_file(staged / kCleared, "");
   if (is_there(staged / kKeyFile)) move(staged / kKeyFile, folder_ / kKeyFile);
   for (const char* part : kParts) {
-    if (!is_there(staged / part)) continue;
-    move(staged / part, folder_ / part);
+    if (is_there(staged / part)) move(staged / part, folder_ / part);
   }
 }
 

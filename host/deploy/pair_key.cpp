@@ -1,6 +1,6 @@
 #include "host/deploy/pair_key.hpp"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -34,11 +34,7 @@ link::Key new_key() {
   return key;
 }
 
-std::string to_hex(const link::Key& key) {
-  std::string out;
-  for (const std::uint8_t byte : key.bytes) out += fmt::format("{:02x}", byte);
-  return out;
-}
+std::string to_hex(const link::Key& key) { return fmt::format("{:02x}", fmt::join(key.bytes, "")); }
 
 bool is_key(const std::string& text) {
   return text.size() == kDigits && text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;

@@ -108,10 +108,6 @@ std::string names_of(const std::vector<std::string>& joints) {
   return out;
 }
 
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
 }  // namespace
 
 JointStates::JointStates(Write write, const std::vector<std::string>& joints, std::optional<double> start_s)
@@ -133,8 +129,9 @@ void JointStates::add(double t_s, std::span<const double> angle_deg) {
   assert(angle_deg.size() == joints_);
   if (messages_ == 0) {
     first_s_ = t_s;
+    const std::chrono::duration<double> now = std::chrono::system_clock::now().time_since_epoch();
     // A double tells microseconds of times since 1970.
-    start_ns_ = static_cast<std::uint64_t>(std::llround(start_s_.value_or(now_s()) * 1e6)) * 1000;
+    start_ns_ = static_cast<std::uint64_t>(std::llround(start_s_.value_or(now.count()) * 1e6)) * 1000;
   }
   const std::uint64_t time_ns = start_ns_ + static_cast<std::uint64_t>(std::llround((t_s - first_s_) * 1e9));
   if (time_ns / kSecond_ns > INT32_MAX)

@@ -79,6 +79,13 @@ struct Hardware {
   double loop_speed_deg_s = 800.0;
   double loop_duty = 1.0;
   double loop_feed_forward_s_per_deg = 0.0;
+
+  // Of the motors, behind their gears. 1 g cm^2 = 1e-7 kg m^2 = 1e-4 mNm s^2
+  double torque_mNm_A() const { return torque_constant_mNm_A * gear_ratio * gear_efficiency; }
+  double back_emf_Vs() const { return torque_constant_mNm_A / 1000 * gear_ratio; }
+  double inertia_mNms2() const {
+    return (rotor_inertia_gcm2 * gear_ratio * gear_ratio + finger_inertia_gcm2) * 1e-4;
+  }
 };
 
 // Those of a const one are to be read alone.

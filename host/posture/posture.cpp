@@ -69,12 +69,6 @@ CoupledCurve read_curve(const ordered_json& json, const std::string& place) {
   return curve;
 }
 
-void require_joints(io::JsonReader& reader) {
-  const ordered_json names(kJointNames);
-  if (reader.list("joints") != names)
-    reader.fail("\"joints\" are not the 23 of this version, in their order");
-}
-
 }  // namespace
 
 double CoupledCurve::at(double angle_deg) const { return io::interpolate(knot_deg, value_deg, angle_deg); }
@@ -94,7 +88,8 @@ Posture parse(const std::string& text, const std::string& source) {
   Posture posture;
   posture.written_by = reader.text("written_by");
   posture.seed = static_cast<std::uint64_t>(reader.number_within("seed", 0, 9007199254740992.0));
-  require_joints(reader);
+  if (reader.list("joints") != ordered_json(kJointNames))
+    reader.fail("\"joints\" are not the 23 of this version, in their order");
   posture.limits.low_deg = read_hand(reader, "low_deg", -kWidest_deg, kWidest_deg);
   posture.limits.high_deg = read_hand(reader, "high_deg", -kWidest_deg, kWidest_deg);
   if (!(posture.limits.low_deg <= posture.limits.high_deg).all())

@@ -67,12 +67,6 @@ void add_person(const Calibrated::LeftOut& left_out, const InputMatrix& inputs, 
   }
 }
 
-People without(const People& people, std::size_t one) {
-  People others = people;
-  others.erase(others.begin() + static_cast<std::ptrdiff_t>(one));
-  return others;
-}
-
 }  // namespace
 
 double standard_error(std::vector<Weighted> errors) {
@@ -228,7 +222,9 @@ Calibrated calibrate(const People& people, const InputMatrix& inputs, const Shap
   Calibrated out{
       Regression(people, inputs, shape), {}, VectorXd::Zero(targets.rows()), VectorXd::Zero(targets.rows())};
   for (std::size_t i = 0; i < people.size(); ++i) {
-    out.left_out.push_back({people[i], Regression(without(people, i), inputs, shape)});
+    People others = people;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    out.left_out.push_back({people[i], Regression(others, inputs, shape)});
     add_errors(out.left_out.back(), inputs, targets, static_cast<double>(people.size()), out);
   }
   return out;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -127,21 +128,16 @@ Part part_of(const Samples& s, bool held_out) {
 }
 
 // Correlation of `later` with `before`, from no lag to so many.
-std::vector<double> correlation(std::vector<double> later, std::vector<double> before, std::size_t lags) {
-  for (std::vector<double>* x : {&later, &before}) {
-    double mean = 0;
-    for (const double v : *x) mean += v / static_cast<double>(x->size());
-    double squares = 1e-300;
-    for (double& v : *x) {
-      v -= mean;
-      squares += v * v;
-    }
-    for (double& v : *x) v /= std::sqrt(squares);
-  }
-  std::vector<double> out(lags + 1, 0);
-  for (std::size_t lag = 0; lag <= lags; ++lag) {
-    for (std::size_t k = lag; k < later.size(); ++k) out[lag] += later[k] * before[k - lag];
-  }
+std::vector<double> correlation(const std::vector<double>& later, const std::vector<double>& before,
+                                std::size_t lags) {
+  const auto scaled = [](const std::vector<double>& of) -> Eigen::VectorXd {
+    const Eigen::Map<const Eigen::ArrayXd> x(of.data(), std::ssize(of));
+    return (x - x.mean()).matrix().normalized();
+  };
+  const Eigen::VectorXd a = scaled(later), b = scaled(before);
+  std::vector<double> out;
+  for (Eigen::Index lag = 0; lag <= static_cast<Eigen::Index>(lags); ++lag)
+    out.push_back(a.tail(a.size() - lag).dot(b.head(b.size() - lag)));
   return out;
 }
 

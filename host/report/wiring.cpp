@@ -70,8 +70,8 @@ void draw_potentiometer(WiringDrawing& d, int y, const std::string& name, bool h
 
 void draw_digital(WiringDrawing& d, int y, const Json& c) {
   const auto name = c.at("name").get<std::string>();
+  d.wire(kBoardRight, y, 590, y, kSignal);
   if (c.at("kind") == "button") {
-    d.wire(kBoardRight, y, 590, y, kSignal);
     d.ring(594, y);
     d.wire(597, y - 4, 632, y - 16);
     d.ring(636, y);
@@ -80,7 +80,6 @@ void draw_digital(WiringDrawing& d, int y, const Json& c) {
     d.text(694, y + 5, name + " button", "start");
     return;
   }
-  d.wire(kBoardRight, y, 590, y, kSignal);
   d.part(590, y - 13, 140, 26, name);
   d.text(740, y + 5, c.at("kind") == "motor" ? "motor driver" : "radio at 5 V", "start");
 }
@@ -88,11 +87,8 @@ void draw_digital(WiringDrawing& d, int y, const Json& c) {
 // A0 to A5, or as far as something is wired.
 int analog_rows(const ByPin& pins) {
   int rows = 6;
-  for (const int upper : {8, 12}) {
-    for (int k = rows; k < upper; ++k) {
-      if (pins.contains(fmt::format("A{}", k))) rows = upper;
-    }
-  }
+  for (int k = rows; k < 12; ++k)
+    if (pins.contains(fmt::format("A{}", k))) rows = k < 8 ? 8 : 12;
   return rows;
 }
 

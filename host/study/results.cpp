@@ -56,7 +56,7 @@ Json cells_json(const Result& r) {
     double pressed_s = 0;
     for (std::size_t m = 0; m < r.motions.size(); ++m) {
       const Cell& cell = r.cell(m, c);
-      impact_deg_s = std::max(impact_deg_s, cell.fastest_impact_deg_s());
+      impact_deg_s = std::max(impact_deg_s, std::ranges::max(cell.impact_deg_s));
       pressed_s += cell.total_pressed_s() / static_cast<double>(r.motions.size());
     }
     most_pressed_s = std::max(most_pressed_s, pressed_s);

@@ -38,12 +38,6 @@ struct Job {
 };
 using JobRows = std::vector<std::vector<TrialRow>>;  // [compensator][trial]
 
-// Each motion has trials of its own, whichever others are in the plan.
-std::uint64_t seed_of_motion(std::uint64_t seed, const std::string& name) {
-  for (const char c : name) seed = twin::seed_of(seed, static_cast<unsigned char>(c));
-  return seed;
-}
-
 Plan shard_of(Plan plan, std::size_t number, const std::vector<std::filesystem::path>& shards) {
   plan.shard = {number + 1, shards.size()};
   plan.folder = shards[number];
@@ -289,8 +283,6 @@ std::optional<double> Statistic::ci95() const {
   return score::student_t(count_ - 1) * std::sqrt(squares_ / (count_ - 1.0) / count_);
 }
 
-double Cell::fastest_impact_deg_s() const { return *std::ranges::max_element(impact_deg_s); }
-
 double Cell::total_pressed_s() const {
   double sum = 0;
   for (const Statistic& finger : pressed_s) sum += finger.mean();
@@ -393,8 +385,9 @@ std::optional<twin::Tracking> tracking_of(const std::vector<Compensator>& compen
 }
 
 twin::TrialInput first_input(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
-  twin::TrialInput input{plan.parameters, motion, compensator.model, seed_of_motion(plan.seed, motion.name()),
-                         false};
+  twin::TrialInput input{plan.parameters, motion, compensator.model, plan.seed};
+  // Each motion has trials of its own, whichever others are in the plan.
+  for (const char c : motion.name()) input.seed = twin::seed_of(input.seed, static_cast<unsigned char>(c));
   const Scenario& s = plan.scenario;
   if (s.worn_s > 0) input.worn = twin::Worn{ordinary_motion(), s.worn_s, s.drift_turns_s};
   if (s.tracked) input.tracking = tracking_of(plan.compensators);

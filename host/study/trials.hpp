@@ -87,7 +87,6 @@ struct Cell {
   std::int64_t frames_lost = 0;
   int silent_trials = 0;  // in which at most half of the frames reached the hand
 
-  double fastest_impact_deg_s() const;
   double total_pressed_s() const;  // mean of a trial, five fingers together
 };
 

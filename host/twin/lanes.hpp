@@ -25,8 +25,8 @@ struct Lanes {
         constants(p),
         divider(p),
         count(seen),
-        end_ms(std::lround(played.motion.duration_s() * 1000)),
-        frames(static_cast<std::size_t>(played.motion.duration_s() * p.camera_rate_hz) + 1) {
+        end_ms(std::lround(played.motion.duration_s() * 1000)) {
+    film(0, played.motion.duration_s());
     for (int t = 0; t < kTrials; ++t)
       begin_trial(t, seed_of(input.seed, first + static_cast<std::uint64_t>(t)));
     for (int lane = 0; lane < kLanes; ++lane) begin_lane(lane, input.motion);
@@ -70,15 +70,28 @@ struct Lanes {
       if (now_ms >= -kWarmUp_ms) x.disturbance[lane] = static_cast<float>(disturbance[at(lane)].next());
       if (now_ms > 0) total_error[at(lane)] += static_cast<double>(x.error_deg_ms[lane]);
       x.error_deg_ms[lane] = 0;
-      if (now_ms == 0) forget_stops(x, lane);
+      if (now_ms != 0) continue;
+      x.impact_deg_s[lane] = 0;  // what happened at the end stops before a recording starts does not count
+      x.impacts[lane] = x.pressed_ms[lane] = 0;
     }
   }
 
   // ADC counts; one call a sample and lane.
   int sample(int lane, double t_s) { return strip[at(lane)].sample(divider, t_s, felt_deg(lane)); }
 
+  // The cameras begin anew: what lasts so long from `start_ms` on.
+  void film(std::int64_t start_ms, double duration_s) {
+    film_ms = start_ms;
+    frames = static_cast<std::size_t>(duration_s * p.camera_rate_hz) + 1;
+    glove_frame = hand_frame = 0;
+    glove_next_ms = frame_ms(0, p.camera_rate_hz, p.glove_camera_latency_s);
+    hand_next_ms = frame_ms(0, p.camera_rate_hz, p.hand_camera_latency_s);
+    trials.assign(kTrials, {});
+  }
+
   // Cameras look at what was there a latency ago.
   void look(std::int64_t now_ms) {
+    now_ms -= film_ms;
     if (now_ms >= glove_next_ms && glove_frame < frames) {
       shoot(&Trial::glove_deg, x.reference);
       glove_next_ms = frame_ms(++glove_frame, p.camera_rate_hz, p.glove_camera_latency_s);
@@ -129,11 +142,12 @@ struct Lanes {
   std::array<Variation, kTrials> variation;
   std::array<Random, kTrials> camera_noise;
   std::array<double, kTrials> phase_s{};  // of the first sample, within a period
-  std::vector<Trial> trials = std::vector<Trial>(kTrials);
-  std::size_t glove_frame = 0;
-  std::size_t hand_frame = 0;
-  std::int64_t glove_next_ms = frame_ms(0, p.camera_rate_hz, p.glove_camera_latency_s);
-  std::int64_t hand_next_ms = frame_ms(0, p.camera_rate_hz, p.hand_camera_latency_s);
+  std::vector<Trial> trials;
+  std::size_t glove_frame;
+  std::size_t hand_frame;
+  std::int64_t film_ms;  // the cameras' t = 0
+  std::int64_t glove_next_ms;
+  std::int64_t hand_next_ms;
 
  private:
   void begin_trial(int t, std::uint64_t seed) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "host/io/io.hpp"
@@ -71,18 +72,15 @@ model::Numbers own_numbers(Parameters& p) {
 
 const char* const kFaultNames[] = {"open", "short", "stuck", "loose"};
 
-FaultKind fault_kind(const std::string& name) {
-  for (int i = 0; i < 4; ++i) {
-    if (name == kFaultNames[i]) return static_cast<FaultKind>(i);
-  }
-  throw InputError("unknown fault \"{}\"; known: {}", name, fmt::join(kFaultNames, ", "));
-}
-
 Fault read_fault(const Json& json, const std::string& place) {
   io::JsonReader reader(json, place);
   Fault fault;
   fault.finger = static_cast<int>(model::finger_index(reader.text("finger")));
-  fault.kind = fault_kind(reader.text("kind"));
+  const std::string kind = reader.text("kind");
+  const auto* const known = std::ranges::find(kFaultNames, kind);
+  if (known == std::end(kFaultNames))
+    throw InputError("unknown fault \"{}\"; known: {}", kind, fmt::join(kFaultNames, ", "));
+  fault.kind = static_cast<FaultKind>(known - kFaultNames);
   fault.start_s = reader.number_within("start_s", 0, kInfinity);
   fault.duration_s = reader.number_within("duration_s", 0, kInfinity);
   reader.done();
@@ -113,10 +111,8 @@ void check(const Parameters& p) {
                         model::finger_names()[i], p.bend_lower_deg[i], p.bend_upper_deg[i]));
   }
   // The motor's speed must settle over several steps, else the step itself is unstable.
-  const double inertia_mNms2 =
-      (p.rotor_inertia_gcm2 * p.gear_ratio * p.gear_ratio + p.finger_inertia_gcm2) * 1e-4;
-  const double damping_mNms = p.torque_constant_mNm_A * p.gear_ratio * p.gear_efficiency *
-                              p.torque_constant_mNm_A / 1000 * p.gear_ratio / p.resistance_ohm;
+  const double inertia_mNms2 = p.inertia_mNms2();
+  const double damping_mNms = p.torque_mNm_A() * p.back_emf_Vs() / p.resistance_ohm;
   require(damping_mNms * kStep_s < inertia_mNms2,
           fmt::format("motor.*: its time constant, {:.2g} s, is faster than the plant's step of {} s: more "
                       "inertia or resistance, or a smaller torque constant",

@@ -26,19 +26,16 @@ float narrow(double v) { return static_cast<float>(v); }
 
 PlantConstants::PlantConstants(const Parameters& p) {
   const double h = kStep_s;
-  const double kt_mNm_A = p.torque_constant_mNm_A * p.gear_ratio * p.gear_efficiency;
-  const double ke_Vs_rad = p.torque_constant_mNm_A / 1000 * p.gear_ratio;
-  // 1 g cm^2 = 1e-7 kg m^2 = 1e-4 mNm s^2
-  const double inertia = (p.rotor_inertia_gcm2 * p.gear_ratio * p.gear_ratio + p.finger_inertia_gcm2) * 1e-4;
+  const double inertia = p.inertia_mNms2();
   slip_deg = narrow(p.slip_deg);
   visco_rate = narrow(h / (p.visco_s + h));
   creep_rate = narrow(h / (p.creep_s + h));
   visco_share = narrow(p.visco_share);
   creep_share = narrow(p.creep_share);
   amp_per_duty = narrow(p.motor_V / p.resistance_ohm / hand::kFullDuty);
-  amp_per_deg_s = narrow(ke_Vs_rad / p.resistance_ohm / kDegPerRad);
+  amp_per_deg_s = narrow(p.back_emf_Vs() / p.resistance_ohm / kDegPerRad);
   current_limit_A = narrow(p.current_limit_A);
-  deg_s_per_amp = narrow(kt_mNm_A * h / inertia * kDegPerRad);
+  deg_s_per_amp = narrow(p.torque_mNm_A() * h / inertia * kDegPerRad);
   deg_s_per_mNm = narrow(h / inertia * kDegPerRad);
   viscous = narrow(1 / (1 + h * p.viscous_mNms_rad / inertia));
   coulomb_deg_s = narrow(h * p.coulomb_mNm / inertia * kDegPerRad);

@@ -88,14 +88,6 @@ float bend(const PlantConstants& c, const PlantState<kLanes>& x, int lane) {
          c.creep_share * (x.creep[lane] - x.slipped[lane]);
 }
 
-// What happened at the end stops before a recording starts does not count.
-template <int kLanes>
-void forget_stops(PlantState<kLanes>& x, int lane) {
-  x.impact_deg_s[lane] = 0;
-  x.impacts[lane] = 0;
-  x.pressed_ms[lane] = 0;
-}
-
 // One millisecond of every lane.
 void advance(const PlantConstants& constants, PlantState<80>& state);
 void advance(const PlantConstants& constants, PlantState<40>& state);

@@ -46,10 +46,8 @@ const FrameAngles* Radio::receive(std::int64_t now_ms) {
       ++lost_;
     }
   }
-  find_next();
+  next_ms_ = std::ranges::min_element(in_air_, {}, &Frame::arrival_ms)->arrival_ms;
   return newest_ > before ? &latest_ : nullptr;
 }
-
-void Radio::find_next() { next_ms_ = std::ranges::min_element(in_air_, {}, &Frame::arrival_ms)->arrival_ms; }
 
 }  // namespace flexor::twin

@@ -38,8 +38,6 @@ class Radio {
     FrameAngles angles{};
   };
 
-  void find_next();
-
   const Parameters* parameters_ = nullptr;
   Random random_;
   std::array<Frame, 64>

@@ -5,15 +5,10 @@
 #include "host/twin/plant_step.hpp"
 
 namespace flexor::twin {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 World::World(const TrialInput& input, std::uint64_t number) : lanes_(input, number, 1) {
   for (int i = 0; i < kFingers; ++i)
-    potentiometer_[at(i)] = detail::read_potentiometer(lanes_.constants, lanes_.x, i);
+    potentiometer_[lanes_.at(i)] = detail::read_potentiometer(lanes_.constants, lanes_.x, i);
 }
 
 void World::settle() {
@@ -42,8 +37,8 @@ void World::step(const std::array<std::int16_t, kFingers>& duty) {
   begin_step();
   for (int i = 0; i < kFingers; ++i) {
     detail::move_glove(lanes_.constants, lanes_.x, i);
-    detail::move_hand(lanes_.constants, lanes_.x, i, duty[at(i)]);
-    potentiometer_[at(i)] = detail::read_potentiometer(lanes_.constants, lanes_.x, i);
+    detail::move_hand(lanes_.constants, lanes_.x, i, duty[lanes_.at(i)]);
+    potentiometer_[lanes_.at(i)] = detail::read_potentiometer(lanes_.constants, lanes_.x, i);
   }
   end_step();
 }

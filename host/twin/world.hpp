@@ -62,6 +62,9 @@ class World {
     return lanes_.settled_integral(finger, command_q4);
   }
 
+  // The cameras begin anew, and have seen that.
+  void film(std::int64_t start_ms, double duration_s) { lanes_.film(start_ms, duration_s); }
+  const Trial& seen() const { return lanes_.trials.front(); }
   // What the cameras saw; the world is over.
   Trial finish() { return std::move(lanes_.finish().front()); }
 

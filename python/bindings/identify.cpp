@@ -1,40 +1,24 @@
 #include "host/identify/identify.hpp"
 
+#include <nanobind/eigen/dense.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <chrono>
-
 #include "host/deploy/model_block.hpp"
 #include "host/identify/from_poses.hpp"
 #include "host/identify/joint_map.hpp"
 #include "host/identify/recalibrate_files.hpp"
 #include "host/identify/structure_text.hpp"
-#include "host/recording/csv.hpp"
 #include "host/study/cohort.hpp"
-#include "python/bindings/job.hpp"
-#include "python/bindings/recording.hpp"
+#include "python/bindings/bindings.hpp"
 
 namespace flexor::python {
 namespace {
 
-// Covariances of each joint's parameters, with their names.
-nb::dict covariances(const identify::Result& r) {
-  nb::dict out;
-  for (const identify::JointResult& joint : r.joints) {
-    const Eigen::MatrixXd& c = joint.covariance;
-    const auto n = static_cast<std::size_t>(c.rows());
-    std::vector<std::string> names;
-    for (const identify::Parameter& p : joint.parameters) names.push_back(p.name);
-    out[joint.name.c_str()] = nb::make_tuple(names, to_array({c.data(), c.data() + c.size()}, {n, n}));
-  }
-  return out;
-}
-
-// (results, model, model of the fitted part, covariances)
+// (results, model, model of the fitted part, covariances of each joint's parameters)
 nb::tuple identify_takes(identify::Request request, std::optional<double> time_limit_s,
                          const nb::object& show) {
   if (request.pairs.empty()) throw io::InputError("no recordings: pairs of a sensor's and a reference's");
@@ -53,7 +37,9 @@ nb::tuple identify_takes(identify::Request request, std::optional<double> time_l
       throw io::JobError("nothing was fitted within the time limit: a larger time_limit_s");
     }
   });
-  return nb::make_tuple(to_python(to_json(found)), found.model, found.proven, covariances(found));
+  nb::dict covariances;
+  for (const identify::JointResult& joint : found.joints) covariances[joint.name.c_str()] = joint.covariance;
+  return nb::make_tuple(to_python(to_json(found)), found.model, found.proven, covariances);
 }
 
 // The fit alone, to all of one recording that holds readings and angles.

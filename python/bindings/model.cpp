@@ -6,8 +6,10 @@
 
 #include "host/identify/apply.hpp"
 #include "host/model/standard_error.hpp"
-#include "python/bindings/job.hpp"
-#include "python/bindings/recording.hpp"
+#include "host/posture/complete_file.hpp"
+#include "host/posture/posture.hpp"
+#include "host/study/builtin.hpp"
+#include "python/bindings/bindings.hpp"
 
 namespace flexor::python {
 namespace {
@@ -38,32 +40,23 @@ struct Angles {
 class Steps {
  public:
   Steps(const model::Model& model, const std::string& arithmetic)
-      : period_s_(model.sample_period_s),
-        inputs_(model.inputs.size()),
-        joints_(model.joints.size()),
-        estimator_(identify::estimator_of(model, arithmetic)) {}
+      : model_(model), estimator_(identify::estimator_of(model_, arithmetic)) {}
 
   // (angles, status), a row for each of `readings`, which are a sample period apart.
   nb::tuple step(const Matrix& readings) {
-    if (readings.shape(1) != inputs_)
-      throw io::InputError("rows of {} readings: the model has {} input(s)", readings.shape(1), inputs_);
-    Angles out{joints_, nullptr};
-    out.angle_deg.reserve(readings.shape(0) * joints_);
-    out.status.reserve(readings.shape(0) * joints_);
-    std::visit(
-        [&](auto& estimator) {
-          for (std::size_t k = 0; k < readings.shape(0); ++k)
-            estimator.push(static_cast<double>(next_++) * period_s_, {readings.data() + k * inputs_, inputs_},
-                           out);
-        },
-        estimator_);
+    const std::size_t inputs = model_.inputs.size();
+    if (readings.shape(1) != inputs)
+      throw io::InputError("rows of {} readings: the model has {} input(s)", readings.shape(1), inputs);
+    Angles out{model_.joints.size(), nullptr};
+    for (std::size_t k = 0; k < readings.shape(0); ++k) {
+      const double t_s = static_cast<double>(next_++) * model_.sample_period_s;
+      std::visit([&](auto& e) { e.push(t_s, {readings.data() + k * inputs, inputs}, out); }, estimator_);
+    }
     return nb::make_tuple(out.table(out.angle_deg), out.table(out.status));
   }
 
  private:
-  double period_s_;
-  std::size_t inputs_;
-  std::size_t joints_;
+  model::Model model_;
   identify::AnyEstimator estimator_;
   std::uint64_t next_ = 0;
 };
@@ -91,6 +84,32 @@ nb::tuple predict(const model::Model& model, const std::string& arithmetic, cons
                         out.table(out.se_deg), notes);
 }
 
+// `document`: of flexor posture learn; empty: the shipped one.
+nb::tuple complete(const recording::Log& log, const std::string& document,
+                   const std::vector<std::string>& from, const std::vector<std::string>& bends, double rest_s,
+                   bool flexion_is_positive, const model::Model* model, const nb::object& show) {
+  const posture::Posture known =
+      posture::parse(document.empty() ? study::builtin("posture.json") : document, "posture");
+  posture::CompleteOptions options{from, bends, rest_s, flexion_is_positive || model != nullptr};
+  if (model != nullptr) {
+    for (const model::Joint& joint : model->joints) {
+      const model::Ends ends = model::ends(*model, joint);
+      options.ends_deg[joint.name] = {ends.open_deg, ends.fist_deg};
+    }
+  }
+  const std::unique_ptr<recording::LogReader> reader =
+      recording::open_log(log, {{}, {}, recording::Holes::all});
+  return to_python(run(show, [&](Progress& progress) {
+    std::string text;
+    const posture::Completion done = posture::complete_table(
+        known, *reader, options, [&](const std::string& more) { text += more; },
+        [&](std::size_t rows) { progress.step(rows, 0, "rows"); });
+    recording::Recording out = recording::parse_csv(text, reader->name(), {});
+    out.warnings.insert(out.warnings.begin(), done.notes.begin(), done.notes.end());
+    return out;
+  }));
+}
+
 }  // namespace
 
 void add_model(nb::module_& m) {
@@ -105,6 +124,8 @@ void add_model(nb::module_& m) {
   nb::class_<Steps>(m, "Steps").def(nb::init<model::Model, std::string>()).def("step", &Steps::step);
   m.def("predict", &predict, nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg(),
         nb::arg().none());
+  m.def("complete", &complete, nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg(),
+        nb::arg().none(), nb::arg().none());
 }
 
 }  // namespace flexor::python

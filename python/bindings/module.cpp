@@ -1,5 +1,4 @@
-#include "host/io/io.hpp"
-#include "python/bindings/recording.hpp"
+#include "python/bindings/bindings.hpp"
 
 NB_MODULE(_flexor, m) {
   namespace io = flexor::io;
@@ -17,7 +16,5 @@ NB_MODULE(_flexor, m) {
   flexor::python::add_recording(m);
   flexor::python::add_model(m);
   flexor::python::add_identify(m);
-  flexor::python::add_score(m);
   flexor::python::add_twin(m);
-  flexor::python::add_posture(m);
 }

@@ -14,8 +14,7 @@
 #include "host/study/shards.hpp"
 #include "host/study/trials.hpp"
 #include "host/twin/random.hpp"
-#include "python/bindings/job.hpp"
-#include "python/bindings/recording.hpp"
+#include "python/bindings/bindings.hpp"
 
 namespace flexor::python {
 namespace {
@@ -78,19 +77,6 @@ nb::object merge(const std::vector<std::filesystem::path>& folders, const std::f
   return to_python(study::to_json(result, shards.plan));
 }
 
-// The article's averages, with their three trials.
-nb::object published_table() {
-  Json out;
-  for (int g = 1; g <= study::kLastGesture; ++g) {
-    for (const std::string& c : study::published_compensators())
-      out.push_back({{"gesture", g},
-                     {"compensator", c},
-                     {"error_deg_s", *study::published_error_deg_s(g, c)},
-                     {"trials_deg_s", study::published_trials_deg_s(g, c)}});
-  }
-  return to_python(out);
-}
-
 // What is fitted to a glove that is worn and recorded once (host/study/glove_fit.hpp): compensators; the lead, or none.
 std::pair<std::vector<study::Compensator>, std::optional<double>> fit_glove(
     const twin::Parameters& parameters, double rate_hz, std::uint64_t seed) {
@@ -98,13 +84,6 @@ std::pair<std::vector<study::Compensator>, std::optional<double>> fit_glove(
   study::GloveFit glove = study::fit_glove(request, study::record_glove(request));
   glove.baselines.push_back({"identified", glove.identified});
   return {glove.baselines, glove.lead_s};
-}
-
-// Name and assignments of each.
-std::vector<std::pair<std::string, std::vector<std::string>>> changed_scenarios() {
-  std::vector<std::pair<std::string, std::vector<std::string>>> out;
-  for (const study::Scenario& one : study::changed_scenarios()) out.emplace_back(one.name, one.set);
-  return out;
 }
 
 }  // namespace
@@ -123,9 +102,13 @@ void add_twin(nb::module_& m) {
   m.def("twin_record", &record, nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg().none());
   m.def("experiment", &experiment, nb::arg(), nb::arg(), nb::arg(), nb::arg(), nb::arg().none());
   m.def("merge", &merge, nb::arg(), nb::arg(), nb::arg().none());
-  m.def("published_table", &published_table);
+  m.def("published_error_deg_s", &study::published_error_deg_s);
+  m.def("published_trials_deg_s", &study::published_trials_deg_s);
   m.def("fit_glove", &fit_glove, nb::call_guard<nb::gil_scoped_release>());
-  m.def("changed_scenarios", &changed_scenarios);
+  nb::class_<study::Scenario>(m, "Scenario")
+      .def_ro("name", &study::Scenario::name)
+      .def_ro("set", &study::Scenario::set);
+  m.def("changed_scenarios", &study::changed_scenarios);
   m.def("seed_of", [](std::uint64_t seed, std::uint64_t number) { return twin::seed_of(seed, number); });
 }
 

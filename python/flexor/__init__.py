@@ -17,8 +17,7 @@ of progress tqdm, ``flexor.sklearn`` scikit-learn, ``flexor.plot`` matplotlib.
 
 from flexor._core import InputError, JobError, __version__
 from flexor import posture
-from flexor._cohort import cohort
-from flexor._identify import Identification, align, from_poses, identify, recalibrate
+from flexor._identify import Identification, align, cohort, from_poses, identify, recalibrate
 from flexor._model import Compensator
 from flexor._recording import Recording, read
 from flexor._score import judge, score

@@ -1,9 +1,12 @@
-"""The compiled module, and how its jobs show their progress."""
+"""The compiled module, how its jobs show their progress, files written whole, and errors in one line."""
 
 from __future__ import annotations
 
+import argparse
 import contextlib
+import json
 import re
+import sys
 from typing import Any, Callable, Iterator, Optional, Union
 
 try:
@@ -13,6 +16,7 @@ except ModuleNotFoundError:  # as it is built, beside the sources
 
 InputError = core.InputError
 JobError = core.JobError
+FINGERS = ("thumb", "index", "middle", "ring", "pinky")
 _ARGUMENTS = {"rate": "rate_hz", "lead": "lead_s", "clock-offset": "clock_offset_s", "log-rate": "log_rate_hz", "time-limit": "time_limit_s"}
 
 
@@ -81,3 +85,22 @@ def shown(progress: Show) -> Iterator[Optional[Callable[[int, int, str], object]
             bar.update(0)
 
         yield show
+
+
+def write_text(path, text: str) -> None:
+    """After an error `path` is as it was."""
+    core.write_file(path, text.encode())
+
+
+def write_json(path, document, **style) -> None:
+    write_text(path, json.dumps(document, **(style or {"indent": 2})) + "\n")
+
+
+def run_command(parser: argparse.ArgumentParser, job: Callable[[argparse.Namespace], None]) -> None:
+    """Ends with 2 and one line for what the user can mend."""
+    options = parser.parse_args()
+    try:
+        job(options)
+    except (ValueError, OSError, RuntimeError) as error:  # RuntimeError: flexor.JobError
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        raise SystemExit(2) from error

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import os
+import pathlib
+import shutil
 from typing import Any, Mapping, Optional, Sequence, Union
 
-from flexor._core import InputError, Show, core, filled, pandas, run
+from flexor._core import InputError, JobError, Show, core, filled, pandas, run, shown
 from flexor._model import Compensator, of_core
 from flexor._recording import Recording, as_log
 
@@ -21,7 +24,7 @@ class Identification:
     """Fitted to a part: what the figures are of; with ``fit_all`` another than ``compensator``."""
     results: dict[str, Any]
     """What ``flexor identify --json`` prints (docs/json.md)."""
-    _covariances: dict[str, tuple]
+    _covariances: dict[str, Any]
 
     @property
     def warnings(self) -> list[str]:
@@ -49,8 +52,8 @@ class Identification:
 
     def covariance(self, joint: str) -> Any:
         """Of a joint's parameters: a square frame; holds for residuals that are neither Gaussian nor white."""
-        names, values = self._covariances[joint]
-        return pandas().DataFrame(values, index=names, columns=names)
+        names = [p["name"] for p in self.results["joints"][joint]["parameters"]]
+        return pandas().DataFrame(self._covariances[joint], index=names, columns=names)
 
     def __repr__(self) -> str:
         lines = [f"{name}: {joint['holdout']['rmse_deg']:.2f} deg held out, {joint['verdict']['word']}"
@@ -145,3 +148,51 @@ def from_poses(recording: Any, *, rate_hz: float = 20, joints: Sequence[str] = (
     both again. And which sensors were left out. ``joints``: of the columns in their order, if not by name."""
     model, warnings = core.from_poses(as_log(recording), rate_hz, _ends(ends_deg), list(joints))
     return of_core(model), warnings
+
+
+def _run(manifest: pathlib.Path, out: pathlib.Path, options: dict[str, Any], shard: str, threads: int, show: Any) -> Any:
+    return core.cohort(manifest, out, filled(core.Request(), **options, threads=threads), shard, show)
+
+
+def cohort(manifest: Union[str, os.PathLike], out: Union[str, os.PathLike], *, client: Any = None, rate_hz: float = 20,
+           split: float = 0.5, structure: str = "auto", lead_s: float = 0, fit_all: bool = False, leave_out: str = "",
+           threads: int = 0, progress: Show = None) -> Any:
+    """The tidy table as a frame: a row a subject, session and joint, as ``flexor identify --manifest`` writes it to ``out``
+    beside each model, with the same bytes.
+
+    ``manifest``: a CSV with the columns subject, session, glove, reference, map and covariates (docs/cohort.md). ``leave_out``:
+    ``"person"``: each subject is also left out of a fit to all others. ``client``: a ``distributed.Client`` of Dask, whose workers
+    see the same folders: each take is a shard of its own there, and a worker that dies costs the takes it was at. Otherwise
+    ``threads`` of this process. A run that was cut off goes on; a take that failed is a row with its reason. Raises ``InputError``:
+    a manifest or a folder that is wrong; ``JobError``: all takes failed. Ctrl-C stops it.
+    """
+    manifest, out = pathlib.Path(manifest).absolute(), pathlib.Path(out).absolute()
+    if leave_out not in ("", "person"):
+        raise InputError(f"leave_out is {leave_out!r}: \"person\", or nothing")
+    options = dict(rate_hz=rate_hz, split=split, structure=structure, lead_s=lead_s, fit_all=fit_all,
+                   leave_out=core.LeaveOut[leave_out or "none"])
+    with shown(progress) as show:
+        if client is not None and not (out / "cohort.csv").exists():
+            _on_cluster(client, manifest, out, options, show)
+        takes, failed = _run(manifest, out, options, "", threads, show)
+    if takes == len(failed):
+        raise JobError(f"all {takes} takes failed: {failed[0]}")
+    return pandas().read_csv(out / "cohort.csv", dtype={"subject": str, "session": str})
+
+
+def _on_cluster(client: Any, manifest: pathlib.Path, out: pathlib.Path, options: dict[str, Any], show: Any) -> None:
+    from distributed import as_completed
+
+    count = min(1000, core.cohort_takes(manifest))
+    shards = out.with_name(out.name + ".shards")  # stays where it is cut off: the same call goes on there
+    futures = [client.submit(_run, manifest, shards / str(i), options, f"{i}/{count}", 1, None, pure=False, retries=3)
+               for i in range(1, count + 1)]
+    try:
+        for done, future in enumerate(as_completed(futures), 1):
+            future.result()
+            if show:
+                show(done, count, "takes")
+    finally:
+        client.cancel(futures)
+    core.merge_cohort([shards / str(i) for i in range(1, count + 1)], out)
+    shutil.rmtree(shards)

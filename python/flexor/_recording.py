@@ -36,7 +36,7 @@ class Recording:
                  units: Union[None, str, Mapping[str, str]] = None, source: str = "recording") -> None:
         self.source = source
         self.warnings: list[str] = []
-        columns = _columns_of(data, source)
+        columns, index = _columns_of(data, source)
         if isinstance(time, str):
             if time not in columns:
                 raise InputError(f'{source}: no column "{time}"; there are: {", ".join(columns)}')
@@ -48,7 +48,7 @@ class Recording:
                 raise InputError("the rate must be positive and finite")
             self.t_s = np.arange(len(next(iter(columns.values()), ()))) / rate_hz
         else:
-            self.t_s = _index_seconds(data, list(columns), time_unit, source)
+            self.t_s = _index_seconds(index, list(columns), time_unit, source)
         self.columns: dict[str, np.ndarray] = {}
         for name, values in columns.items():
             numbers = _numbers(values, name, source)
@@ -137,28 +137,24 @@ def _array(values: Any) -> np.ndarray:
     return values.astype(float).filled(np.nan) if np.ma.isMaskedArray(values) else np.asarray(values)
 
 
-def _is_frame(data: Any) -> bool:
-    return hasattr(data, "columns") and hasattr(data, "index")
-
-
-def _columns_of(data: Any, source: str) -> dict[str, Any]:
-    if _is_frame(data):
+def _columns_of(data: Any, source: str) -> tuple[dict[str, Any], Any]:
+    """And the index that a frame has."""
+    if hasattr(data, "columns") and hasattr(data, "index"):
         names = [str(name) for name in data.columns]
         for name in names:
             if names.count(name) > 1:
                 raise InputError(f'{source}: column "{name}" occurs twice: rename one of them')
-        return {name: data.iloc[:, i] for i, name in enumerate(names)}
+        return {name: data.iloc[:, i] for i, name in enumerate(names)}, data.index
     if isinstance(data, Mapping):
-        return {str(name): _array(values) for name, values in data.items()}
+        return {str(name): _array(values) for name, values in data.items()}, None
     raise InputError(f"{source}: a frame with a time index or a mapping of names to arrays, not {type(data).__name__}")
 
 
-def _index_seconds(data: Any, columns: list[str], time_unit: Optional[str], source: str) -> np.ndarray:
-    index = getattr(data, "index", None)
+def _index_seconds(index: Any, columns: list[str], time_unit: Optional[str], source: str) -> np.ndarray:
     counts = type(index).__name__ == "RangeIndex" and index.name is None  # nobody's: pandas numbers rows so
-    if _is_frame(data) and not counts and type(index).__name__ != "MultiIndex":
+    if index is not None and not counts and type(index).__name__ != "MultiIndex":
         return _seconds(index, str(index.name or ""), time_unit, source)
-    what = "the frame has no time index" if _is_frame(data) else "nothing says the time"
+    what = "nothing says the time" if index is None else "the frame has no time index"
     hint = next((c for c in columns if c.lower().startswith(("t_", "time", "timestamp", "millis"))), "t_s")
     raise InputError(f'{source}: {what}: Recording(..., time="{hint}") names a column of times, rate_hz=50 says that rows are even')
 

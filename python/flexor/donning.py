@@ -12,11 +12,10 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pandas as pd
 
-from flexor._files import run_command, write_json
+from flexor._core import FINGERS, run_command, write_json
 from flexor._recording import read
 
 SHARES = np.array([0.02, 0.1, 0.5, 0.9, 0.98])
-FINGERS = ("thumb", "index", "middle", "ring", "pinky")
 LEAST_SESSIONS = 3
 PARTS = 10  # of a session, which are drawn again for its intervals
 RESAMPLES = 200

@@ -22,8 +22,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from flexor._core import __version__, core
-from flexor._files import run_command, write_json, write_text
+from flexor._core import __version__, core, run_command, write_json, write_text
 from flexor._model import Compensator
 from flexor._recording import Recording, as_recording, read
 

@@ -31,12 +31,10 @@ from typing import Any, Callable, NamedTuple, Optional, Sequence
 import numpy as np
 import pandas as pd
 
-from flexor._core import InputError, Show, __version__, core, filled, shown
-from flexor._files import run_command, write_json, write_text
+from flexor._core import FINGERS, InputError, Show, __version__, core, filled, run_command, shown, write_json, write_text
 
 SCHEMA = "flexor-ensemble"
 PUBLISHED = ("raw", "published-w", "published-hw")
-FINGERS = ("thumb", "index", "middle", "ring", "pinky")
 QUANTILES = {"median": 0.5, "low": 0.05, "high": 0.95}
 TRUSTED = 50  # autocorrelation times that chains must have for their length to be known (emcee's own rule)
 
@@ -115,18 +113,16 @@ def _parameters(values: list[float], changes: Sequence[str] = ()) -> Any:
 @functools.cache
 def published() -> list[dict[str, Any]]:
     """The article's averages and their trials, gesture by gesture, in each PUBLISHED."""
-    return core.published_table()
+    return [{"gesture": gesture, "compensator": name, "error_deg_s": core.published_error_deg_s(gesture, name),
+             "trials_deg_s": core.published_trials_deg_s(gesture, name)} for gesture in range(1, 7) for name in PUBLISHED]
 
 
 @functools.cache
 def standard_errors() -> dict[str, float]:
     """Of a published average, relative, by compensator: standard deviation of its three trials / average / sqrt(3), root mean
     square over gestures 1 to 4, since three trials say little of one cell's spread. 0.28, 0.49 and 0.62."""
-    squares: dict[str, list[float]] = {}
-    for cell in published()[: 4 * len(PUBLISHED)]:
-        trials = np.array(cell["trials_deg_s"])
-        squares.setdefault(cell["compensator"], []).append(trials.var(ddof=1) / len(trials) / trials.mean() ** 2)
-    return {name: math.sqrt(np.mean(of)) for name, of in squares.items()}
+    trials = np.reshape([cell["trials_deg_s"] for cell in published()], (6, len(PUBLISHED), 3))[:4]
+    return dict(zip(PUBLISHED, np.sqrt((trials.var(axis=2, ddof=1) / 3 / trials.mean(axis=2) ** 2).mean(axis=0)).tolist()))
 
 
 def _table(parameters: Any, trials: int, seed: int) -> list[float]:
@@ -259,7 +255,7 @@ def play(values: list[float], number: int, *, gestures: str = "1-6", trials: int
     fitted, lead_s = core.fit_glove(_parameters(values), rate_hz, core.seed_of(glove_seed, number))
     compensators = [core.named_model(name, rate_hz) for name in PUBLISHED] + fitted
     cells, shapes = [], None
-    for name, changes in [("", []), *(core.changed_scenarios() if scenarios else [])]:
+    for name, changes in [("", []), *((one.name, one.set) for one in core.changed_scenarios() if scenarios)]:
         plan = filled(core.Plan(), parameters=_parameters(values, changes), compensators=compensators, trials=trials, threads=1,
                       seed=core.seed_of(seed, number))
         found = core.experiment(plan, gestures, rate_hz, "", None)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Optional
 
+import numpy as np
+
 from flexor._identify import Identification
 from flexor._twin import Experiment
 
@@ -37,17 +39,14 @@ def held_out(found: Identification, joint: Optional[str] = None, ax: Any = None)
 def experiment(found: Experiment, ax: Any = None) -> Any:
     """Total error of each gesture and compensator, with 95 % intervals and the published figures."""
     ax = _axes(ax)
-    cells = found.results["cells"]
-    names = list(dict.fromkeys(cell["compensator"] for cell in cells))
-    motions = list(dict.fromkeys(str(cell["gesture"]) for cell in cells))
-    for i, name in enumerate(names):
-        for cell in (one for one in cells if one["compensator"] == name):
-            at = motions.index(str(cell["gesture"])) + (i - (len(names) - 1) / 2) * 0.8 / len(names)
-            first = str(cell["gesture"]) == motions[0]
-            ax.bar(at, cell["total_error_deg_s"]["mean"], 0.8 / len(names), yerr=cell["total_error_deg_s"]["ci95"] or 0,
-                   color=COLOURS.get(name, "#777777"), label=name if first else None)
-            if cell["published_deg_s"] is not None:
-                ax.plot(at, cell["published_deg_s"], "k_", label="published" if first and i == 0 else None)
+    groups = dict(list(found.cells.groupby("compensator", sort=False)))
+    motions = found.cells.gesture.astype(str).unique()
+    for i, (name, cells) in enumerate(groups.items()):
+        at = np.arange(len(motions)) + (i - (len(groups) - 1) / 2) * 0.8 / len(groups)
+        error = cells["total_error_deg_s.mean"], cells["total_error_deg_s.ci95"].astype(float).fillna(0)
+        ax.bar(at, error[0], 0.8 / len(groups), yerr=error[1], color=COLOURS.get(name, "#777777"), label=name)
+        if cells.published_deg_s.notna().any():
+            ax.plot(at, cells.published_deg_s.astype(float), "k_", label=None if i else "published")
     ax.set(ylabel="total error (deg s)", xticks=range(len(motions)), xticklabels=motions)
     ax.legend(frameon=False)
     return ax

@@ -16,14 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from flexor._core import __version__
-from flexor._files import run_command, write_json
+from flexor._core import FINGERS, __version__, run_command, write_json
 from flexor._recording import read
 
 JOINTS = [f"thumb_{joint}" for joint in ("rot", "mcp", "ip", "abd")]
-JOINTS += [f"{finger}_{joint}" for finger in ("index", "middle", "ring", "pinky") for joint in ("mcp", "pip", "dip", "abd")]
+JOINTS += [f"{finger}_{joint}" for finger in FINGERS[1:] for joint in ("mcp", "pip", "dip", "abd")]
 JOINTS += ["palm_arch", "wrist_pitch", "wrist_yaw"]
-COUPLINGS = [(f"{finger}_dip", f"{finger}_pip") for finger in ("index", "middle", "ring", "pinky")]
+COUPLINGS = [(f"{finger}_dip", f"{finger}_pip") for finger in FINGERS[1:]]
 REST_S = 0.25
 PAUSE_S = 0.5  # a longer step is a pause of the log
 CELLS = 80

@@ -3,7 +3,7 @@ import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import { pass, store } from './app';
 import { kHasMarkerless, Markerless } from './markerless';
 import { Marks } from './marks';
-import { Button, Options, Wrong } from './parts';
+import { Button, Note, Options, Wrong } from './parts';
 import type { Calibration } from './state';
 import { percent } from './text';
 import { Webcam } from './webcam';
@@ -65,9 +65,7 @@ export function Camera({ calibration, isFilmed }: { calibration: Calibration; is
             <circle cx={x * width} cy={y * height} r={width / 70} />
           ))}
         </svg>
-        <p class="camera-waiting" hidden={own ? webcam.on : shown !== ''}>
-          {whyEmpty(calibration, own)}
-        </p>
+        <Note kind="camera-waiting" text={!(own ? webcam.on : shown) && whyEmpty(calibration, own)} />
       </div>
       <div class="row">
         <Button test="camera-on" hidden={!own || webcam.on} act={() => void webcam.start()}>

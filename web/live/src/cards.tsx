@@ -3,7 +3,7 @@ import { useRef } from 'preact/hooks';
 import { store, useFrame } from './app';
 import { fingerColour, qualityWords } from './colours';
 import { keep } from './kept';
-import { Meter, QualityShape } from './parts';
+import { Meter, Note, QualityShape } from './parts';
 import type { Finger } from './state';
 import { degrees, number, percent, title } from './text';
 
@@ -52,12 +52,8 @@ function Card({ finger, channel }: { finger: Finger; channel: number }) {
           </span>
         </p>
       </div>
-      <p class="card-remark" hidden={!remark}>
-        {remark}
-      </p>
-      <p class="card-tracked muted" data-testid={`tracked-${name}`} hidden={!tracked}>
-        {tracked}
-      </p>
+      <Note kind="card-remark" text={remark} />
+      <Note kind="card-tracked muted" test={`tracked-${name}`} text={tracked} />
     </article>
   );
 }

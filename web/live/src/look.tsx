@@ -1,7 +1,7 @@
 // Look: scopes, the link, scores, the twin, sessions and their replay, and writing a board.
 import { useRef } from 'preact/hooks';
 import { ask, drawLatency, store } from './app';
-import { Button, Options, Panel, Table, useAsk, useRange } from './parts';
+import { Button, Note, Options, Panel, Table, useAsk, useRange } from './parts';
 import { Scopes } from './scopes';
 import type { Session } from './state';
 import { number, time } from './text';
@@ -174,9 +174,7 @@ function Scores() {
           ))}
         </Table>
       </div>
-      <p class="empty" hidden={scores.length > 0}>
-        No score yet. A score is the six gestures through what runs now.
-      </p>
+      <Note kind="empty" text={!scores.length && 'No score yet. A score is the six gestures through what runs now.'} />
     </Panel>
   );
 }
@@ -259,9 +257,7 @@ function Sessions() {
           </li>
         ))}
       </ul>
-      <p class="empty" hidden={sessions.length > 0}>
-        No session yet. A recording or a calibration makes one.
-      </p>
+      <Note kind="empty" text={!sessions.length && 'No session yet. A recording or a calibration makes one.'} />
     </Panel>
   );
 }
@@ -306,9 +302,7 @@ function Flash() {
           Write the board
         </Button>
       </div>
-      <p class="muted" hidden={ports.length > 0}>
-        No port is there. Plug in a board.
-      </p>
+      <Note text={!ports.length && 'No port is there. Plug in a board.'} />
     </Panel>
   );
 }

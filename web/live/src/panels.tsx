@@ -2,7 +2,7 @@
 import { useRef } from 'preact/hooks';
 import { ask, store } from './app';
 import { kFingers } from './mapping';
-import { Button, Controls, Options, Panel, Switch, Table, useAsk } from './parts';
+import { Button, Controls, Note, Options, Panel, Switch, Table, useAsk } from './parts';
 import type { Device } from './state';
 import { degrees, number, time, title } from './text';
 import { refusalWords } from './words';
@@ -32,12 +32,8 @@ export function Glove() {
       <p class="lead" data-testid="device-status">
         {`${kStatus[device.status]}: ${device.name}`}
       </p>
-      <p class="muted" data-testid="device-says" hidden={!device.says}>
-        {device.says}
-      </p>
-      <p class="facts" hidden={facts.length === 0}>
-        {facts.join(' · ')}
-      </p>
+      <Note test="device-says" text={device.says} />
+      <Note kind="facts" text={facts.join(' · ')} />
       <Names />
       <div class="row" hidden={isHere}>
         <select aria-label="Port" data-testid="port" ref={port}>
@@ -96,9 +92,7 @@ export function Record() {
         <span class="record-dot" aria-hidden="true" />
         <span>{recording ? `Stop ${time(recording.seconds)}` : 'Start recording'}</span>
       </Button>
-      <p class="muted" data-testid="record-file" hidden={!recording}>
-        {recording && `${recording.rows} rows in ${recording.file}`}
-      </p>
+      <Note test="record-file" text={recording && `${recording.rows} rows in ${recording.file}`} />
     </Panel>
   );
 }
@@ -117,9 +111,7 @@ export function Model() {
       <Button test="send" act={() => ask('send')} disabled={!model}>
         Send to the glove
       </Button>
-      <p class="muted" hidden={hint === ''}>
-        {hint}
-      </p>
+      <Note text={hint} />
     </Panel>
   );
 }
@@ -162,9 +154,7 @@ export function Anew() {
   );
   return (
     <Panel id="anew" name="Put on anew" kind={isSlipped ? 'offered' : ''}>
-      <p class="muted" data-testid="anew-intro" hidden={isRunning || isDone}>
-        {isSlipped ? kSlipped : kPutOn}
-      </p>
+      <Note test="anew-intro" text={!isRunning && !isDone && (isSlipped ? kSlipped : kPutOn)} />
       {!isDone && control('Ten seconds of motion', 'start', isSlipped ? 'primary' : '', !model || isRunning)}
       <progress
         max={of}
@@ -173,9 +163,7 @@ export function Anew() {
         data-testid="anew-progress"
         hidden={!isRunning}
       />
-      <p class="facts" hidden={!isRunning}>
-        {`Keep moving: ${number(seconds)} of ${number(of)} s`}
-      </p>
+      <Note kind="facts" text={isRunning && `Keep moving: ${number(seconds)} of ${number(of)} s`} />
       {isDone && (
         <Table test="anew-table" caption="How far off, degrees, by the new calibration" columns={kAnewColumns}>
           {fingers.map(({ name, before_deg, after_deg, verdict }) => {
@@ -209,9 +197,7 @@ function Tracking() {
       <Switch test="tracking" on={tracking} disabled={!!why} turn={(on) => void tell('tracking.set', { on })}>
         Follow slow changes while worn
       </Switch>
-      <p class="muted" data-testid="tracking-remark" hidden={!why}>
-        {refusalWords(why)}
-      </p>
+      <Note test="tracking-remark" text={refusalWords(why)} />
     </div>
   );
 }

@@ -28,6 +28,15 @@ export function Wrong({ id, text }: { id: string; text: string | null }) {
   );
 }
 
+// A line that is there while it says something.
+export function Note({ kind = 'muted', test, text }: { kind?: string; test?: string; text: string | false | null }) {
+  return (
+    <p class={kind} data-testid={test} hidden={!text}>
+      {text}
+    </p>
+  );
+}
+
 // Asks the program for something; what went wrong stands in the line of the controls.
 export function useAsk(): (what: string, parts?: Record<string, unknown>) => Promise<void> {
   const say = useContext(Line);

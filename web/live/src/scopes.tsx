@@ -2,7 +2,7 @@
 import { useLayoutEffect, useReducer, useRef, useState } from 'preact/hooks';
 import { ask, place as shownPlace, store, useFrame } from './app';
 import { fingerColour } from './colours';
-import { Button, Controls, Panel, Segmented } from './parts';
+import { Button, Controls, Note, Panel, Segmented } from './parts';
 import { axis, css, usePlot, type Plot, type PlotData, type PlotOptions } from './plots';
 import type { Finger } from './state';
 import { degrees, number, title } from './text';
@@ -63,9 +63,7 @@ export function Scopes() {
                 )),
           )}
       </div>
-      <p class="empty" hidden={fingers.length > 0}>
-        Nothing has been sent yet.
-      </p>
+      <Note kind="empty" text={fingers.length === 0 && 'Nothing has been sent yet.'} />
     </Panel>
   );
 }

@@ -4,7 +4,7 @@ import { place as shownPlace, store, useFrame, wantFrame } from './app';
 import { qualityWords } from './colours';
 import type { HandScene, Qualities, View } from './hand';
 import { fingerOf } from './mapping';
-import { QualityShape, Segmented } from './parts';
+import { Note, QualityShape, Segmented } from './parts';
 import type { Quality, Side, State } from './state';
 import { title } from './text';
 
@@ -63,7 +63,6 @@ export function Stage() {
   };
   const hasBionic = store.bionicPose() !== null;
   const isStill = state.fingers.length > 0 && state.fingers.every(({ angle_deg }) => angle_deg === null);
-  const faults = faultsOf(state);
   return (
     <section class={`stage ${hasBionic ? 'two' : ''}`} aria-label="Hand" data-testid="stage">
       <div class="stage-canvas">
@@ -87,12 +86,8 @@ export function Stage() {
         <span>{isStill ? 'Your hand, not calibrated: it stands still' : 'Your hand'}</span>
         <span hidden={!hasBionic}>{`Bionic hand${kHandWords[state.hand?.status ?? ''] ?? ''}`}</span>
       </div>
-      <p class="stage-message" hidden={message === null}>
-        {message}
-      </p>
-      <p class="stage-fault" data-testid="hand-fault" hidden={faults === ''}>
-        {faults}
-      </p>
+      <Note kind="stage-message" text={message} />
+      <Note kind="stage-fault" test="hand-fault" text={faultsOf(state)} />
       <div class="stage-bar">
         <Segmented name="Which hand is drawn" test="side" values={['left', 'right']} pressed={side} pick={choose} />
         <Segmented name="Seen from" test="view" values={['palm', 'side', 'back']} pressed={view} pick={look} />

@@ -40,10 +40,7 @@ const kReferences: Choice<Reference>[] = [
   },
 ];
 
-const kSides: Choice<Side>[] = [
-  { value: 'left', name: 'Left' },
-  { value: 'right', name: 'Right' },
-];
+const kSides: Choice<Side>[] = (['left', 'right'] as const).map((value) => ({ value, name: title(value) }));
 const kFirstJoints = 'paper_hand'; // all five fingers
 
 export function Start({ hidden }: { hidden: boolean }) {

@@ -5,6 +5,12 @@ import { encodePicture } from './wire';
 const kWidth_px = 640;
 const kLeastBetween_ms = 52; // about 18 pictures a second
 const kQuality = 0.82; // at this width far from the half MiB that the program takes
+const kReasons: Record<string, string> = {
+  NotAllowedError: 'The browser may not use the camera. Allow it beside the address, then turn it on.',
+  NotFoundError: 'There is no camera. Plug one in, then turn it on.',
+  NotReadableError: 'Another program uses the camera. Close that program, then turn it on.',
+  NotSupportedError: 'This browser gives pages no camera here. Open the page at 127.0.0.1 or with https.',
+};
 
 export class Webcam {
   video!: HTMLVideoElement; // where it is shown
@@ -49,7 +55,8 @@ export class Webcam {
       this.watch();
       this.changed(null);
     } catch (error) {
-      this.changed(reason(error));
+      const name = error instanceof DOMException ? error.name : '';
+      this.changed(kReasons[name] ?? 'The camera could not be turned on. Try again.');
     }
     this.starting = false;
   }
@@ -91,15 +98,4 @@ export class Webcam {
     };
     this.canvas.toBlob(encoded, 'image/jpeg', kQuality);
   }
-}
-
-function reason(error: unknown): string {
-  const name = error instanceof DOMException ? error.name : '';
-  if (name === 'NotAllowedError')
-    return 'The browser may not use the camera. Allow it beside the address, then turn it on.';
-  if (name === 'NotFoundError') return 'There is no camera. Plug one in, then turn it on.';
-  if (name === 'NotReadableError') return 'Another program uses the camera. Close that program, then turn it on.';
-  if (name === 'NotSupportedError')
-    return 'This browser gives pages no camera here. Open the page at 127.0.0.1 or with https.';
-  return 'The camera could not be turned on. Try again.';
 }

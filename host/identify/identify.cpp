@@ -417,7 +417,12 @@ model::Channel chain_of(const model::Model& model, const std::string& joint) {
   const auto at = std::ranges::find(model.joints, joint, &model::Joint::name);
   if (at == model.joints.end()) throw InputError("the model to start from has no joint {}", joint);
   const auto chain = model::channel(model, static_cast<std::size_t>(at - model.joints.begin()));
-  if (!chain) throw InputError("{}: the model to start from has no chain of blocks for it", joint);
+  if (!chain)
+    throw InputError(
+        "{}: the model to start from has no chain of one sensor for it, but a sum of curves or a mix of "
+        "sensors: fit it to its "
+        "wearer with flexor recalibrate, or leave out --refit and --initial",
+        joint);
   return *chain;
 }
 

@@ -135,8 +135,10 @@ class Finder : public TableState {
     const std::size_t i = time_place_ == 0U ? 1 : 0;
     if (i >= std::min(header_.size(), cells_.size()) || time_place_ == i)
       return refuse(Kind::no_column, "no column beside the time", at(0)->number);
-    const std::string detail = fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none",
-                                           header_[i], excerpt(cells_[i]));
+    const std::string detail = fmt::format(
+        "no column of numbers: \"{}\" holds \"{}\"; write numbers alone, and their unit into the name, as "
+        "index_V",
+        header_[i], excerpt(cells_[i]));
     refuse(Kind::no_column, detail, at(0)->number);
   }
 
@@ -386,7 +388,8 @@ class Finder : public TableState {
     cut_blanks(cells_, width);
     header_ = cells_;
     has_header_ = has_word(cells_, separator_);
-    if (has_header_ && (is_row(cells_, separator_, 1) || is_greeting(cells_)) && !names_any(cells_) &&
+    if (has_header_ && (is_row(cells_, separator_, 1) || is_greeting(cells_) || repeats_words()) &&
+        !names_any(cells_) &&
         at(1) != nullptr) {  // not its header: a row that has a word, or half of one, or a greeting
       has_header_ = false;
       if (!has_word(cells_of(at(1)->text, separator_), separator_)) leave_out_titles(1);
@@ -406,6 +409,15 @@ class Finder : public TableState {
     if (!has_header_)
       note(fmt::format("has no header: the columns are called column1 to column{} in their order",
                        header_.size()));
+  }
+
+  // Whether the next row has the same words among its numbers: A0 300 A1 310
+  bool repeats_words() const {
+    const auto next = at(1) != nullptr ? cells_of(at(1)->text, separator_) : std::vector<std::string>();
+    const auto fits = [&](const std::string& cell, const std::string& below) {
+      return cell == below || (time_in(cell, separator_) && time_in(below, separator_));
+    };
+    return !is_header(cells_, separator_) && std::ranges::equal(cells_, next, fits);
   }
 
   // Bytes that a line caught before its board began to send are Latin-1 or control characters; a name that states a time or a unit
@@ -868,11 +880,13 @@ TableReader::TableReader(const TableOptions& options) : TableState(options) {
 
 bool TableReader::push(Line& line) {
   const std::string_view inner = trimmed(line.text);
-  if (inner.empty() || inner.front() == '#') {
-    const std::size_t text = inner.find_first_not_of("# ");
+  if (inner.empty() || inner.front() == '#' || inner.starts_with("% ")) {
+    const std::size_t text = inner.find_first_not_of("#% ");
     if (text != std::string_view::npos) comment_ = inner.substr(text);
     return false;
   }
+  if (inner.find("---") != inner.npos && inner.find_first_not_of("+-=|: ") == inner.npos)
+    return false;  // a rule
   line.comment = std::exchange(comment_, {});
   line.time.clear();
   line.is_title = false;

@@ -410,17 +410,20 @@ double energy(const Sampled& reference, std::ptrdiff_t begin, std::ptrdiff_t end
   return sum;
 }
 
-// The lag in each of so many pieces of the overlap; none of one at rest, of which only noise would vote.
+// The lag in each of so many pieces of the overlap; none of one in which sensor or angle rest, of which only noise would vote.
 std::vector<std::optional<double>> lags_of(const Sampled& a, const Sampled& b, const Overlap& overlap,
                                            double lag, double reach_s, std::ptrdiff_t pieces) {
   const auto length = overlap.end - overlap.begin;
-  const double whole = energy(b, overlap.begin, overlap.end, overlap.lag);
   std::vector<std::optional<double>> out;
   for (std::ptrdiff_t k = 0; k < pieces; ++k) {
     const auto begin = overlap.begin + length * k / pieces;
     const auto end = overlap.begin + length * (k + 1) / pieces;
-    const bool moves = energy(b, begin, end, overlap.lag) * static_cast<double>(pieces) >= kMinEnergy * whole;
-    const auto peak = moves ? refine(a, b, lag, reach_s, begin, end) : std::nullopt;
+    const auto moves = [&](const Sampled& one, std::ptrdiff_t at) {
+      const double whole = energy(one, overlap.begin, overlap.end, at);
+      return energy(one, begin, end, at) * static_cast<double>(pieces) >= kMinEnergy * whole;
+    };
+    const auto peak =
+        moves(a, 0) && moves(b, overlap.lag) ? refine(a, b, lag, reach_s, begin, end) : std::nullopt;
     out.push_back(peak ? std::optional(peak->lag) : std::nullopt);
   }
   return out;

@@ -348,7 +348,7 @@ TEST_F(Cli, AButtonThatZeroesAGloveGoesWithARadioAndAModelThatKnowsItsPoses) {
 TEST_F(Cli, AGloveForVrWithoutAFingerIsRefusedUnlessAllowed) {
   const model::Model all = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
   model::Model two = model::with_channels(all, {*model::channel(all, 1), *model::channel(all, 3)});
-  two.inputs.push_back({"extra", "extra", "deg", {}, 0, 180});
+  two.inputs.push_back({"extra", "extra", "count", {}, 0, 1023});
   model::save(two, path("two.json"));
   const std::string command = "deploy two.json --output opengloves --out d";
   expect_refused(command, 2, "has no joint for thumb, middle, pinky");

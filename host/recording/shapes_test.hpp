@@ -290,7 +290,7 @@ inline const std::vector<Shape> kShapes = {
     {"HeaderBehindAClock", "2026-05-01 13:00:16.9,A0,flex\n" + three("2026-05-01 13:00:17.@,1,#\n")},
     {"SourceBehindAClock", three("May 01 13:00:17.@ pi glove[7]: #,310\n"), "", "column1"},
     {"RowsOfMatlab", three("[~ # 310];\n"), "blanks", "column2"},
-    {"RulesAroundATable", "+-----+------+\n| t_s | flex |\n+-----+------+\n" + three("| ~ | # |\n"), "bars"},
+    {"RuleBelowTheNames", "t_s  flex\n---- ----\n" + three("~ #\n"), "blanks"},
     {"PythonsLogging", three("2026-05-01 13:00:17,@ - glove - INFO - #,310\n"), "", "column1"},
     {"PythonsBytes", three("[13:00:17.@] b'#,310\\r\\n'\n"), "", "column1"},
     {"SecondsSince1970BlankList", three("1777640417.@ #,310\n"), "", "column1"},

@@ -75,7 +75,6 @@ class JsonReader {
     return static_cast<int>(value);
   }
 
-
   std::string text(const char* key) {
     const Json& value = member(key);
     if (!value.is_string()) fail(fmt::format("\"{}\" must be a text in quotes", key));

@@ -50,7 +50,8 @@ Output run(const Options& o) {
   const recording::Pair pair = identify::load_pair(o.files, o.clock_offset_s.has_value());
   const recording::Aligned aligned = recording::align_pair(pair, o.rate_hz, o.clock_offset_s);
   if (!o.out.empty() && !o.clock_offset_s && aligned.alignment)
-    identify::refuse_unsure(pair.sensor.source, aligned.clock_offset_s, aligned.alignment->confidence);
+    identify::refuse_unsure(pair.sensor.source, aligned.clock_offset_s, aligned.alignment->confidence,
+                            aligned.alignment->jump.value_or(""));
   if (!o.out.empty()) io::write_file(o.out, recording::to_csv(recording::to_recording(aligned, pair)));
   return {to_json(aligned), in_words(o, aligned), aligned.warnings};
 }

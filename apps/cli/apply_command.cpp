@@ -154,7 +154,7 @@ void print_json(const Options& o, const model::Model& model, recording::CsvReade
   print("}");
   if (o.track) print(",\"tracking\":" + to_json(done.followed));
   print(fmt::format(",\"version\":\"{}\"}}\n", FLEXOR_VERSION));
-  identify::check_ranges(model, reader.name(), reader.columns(), done.ranges, log_warning);
+  identify::check_ranges(model, reader.name(), reader.columns(), done.ranges, log_warning, done.row_period_s);
 }
 
 void run(const Options& o) {
@@ -165,7 +165,7 @@ void run(const Options& o) {
   const auto done = identify::apply(model, reader, options_of(o), std::ref(sink));
   sink.flush();
   say(done.followed);
-  identify::check_ranges(model, reader.name(), reader.columns(), done.ranges, log_warning);
+  identify::check_ranges(model, reader.name(), reader.columns(), done.ranges, log_warning, done.row_period_s);
 }
 
 void add(CLI::App& app) {

@@ -195,6 +195,10 @@ TEST_F(Cli, ApplyHoldsThroughPausesAndSaysSo) {
   EXPECT_EQ(json.at("t_s").size(), 70u);
   EXPECT_EQ(json.at("channels").at("thumb").at("status")[25], 4);
   EXPECT_EQ(std::count(r.out.begin(), r.out.end(), '\n'), 71);  // header, and 0 to 6.9 s every 0.1 s
+  log.resize(log.find('\n') + 1);
+  for (int k = 0; k < 9; ++k) log += fmt::format("{},120,120,120,120,120\n", k);
+  io::write_file(path("log.csv"), log);
+  EXPECT_TRUE(run("apply " + kPublished + " log.csv").err.find("about 1 rows a second") != std::string::npos);
 }
 
 TEST_F(Cli, ApplyTakesASensorWithoutReadingsForThatOneAlone) {
@@ -209,6 +213,7 @@ TEST_F(Cli, ApplyTakesASensorWithoutReadingsForThatOneAlone) {
     EXPECT_EQ(channels.at("index").at("status")[19], 3);
     EXPECT_EQ(channels.at("pinky").at("status")[19], 0);
     EXPECT_NE(channels.at("pinky").at("angle_deg")[19], channels.at("pinky").at("angle_deg")[10]);
+    EXPECT_NE(r.err.find("column \"ring_alpha\" reads 120 in all rows"), std::string::npos) << r.err;
   }
 }
 
@@ -342,12 +347,15 @@ TEST_F(Cli, AButtonThatZeroesAGloveGoesWithARadioAndAModelThatKnowsItsPoses) {
 
 TEST_F(Cli, AGloveForVrWithoutAFingerIsRefusedUnlessAllowed) {
   const model::Model all = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
-  model::save(model::with_channels(all, {*model::channel(all, 1), *model::channel(all, 3)}),
-              path("two.json"));
+  model::Model two = model::with_channels(all, {*model::channel(all, 1), *model::channel(all, 3)});
+  two.inputs.push_back({"extra", "extra", "count", {}, 0, 1023});
+  model::save(two, path("two.json"));
   const std::string command = "deploy two.json --output opengloves --out d";
   expect_refused(command, 2, "has no joint for thumb, middle, pinky");
   EXPECT_FALSE(fs::exists(path("d")));
-  const auto json = json_of(command + " --allow-missing --json");
+  const Finished done = run(command + " --allow-missing --json");
+  EXPECT_NE(done.err.find("nothing says where extra is: it is read at A0"), std::string::npos) << done.err;
+  const auto json = json_of(done);
   EXPECT_EQ(json.at("fingers").at("missing").size(), 3U);
   EXPECT_EQ(json.at("fingers").at("covered").at(1), "ring");
 }

@@ -111,6 +111,19 @@ std::string calibration_words(const Options& o, const model::Model& model,
   return fmt::format("{} of {}; the others: {}", file, fmt::join(fingers, ", "), otherwise);
 }
 
+void warn_of_guesses(const Options& o, const deploy::Glove& glove) {
+  const model::Wiring wiring = model::wiring_of(glove.model);
+  for (const std::size_t input : wiring.guessed) {
+    const std::size_t finger = wiring.strip[input];
+    log_warning(
+        fmt::format("{}: nothing says where {} is: it is read at A{}, the pin of the {}'s strip, which is "
+                    "free; name its column after its "
+                    "finger, or add \"strip\": \"{}\", or another finger, to this input of the model",
+                    o.model, glove.model.inputs[input].name, glove.pins.strip[finger],
+                    model::finger_names()[finger], model::finger_names()[finger]));
+  }
+}
+
 void require_fingers(const Options& o, const deploy::Glove& glove) {
   const std::vector<std::string> missing = deploy::missing_fingers(glove.model);
   if (glove.output != deploy::Output::opengloves || o.allow_missing || missing.empty()) return;
@@ -184,6 +197,7 @@ deploy::Deployment plan(const Options& o, const model::Hardware& hardware, const
   d.glove.output = o.output;
   require_of_vr(o, d.glove);
   require_fingers(o, d.glove);
+  warn_of_guesses(o, d.glove);
   d.glove.track = o.track;
   deploy::check_tracking(d.glove);
   (void)deploy::samples_per_frame(d.glove);

@@ -4,9 +4,13 @@
 
 #include "host/identify/map_check.hpp"
 #include "host/io/io.hpp"
+#include "host/io/numbers.hpp"
 
 namespace flexor::identify {
 namespace {
+
+constexpr double kSlow = 3;  // of a model's periods: a row's
+constexpr std::size_t kMostSteps = 10'000;
 
 template <class Arithmetic>
 void start_tracking(Estimator<Arithmetic>& estimator, const std::string& source) {
@@ -40,17 +44,22 @@ Applied apply(const model::Model& model, recording::LogReader& log, const ApplyO
       o.note(*note);
   }
   recording::Stream stream(log, recording::Resets::follow);
-  Applied out{{}, model::RangeCount(model)};
+  Applied out{{}, model::RangeCount(model), 0};
   const auto run = [&](auto& estimator) {
     if (o.track) start_tracking(estimator, o.source);
     recording::Row row;
     std::size_t rows = 0;
+    double last_s = 0;
+    std::vector<double> steps_s;
     for (; stream.next(row); ++rows) {
       if (o.progress) o.progress(rows);
+      if (rows > 0 && row.t_s > last_s && steps_s.size() < kMostSteps) steps_s.push_back(row.t_s - last_s);
+      last_s = row.t_s;
       out.ranges.add(row.value);
       estimator.push(row.t_s, row.value, sink);
     }
     if (rows == 0) throw io::InputError("{}: no row with a reading of any input", log.name());
+    if (!steps_s.empty()) out.row_period_s = io::median(steps_s);
     if (estimator.trackers()) out.followed = estimator.trackers()->followed();
   };
   AnyEstimator estimator = estimator_of(model, o.arithmetic);
@@ -60,7 +69,16 @@ Applied apply(const model::Model& model, recording::LogReader& log, const ApplyO
 }
 
 void check_ranges(const model::Model& model, const std::string& file, const std::vector<std::string>& columns,
-                  const model::RangeCount& ranges, const std::function<void(const std::string&)>& warn) {
+                  const model::RangeCount& ranges, const std::function<void(const std::string&)>& warn,
+                  double row_period_s) {
+  if (row_period_s > kSlow * model.sample_period_s)
+    warn(
+        fmt::format("{}: about {:.3g} rows a second, the model takes {:g}: its angles are late and coarse; "
+                    "record faster, or identify "
+                    "with --rate {:.3g}",
+                    file, 1 / row_period_s, 1 / model.sample_period_s, 1 / row_period_s));
+  const auto moves = [](const model::InputCount& count) { return count.high > count.low; };
+  const bool any_moves = std::ranges::any_of(ranges.counts(), moves);
   std::vector<std::string> doubts;
   std::vector<std::string> turned;
   std::string mend = "another board or divider, or a sensor that is not plugged in?";
@@ -80,6 +98,11 @@ void check_ranges(const model::Model& model, const std::string& file, const std:
     } else if (count.readings > 0 && 10 * count.outside >= count.readings) {
       warn(fmt::format("{}: {}", file, outside));
     }
+    if (any_moves && !moves(count))
+      warn(count.readings == 0
+               ? fmt::format("{}: column \"{}\" has no reading", file, columns[i])
+               : fmt::format("{}: column \"{}\" reads {:g} in all rows: is its sensor plugged in?", file,
+                             columns[i], count.low));
     if (ranges.mirrored(i)) turned.push_back(columns[i]);
   }
   if (const auto pair = ranges.exchanged()) {

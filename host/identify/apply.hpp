@@ -29,6 +29,7 @@ struct ApplyOptions {
 struct Applied {
   std::vector<model::Followed> followed;  // by what the strips are corrected at the end; empty: not tracked
   model::RangeCount ranges;
+  double row_period_s;  // median
 };
 
 // The log's clock is repaired, its readings come to the model's grid. Throws io::InputError: another unit, no reading, a model
@@ -36,8 +37,10 @@ struct Applied {
 Applied apply(const model::Model& model, recording::LogReader& log, const ApplyOptions& options,
               const std::function<void(const Estimate&)>& sink);
 
-// Throws io::Doubt, one line, where the model hardly knows what the columns of the log hold; warns where it knows a part.
+// Throws io::Doubt, one line, where the model hardly knows what the columns of the log hold; warns where it knows a part, of a
+// column that stands, and of rows much slower than the model (0: unknown).
 void check_ranges(const model::Model& model, const std::string& file, const std::vector<std::string>& columns,
-                  const model::RangeCount& ranges, const std::function<void(const std::string&)>& warn);
+                  const model::RangeCount& ranges, const std::function<void(const std::string&)>& warn,
+                  double row_period_s = 0);
 
 }  // namespace flexor::identify

@@ -417,7 +417,12 @@ model::Channel chain_of(const model::Model& model, const std::string& joint) {
   const auto at = std::ranges::find(model.joints, joint, &model::Joint::name);
   if (at == model.joints.end()) throw InputError("the model to start from has no joint {}", joint);
   const auto chain = model::channel(model, static_cast<std::size_t>(at - model.joints.begin()));
-  if (!chain) throw InputError("{}: the model to start from has no chain of blocks for it", joint);
+  if (!chain)
+    throw InputError(
+        "{}: the model to start from has no chain of one sensor for it, but a sum of curves or a mix of "
+        "sensors: fit it to its "
+        "wearer with flexor recalibrate, or leave out --refit and --initial",
+        joint);
   return *chain;
 }
 
@@ -910,11 +915,13 @@ Result identify(std::vector<Take> takes, const Options& asked, const Step& step)
   std::set<std::string> stuck;  // joints
   for (std::size_t p = 0; p < takes.size(); ++p) {
     r.clocks.push_back(clock_of(options.map, options.clock_offset_s, takes[p], r.warnings));
+    const Clock& clock = r.clocks.back();
     const std::size_t said = r.warnings.size();
-    stuck.merge(check_map(options, takes[p], r.clocks.back().offset_s, r.warnings));
+    stuck.merge(check_map(options, takes[p], clock.offset_s, r.warnings));
+    const std::string why = r.warnings.size() > said ? r.warnings[said] : "";
     if (!options.clock_offset_s)
-      refuse_unsure(takes[p].sensor.source, r.clocks.back().offset_s, r.clocks.back().confidence,
-                    r.warnings.size() > said ? r.warnings[said] : "");
+      refuse_unsure(takes[p].sensor.source, clock.offset_s, clock.confidence,
+                    clock.surest ? clock.surest->jump.value_or(why) : why);
   }
   Samples samples = sample_all(takes, r.clocks, options);
   leave_out_lost(samples, options, r.warnings);

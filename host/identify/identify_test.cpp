@@ -347,6 +347,11 @@ TEST_F(Hand, RecordingsThatDoNotBelongTogetherAreRefused) {
   EXPECT_TRUE(refused_at(-1));
   EXPECT_TRUE(refused_at(0.3));
   EXPECT_FALSE(refused_at(0.8));
+  const PairFiles volts = write("volts", {40, 2});
+  change(volts.sensor, [](recording::Recording& log) {
+    for (double& u : log.columns.back().value) u /= 200;
+  });
+  EXPECT_TRUE(has(refusal(request({one, volts}, kBoth)), "b_adc\" reads"));
 }
 
 TEST_F(Hand, AStuckSensorIsNamedFirstAndNoStructureIsAdvised) {
@@ -590,6 +595,10 @@ TEST_F(Hand, RequestsThatCannotBeMetAreRefusedInWords) {
     r.initial = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
     r.refit = true;
     r.input_unit = "count";
+  });
+  refuses("flexor recalibrate", [&](Request& r) {
+    r.structure = "line-lead";
+    r.initial = identify_files(r, {}).model;
   });
   refuses("no joint of the map", [](Request& r) { r.reference_error_deg = {{"ring", 6}}; });
   refuses("between 0 and 90", [](Request& r) { r.reference_error_deg = {{"index", -1}}; });

@@ -174,6 +174,27 @@ void refuse_seen_before(const std::vector<Take>& takes) {
   }
 }
 
+void refuse_other_units(const std::vector<Take>& takes) {
+  const recording::Recording& first = takes.front().sensor;
+  const recording::Recording& last = takes.back().sensor;
+  const auto range = [](const recording::Recording& log, const std::string& name) {
+    return recording::without_spikes(recording::without_holes(log, name).columns.front().value);
+  };
+  for (const recording::Column& column : last.columns) {
+    const recording::Column& before = first.column(column.name);
+    const recording::Range now = range(last, column.name);
+    const recording::Range then = range(first, column.name);
+    const double ratio = (std::abs(now.max) + std::abs(now.min)) / (std::abs(then.max) + std::abs(then.min));
+    const bool is_apart = now.min > then.max || now.max < then.min;
+    if (column.unit == before.unit && !(is_apart && (ratio > kAlike || ratio < 1 / kAlike))) continue;
+    throw InputError(
+        "{}: column \"{}\" reads {:.4g} to {:.4g}{}, in {} {:.4g} to {:.4g}{}: is it in another unit? Fit "
+        "each on its own",
+        last.source, column.name, now.min, now.max, column.unit.empty() ? "" : " " + column.unit,
+        first.source, then.min, then.max, before.unit.empty() ? "" : " " + before.unit);
+  }
+}
+
 void check_gloves(const JointMap& map, const std::vector<std::string>& names,
                   const std::vector<Session>& sessions) {
   std::optional<std::pair<std::size_t, double>> first;

@@ -20,6 +20,8 @@ std::set<std::string> check_map(const Options& options, const Take& take, double
 
 // Throws io::InputError where the last log is that of an earlier pair: nothing would differ between these donnings.
 void refuse_seen_before(const std::vector<Take>& takes);
+// Or where a sensor of it states another unit than the first pair's does, or reads far from it and 2.5 times as much.
+void refuse_other_units(const std::vector<Take>& takes);
 
 // A session for each take, and its name: throws io::InputError where one's sensor moves the other way, or 2.5 times as far.
 void check_gloves(const JointMap& map, const std::vector<std::string>& names,

@@ -59,6 +59,7 @@ std::vector<Take> read_takes(const Request& request, std::vector<std::string>& w
     for (Take& one : read_trials(pair, request)) {
       out.push_back(std::move(one));
       if (request.time.segments.empty()) refuse_seen_before(out);
+      refuse_other_units(out);
       add_warnings(out.back(), warnings);
     }
   }

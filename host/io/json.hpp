@@ -75,8 +75,6 @@ class JsonReader {
     return static_cast<int>(value);
   }
 
-  double number_or(const char* key, double fallback) { return has(key) ? number(key) : fallback; }
-
   std::string text(const char* key) {
     const Json& value = member(key);
     if (!value.is_string()) fail(fmt::format("\"{}\" must be a text in quotes", key));

@@ -70,6 +70,7 @@ void add_strips(const Model& model, const Graph& graph, Wiring& out) {
     if (free == out.input.end())
       throw io::InputError("input {}: a glove has five strips", model.inputs[i].name);
     take(i, static_cast<std::size_t>(free - out.input.begin()));
+    out.guessed.push_back(i);
   }
   for (const auto& finger : strip) out.strip.push_back(*finger);
 }

@@ -19,6 +19,7 @@ struct Wiring {
   std::array<std::optional<std::size_t>, kFingers> joint;  // of model.joints
   std::vector<std::size_t> strip;                          // finger of model.inputs[i]
   std::array<std::optional<std::size_t>, kFingers> input;  // of model.inputs, for each strip
+  std::vector<std::size_t> guessed;                        // inputs that no name, strip or joint places
   std::array<std::vector<std::size_t>, kFingers> strips;   // that each finger's joint depends on
 };
 

@@ -58,6 +58,7 @@ struct Alignment {
   // has an error for it.
   std::optional<double> drift_ppm;
   std::optional<double> drift_se_ppm;
+  std::optional<std::string> jump;  // of one of the clocks, which is no drift: a warning
   std::vector<std::string> warnings;
 };
 

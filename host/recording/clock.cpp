@@ -136,6 +136,9 @@ Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> gi
     Clock clock = same.empty() ? Clock{} : agreed(one_of_each_sensor(same));
     if (round == kMostRounds || is_common || !is_clear(clock.drift_ppm, clock.drift_se_ppm)) {
       clock.drift_ppm = taken_out_ppm;
+      const auto jumps = [](const Opinion& o) { return o.alignment.jump.has_value(); };
+      const auto first = std::ranges::find_if(opinions, jumps);
+      if (given && !is_common && first != opinions.end()) warnings.push_back(*first->alignment.jump);
       if (given) return given_clock(*given, opinions, clock, warnings);
       clock.surest = surest_at->alignment;
       // Dates of both files are mostly of one computer.

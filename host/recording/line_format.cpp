@@ -51,7 +51,7 @@ constexpr std::string_view kClose = "]>)";
 constexpr std::string_view kMarks = ":,;|";  // behind a time in brackets
 constexpr std::string_view kGaps = " \t,;|";
 
-// Without terminals' colours, and what Python prints around bytes and lists.
+// Without terminals' colours, and what Python and MATLAB print around bytes and lists.
 void unwrap(std::string& line) {
   for (std::size_t at = line.find('\x1b'); at != line.npos; at = line.find('\x1b')) {
     const auto end = std::find_if(line.begin() + static_cast<std::ptrdiff_t>(at), line.end(), is_letter);
@@ -63,10 +63,23 @@ void unwrap(std::string& line) {
     while (text.ends_with("\\r") || text.ends_with("\\n")) text.remove_suffix(2);
     line = std::string(text);
   }
+  text.remove_suffix(text.ends_with("];") ? 1 : 0);
+  const bool is_row =
+      (text.starts_with('[') && text.ends_with(']')) || (text.starts_with('(') && text.ends_with(')'));
+  const std::string_view inner = is_row ? trimmed(text.substr(1, text.size() - 2)) : "";
+  if (inner.find_first_of("-.0123456789") == 0 && inner.find_first_of("[]()") == inner.npos &&
+      inner.find_first_of(kGaps) != inner.npos)
+    line = std::string(inner);
 }
 
 constexpr const char* kLevels =
     "i w e d v inf wrn err dbg info warn warning error debug trace";  // of loggers
+
+bool has_labels(std::string_view text, std::size_t least) {
+  Cells cells;
+  return !text.empty() && is_letter(text.front()) && read_labelled(text, cells) &&
+         cells.label.size() >= least;
+}
 
 // How far a clock goes from the front, perhaps behind a date and before AM, a zone or a year; or seconds since 1970. 0: there is none.
 std::size_t time_end(std::string_view text) {
@@ -135,15 +148,18 @@ bool take_part(Prefix& p) {
     p.drop(close + 1);
     while (p.has_time_and(kMarks) || (!p.time.empty() && p.rest.starts_with("- "))) p.drop(1);
   } else if (is_one_of(word, kLevels) && p.rest[std::min(word.size(), p.rest.size() - 1)] != '\t' &&
-             (word.size() > 1 ? !after.empty() : after.starts_with('('))) {
+             (word.size() > 1 ? !after.empty() : after.starts_with('(')) && !has_labels(p.rest, 2)) {
     p.is_logged = true;
+    if (!after.starts_with(':') && p.rest.find_first_of(":=0123456789") == p.rest.npos)
+      return false;  // names
     p.has_tag = word.size() == 1;
     p.drop(word.size() + (after.starts_with(':') ? 1 : 0));
   } else if (const std::size_t end = p.time.empty() ? time_end(p.rest) : 0; end > 0) {
     p.time = p.rest.substr(0, end);
     const std::size_t next = p.rest.find_first_not_of(" :", end);
-    p.is_sure = p.rest[end] != '\t' && p.time.find(' ') != p.time.npos && next != p.rest.npos &&
-                kMarks.find(p.rest[next]) == kMarks.npos && p.rest[next] != '\t';
+    p.is_sure = p.rest.substr(end).starts_with(": ") ||
+                (p.rest[end] != '\t' && p.time.find(' ') != p.time.npos && next != p.rest.npos &&
+                 kMarks.find(p.rest[next]) == kMarks.npos && p.rest[next] != '\t');
     p.drop(end);
     const std::size_t last = p.rest.rfind(" - ");
     if (p.rest.starts_with("- ") && last != p.rest.npos && std::ranges::any_of(p.rest, is_letter)) {
@@ -215,18 +231,18 @@ void cut_prefix(std::string& line, std::string& time) {
   take_arrow(p);
   while (!p.rest.empty() && take_part(p)) {
   }
-  Cells labels;
-  const auto is_labelled = [&](std::string_view text) {
-    return !text.empty() && is_letter(text.front()) && read_labelled(text, labels);
-  };
-  if (p.has_time_and(":") || (p.has_time_and(kMarks) && is_labelled(trimmed(p.rest.substr(1))))) p.drop(1);
+  if (p.has_time_and(":") || (p.has_time_and(kMarks) && has_labels(trimmed(p.rest.substr(1)), 1))) p.drop(1);
   const bool is_list = p.rest.find_first_of("-.0123456789") == 0 && p.rest.find(',') != p.rest.npos &&
                        p.rest.find_first_of("\t;") == p.rest.npos;
   const bool is_dated_list = is_list && is_epoch(to_number(p.time).value_or(kFirstEpoch_s));
   if (!p.time.empty() && !p.rest.empty() &&
-      (p.is_sure || p.is_logged || is_dated_list || is_labelled(p.rest))) {
-    const std::size_t tag = p.is_logged ? p.rest.find(": ") : p.rest.npos;
-    if (tag != p.rest.npos && (p.has_tag || is_labelled(trimmed(p.rest.substr(tag + 1))))) p.drop(tag + 2);
+      (p.is_sure || p.is_logged || is_dated_list || has_labels(p.rest, 1))) {
+    const std::size_t tag = std::min(p.rest.find(": "), p.rest.size() - 1);
+    const std::string_view tagged = trimmed(p.rest.substr(tag + 1));
+    const bool is_source = is_letter(p.rest.front()) && p.rest.find_first_of(",;\t|") > tag &&  // RX: 300,310
+                           tagged.find_first_of("-.0123456789") == 0 && !has_labels(p.rest, 1);
+    if (is_source || (p.is_logged && !tagged.empty() && (p.has_tag || has_labels(tagged, 1))))
+      p.drop(tag + 2);
     time = std::string(p.time);
     const bool is_ms = p.is_logged && p.time.find_first_not_of("0123456789") == p.time.npos;
     if (is_ms) time = time.size() > 3 ? time.insert(time.size() - 3, ".") : fmt::format("0.{:0>3}", time);
@@ -330,6 +346,10 @@ TimeName read_time_name(std::string_view column) {
   // A column called by its unit: millis, micros, ms, "seconds".
   const auto called_s = seconds_in(cut.name.starts_with("time") ? cut.name.substr(4) : cut.name);
   return {called_s && *called_s <= 1, called_s};
+}
+
+bool names_prefix(std::string_view column) {
+  return read_time_name(column).is_time || is_one_of(column, "level severity") || is_one_of(column, kLevels);
 }
 
 bool is_units_row(const std::vector<std::string>& cells) {

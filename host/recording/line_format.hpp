@@ -71,6 +71,7 @@ struct TimeName {
   std::optional<double> unit_s = {};
 };
 TimeName read_time_name(std::string_view column);
+bool names_prefix(std::string_view column);  // a time, or a logger's level
 
 // Cells of which each is a unit, or nothing, as a spreadsheet has them below its header.
 bool is_units_row(const std::vector<std::string>& cells);

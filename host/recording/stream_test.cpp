@@ -77,12 +77,14 @@ TEST(Stream, OneRowFarAheadIsLeftOutByNameAndSilencesNothing) {
 }
 
 TEST(Stream, APauseThatTheNextRowConfirmsIsAPause) {
-  auto t = steady(100, 0.05);
-  for (std::size_t k = 50; k < 100; ++k) t[k] += 600;
-  const Read r = all(t);
-  EXPECT_EQ(r.t_s, t);
-  ASSERT_EQ(r.notes.size(), 1U);
-  EXPECT_NE(r.notes[0].find("a pause or jump of the clock, of up to 600"), std::string::npos);
+  for (const int pause_s : {9, 600}) {  // below and above kJump_s
+    auto t = steady(100, 0.05);
+    for (std::size_t k = 50; k < 100; ++k) t[k] += pause_s;
+    const Read r = all(t);
+    EXPECT_EQ(r.t_s, t);
+    ASSERT_EQ(r.notes.size(), 1U);
+    EXPECT_NE(r.notes[0].find(fmt::format("jump of the clock, of up to {}", pause_s)), std::string::npos);
+  }
 }
 
 TEST(Stream, ARowThatGoesBackIsLeftOutAndTheRestStays) {

@@ -61,8 +61,13 @@ const char* binary_kind(std::string_view line) {
   return is_text ? nullptr : "no text: export it as CSV";
 }
 
-// More numbers than words, and at least so many.
+// More numbers than words, and at least so many; of 300,5 400,2 the commas separate nothing.
 bool is_row(const std::vector<std::string>& cells, char separator, std::size_t fewest) {
+  const auto is_two = [](std::string_view cell) {
+    const std::size_t blank = std::min(cell.find(' '), cell.size());
+    return to_number(cell.substr(0, blank)) && to_number(trimmed(cell.substr(blank))) && !to_time(cell);
+  };
+  if (separator == ',' && std::ranges::any_of(cells, is_two)) return false;
   const std::size_t numbers = count_cells(cells, separator).numbers;
   return numbers >= fewest && 2 * numbers > cells.size();
 }
@@ -130,8 +135,10 @@ class Finder : public TableState {
     const std::size_t i = time_place_ == 0U ? 1 : 0;
     if (i >= std::min(header_.size(), cells_.size()) || time_place_ == i)
       return refuse(Kind::no_column, "no column beside the time", at(0)->number);
-    const std::string detail = fmt::format("no column of numbers: \"{}\" holds \"{}\", which is none",
-                                           header_[i], excerpt(cells_[i]));
+    const std::string detail = fmt::format(
+        "no column of numbers: \"{}\" holds \"{}\"; write numbers alone, and their unit into the name, as "
+        "index_V",
+        header_[i], excerpt(cells_[i]));
     refuse(Kind::no_column, detail, at(0)->number);
   }
 
@@ -166,7 +173,7 @@ class Finder : public TableState {
       leave_out_titles(labview_titles());
       if (at(0) == nullptr) return refuse(Kind::empty, kNoData);
     }
-    cut_time_names();
+    cut_prefix_names();
     if (const auto labels = find_labels(cells)) {
       leave_out_titles(*labels);
       layout_ = cells.layout;
@@ -194,18 +201,22 @@ class Finder : public TableState {
     return ends == 2 ? i : 0;
   }
 
-  // What names the clock before the rows, where theirs was cut off them: Date Time flex above 2026-05-01 12:03:11 430
-  void cut_time_names() {
+  // What names the clock and the level before the rows, where theirs was cut off them: Date Time flex above 2026-05-01 12:03:11 430
+  void cut_prefix_names() {
+    const auto is_cut_row = [](const Line& line) {
+      const char c = separator_of(line.text);
+      return !line.time.empty() && count_cells(cells_of(line.text, c), c).numbers > 0;
+    };
     std::size_t row = 1;
-    while (row < kTitles && at(row) != nullptr && at(row)->time.empty()) ++row;
-    if (at(row) == nullptr || at(row)->time.empty() || !at(row - 1)->time.empty()) return;
-    const auto count = [](std::string_view text) { return cells_of(text, separator_of(text)).size(); };
-    std::string& names = ahead_[first_ + row - 1].text;
-    while (count(names) > count(at(row)->text)) {
-      const std::size_t end = names.find_first_of(" \t,;");
-      if (end == names.npos || !read_time_name(names.substr(0, end)).is_time) return;
-      names.erase(0, names.find_first_not_of(" \t,;", end));
-      ahead_[first_ + row - 1].time = at(row)->time;
+    while (row < kTitles && at(row) != nullptr && !is_cut_row(*at(row))) ++row;
+    if (at(row) == nullptr || row == kTitles) return;
+    Line& names = ahead_[first_ + row - 1];
+    const char separator = separator_of(names.text);
+    while (cells_of(names.text, separator).size() > cells_of(at(row)->text, separator).size()) {
+      const std::size_t end = names.text.find_first_of(" \t,;");
+      if (end == names.text.npos || !names_prefix(names.text.substr(0, end))) return;
+      names.text.erase(0, names.text.find_first_not_of(" \t,;", end));
+      names.time = at(row)->time;
     }
   }
 
@@ -296,7 +307,10 @@ class Finder : public TableState {
               : names.size() != width && !names_any(names) && at(i)->text.find(':') != std::string::npos;
       const bool is_no_header = is_odd || (is_greeting(names) && !names_any(names));
       const bool fits = names.size() <= width && 2 * names.size() > width;
-      const auto is_number = [&](const auto& cell) { return time_in(cell, separator_).has_value(); };
+      const auto is_number = [&](const auto& cell) {  // but the time at which a header came
+        const auto time = time_in(cell, separator_);
+        return time && (&cell != &names[0] || time->format == TimeFormat::number || names.size() < width);
+      };
       if (!is_no_header && (fits || is_above) && !(is_units_row(names) && i > 0) &&
           std::ranges::none_of(names, is_number) && !std::ranges::all_of(names, is_missing))
         return i;
@@ -374,7 +388,8 @@ class Finder : public TableState {
     cut_blanks(cells_, width);
     header_ = cells_;
     has_header_ = has_word(cells_, separator_);
-    if (has_header_ && (is_row(cells_, separator_, 1) || is_greeting(cells_)) && !names_any(cells_) &&
+    if (has_header_ && (is_row(cells_, separator_, 1) || is_greeting(cells_) || repeats_words()) &&
+        !names_any(cells_) &&
         at(1) != nullptr) {  // not its header: a row that has a word, or half of one, or a greeting
       has_header_ = false;
       if (!has_word(cells_of(at(1)->text, separator_), separator_)) leave_out_titles(1);
@@ -382,6 +397,7 @@ class Finder : public TableState {
     if (has_header_) {
       ++first_;
       cut_noise(header_[0]);
+      if (time_in(header_[0], separator_)) header_[0] = "time";
       name_by_titles();
     } else {
       has_header_ = comment_is_header(at(0)->comment);
@@ -393,6 +409,15 @@ class Finder : public TableState {
     if (!has_header_)
       note(fmt::format("has no header: the columns are called column1 to column{} in their order",
                        header_.size()));
+  }
+
+  // Whether the next row has the same words among its numbers: A0 300 A1 310
+  bool repeats_words() const {
+    const auto next = at(1) != nullptr ? cells_of(at(1)->text, separator_) : std::vector<std::string>();
+    const auto fits = [&](const std::string& cell, const std::string& below) {
+      return cell == below || (time_in(cell, separator_) && time_in(below, separator_));
+    };
+    return !is_header(cells_, separator_) && std::ranges::equal(cells_, next, fits);
   }
 
   // Bytes that a line caught before its board began to send are Latin-1 or control characters; a name that states a time or a unit
@@ -855,11 +880,13 @@ TableReader::TableReader(const TableOptions& options) : TableState(options) {
 
 bool TableReader::push(Line& line) {
   const std::string_view inner = trimmed(line.text);
-  if (inner.empty() || inner.front() == '#') {
-    const std::size_t text = inner.find_first_not_of("# ");
+  if (inner.empty() || inner.front() == '#' || inner.starts_with("% ")) {
+    const std::size_t text = inner.find_first_not_of("#% ");
     if (text != std::string_view::npos) comment_ = inner.substr(text);
     return false;
   }
+  if (inner.find("---") != inner.npos && inner.find_first_not_of("+-=|: ") == inner.npos)
+    return false;  // a rule
   line.comment = std::exchange(comment_, {});
   line.time.clear();
   line.is_title = false;

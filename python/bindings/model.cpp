@@ -78,7 +78,7 @@ nb::tuple predict(const model::Model& model, const std::string& arithmetic, cons
     };
     const auto done =
         identify::apply(model, *reader, {"model", arithmetic, intervals, track, note, step}, std::ref(out));
-    identify::check_ranges(model, reader->name(), reader->columns(), done.ranges, note);
+    identify::check_ranges(model, reader->name(), reader->columns(), done.ranges, note, done.row_period_s);
   });
   return nb::make_tuple(to_array(std::move(out.t_s)), out.table(out.angle_deg), out.table(out.status),
                         out.table(out.se_deg), notes);

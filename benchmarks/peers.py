@@ -1,22 +1,16 @@
 """One table from one run: time and held-out error of `flexor identify` and of what others would take, on real recordings.
 
-The samples are the program's own (`identify --report` writes samples-1.csv): its clock offset, its grid of 20 Hz with the
-last reading held, the first half fitted, the second half scored, pauses included. Everybody has the own finger's sensor alone and
+The samples are the program's own: its clock offset, its grid of 20 Hz with the last reading held, the first half fitted, the second half scored, pauses left out. Everybody has the own finger's sensor alone and
 one thread on one core. Run by `script/bench --with-peers`.
 
 A peer is fit(data, seed) -> predict. A fit sees reading, measured angle and `use` of the first half, at even periods. predict takes
 readings from rest and gives an angle for each, from that reading and those before it alone. Settings are constants, the same for
 all joints; no fit sees the scored half.
 """
-import argparse
 import contextlib
 import io
-import json
 import os
-import resource
-import subprocess
 import sys
-import tempfile
 import time
 import warnings
 from collections.abc import Callable
@@ -30,6 +24,7 @@ os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_paralleli
 os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})  # of libraries that start threads all the same, and of the program
 warnings.filterwarnings("ignore")
 
+import flexor  # noqa: E402
 import jax  # noqa: E402
 import jax.numpy as jnp  # noqa: E402
 import numpy as np  # noqa: E402
@@ -120,10 +115,8 @@ PEERS = {"jax-sysid, median of 5 seeds": (fit_jax_sysid, 5),
 
 @dataclass
 class Row:
-    """Of one joint; the program's processor time is that of the whole command, a peer's that of the fit."""
     fit_s: float
     cpu_s: float
-    command_s: float
     rmse_deg: float
     drift_deg: float
 
@@ -141,86 +134,63 @@ def drift_deg(predict: Predict, fitted: np.ndarray) -> float:
     return worst
 
 
-class Program:
-    """`flexor` on one joint, and what it writes."""
+class Joint:
+    """Both logs of a joint, and their samples as `identify` has them."""
 
-    def __init__(self, program: Path, data: Path, joint: str):
+    def __init__(self, data: Path, joint: str):
         folder, sensor, angle = JOINTS[joint]
-        logs, self.program = data / folder, program
-        self.identify = ["identify", "--sensor", f"{logs}/sensor_log.csv", "--reference", f"{logs}/camera_angles.csv",
-                         "--map", f"index={sensor}:{angle}", "--input-unit", "count"]
+        self.logs = flexor.read(data / folder / "sensor_log.csv"), flexor.read(data / folder / "camera_angles.csv")
+        self.map = {"index": (sensor, angle)}
+        offset_s = self.identify("line").clock_offset_s
+        both = flexor.align(*self.logs, input=sensor, output=angle, rate_hz=1 / PERIOD_S, clock_offset_s=offset_s)[1].frame
+        self.use = both.notna().all(axis=1).to_numpy()
+        self.reading, self.angle_deg = both.ffill().bfill().iloc[:, :2].to_numpy().T
+        half = len(self.use) // 2
+        self.fitted = Data(self.reading[:half], self.angle_deg[:half], self.use[:half])
 
-    def run(self, *options: str) -> tuple[str, float, float]:
-        """Standard output, processor time, wall time."""
-        used, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-        done = subprocess.run([self.program, *options], capture_output=True, text=True)
-        wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
-        if done.returncode:
-            sys.exit(f"peers: flexor {' '.join(options)}: {done.stderr.strip()}")
-        return done.stdout, after.ru_utime - used.ru_utime + after.ru_stime - used.ru_stime, wall
+    def identify(self, structure: str) -> flexor.Identification:
+        return flexor.identify([self.logs], self.map, rate_hz=1 / PERIOD_S, structure=structure, input_unit="count", threads=1)
 
-    def samples(self) -> np.ndarray:
-        with tempfile.TemporaryDirectory() as folder:
-            result = json.loads(self.run(*self.identify, "--json", "--report", folder)[0])
-            samples = np.genfromtxt(Path(folder) / "samples-1.csv", delimiter=",", names=True)
-        if abs(result["joints"]["index"]["holdout"]["rmse_deg"] - rmse_deg(samples["estimated_deg"], samples)) > 1e-6:
-            sys.exit("peers: identify scored other samples than it wrote")
-        return samples
+    def own(self, structure: str) -> Row:
+        used = time.process_time()
+        results = self.identify(structure).results
+        joint = results["joints"]["index"]
+        return Row(results["fit_seconds"], time.process_time() - used, joint["holdout"]["rmse_deg"], joint["hold_drift_deg"])
 
-    def fit(self, structure: str) -> Row:
-        output, cpu, wall = self.run(*self.identify, "--structure", structure, "--json")
-        result = json.loads(output)
-        joint = result["joints"]["index"]
-        return Row(result["fit_seconds"], cpu, wall, joint["holdout"]["rmse_deg"], joint["hold_drift_deg"])
-
-
-def rmse_deg(angle: np.ndarray, samples: np.ndarray) -> float:
-    return float(np.sqrt(np.mean((angle - samples["measured_deg"])[samples["held_out"] == 1] ** 2)))
-
-
-def peer(fit: Callable[[Data, int], Predict], seeds: int, samples: np.ndarray) -> Row:
-    """The median of each figure over the seeds."""
-    half = samples[samples["held_out"] == 0]
-    data = Data(half["reading"], half["measured_deg"], half["gap"] == 0)
-    rows = []
-    for seed in range(seeds):
-        start, used = time.perf_counter(), time.process_time()
-        predict = fit(data, seed)
-        wall, cpu = time.perf_counter() - start, time.process_time() - used
-        rows.append([wall, cpu, np.nan, rmse_deg(predict(samples["reading"]), samples), drift_deg(predict, data.reading)])
-    return Row(*np.median(rows, axis=0))
+    def peer(self, fit: Callable[[Data, int], Predict], seeds: int) -> Row:
+        """The median of each figure over the seeds."""
+        rows, half = [], len(self.fitted.reading)
+        for seed in range(seeds):
+            start, used = time.perf_counter(), time.process_time()
+            predict = fit(self.fitted, seed)
+            wall, cpu = time.perf_counter() - start, time.process_time() - used
+            error = (predict(self.reading) - self.angle_deg)[half:][self.use[half:]]
+            rows.append([wall, cpu, np.sqrt(np.mean(error**2)), drift_deg(predict, self.fitted.reading)])
+        return Row(*np.median(rows, axis=0))
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("program", type=Path)
-    parser.add_argument("data", type=Path, help="with index_ind2 and middle_mid1")
-    options = parser.parse_args()
+    data = Path(sys.argv[1])  # with index_ind2 and middle_mid1
     table: dict[str, list[Row]] = {}
-    start, a_joint_s = time.perf_counter(), None
-    for at, joint in enumerate(JOINTS):
-        program = Program(options.program.resolve(), options.data, joint)
-        samples = program.samples()
-        jobs: dict[str, Callable[[], Row]] = {"flexor, structure auto": lambda: program.fit("auto"),
-                                              "flexor, structure hw": lambda: program.fit("hw")}
-        jobs |= {name: lambda fit=fit, seeds=seeds: peer(fit, seeds, samples) for name, (fit, seeds) in PEERS.items()}
-        for name, job in jobs.items():
-            gone = time.perf_counter() - start
-            left = f", about {max(1, a_joint_s * len(JOINTS) - gone):.0f} s left" if a_joint_s else ""
-            print(f"\r\033[Kjoint {at + 1} of {len(JOINTS)}, {joint}: {name}{left}", end="", file=sys.stderr, flush=True)
-            table.setdefault(name, []).append(job())
-        a_joint_s = (time.perf_counter() - start) / (at + 1)
+    start = time.perf_counter()
+    for at, name in enumerate(JOINTS):
+        left = f", about {(time.perf_counter() - start) / at * (len(JOINTS) - at):.0f} s left" if at else ""
+        print(f"\r\033[Kjoint {at + 1} of {len(JOINTS)}, {name}{left}", end="", file=sys.stderr, flush=True)
+        joint = Joint(data, name)
+        for structure in ("auto", "hw"):
+            table.setdefault(f"flexor, structure {structure}", []).append(joint.own(structure))
+        for peer, (fit, seeds) in PEERS.items():
+            table.setdefault(peer, []).append(joint.peer(fit, seeds))
     print("\r\033[K", end="", file=sys.stderr)
 
-    print(f"{'':34}{'seconds, mean of the joints':^24}{'RMSE on the second half, degrees':^47}{'drift':>8}")
-    print(f"{'':34}{'fit':>8}{'CPU':>8}{'command':>9}" + "".join(f"{joint:>12}" for joint in JOINTS) + f"{'deg':>8}")
+    print(f"{'':34}{'seconds, mean':^16}{'RMSE on the second half, degrees':^48}{'drift':>8}")
+    print(f"{'':34}{'fit':>8}{'CPU':>8}" + "".join(f"{joint:>12}" for joint in JOINTS) + f"{'deg':>8}")
     for name, rows in table.items():
-        fit, cpu, command = (np.mean([getattr(row, what) for row in rows]) for what in ("fit_s", "cpu_s", "command_s"))
         drift = max(row.drift_deg for row in rows)
-        print(f"{name:34}{fit:8.2f}{cpu:8.2f}{'' if np.isnan(command) else f'{command:.2f}':>9}" +
+        print(f"{name:34}{np.mean([row.fit_s for row in rows]):8.2f}{np.mean([row.cpu_s for row in rows]):8.2f}" +
               "".join(f"{row.rmse_deg:12.2f}" for row in rows) + f"{drift:8.1f}{' *' if drift > STILL_DEG else ''}")
-    print(f"* moves by more than {STILL_DEG} degree in a minute while the reading stays; worst joint. CPU: of the fit, with "
-          "compilation;\n  of flexor the whole command: reading, clocks, fit, baselines, scores.")
+    print(f"* moves by more than {STILL_DEG} degree in a minute while the reading stays; worst joint. CPU: with compilation;\n  of flexor with clocks, "
+          "baselines and scores.")
 
 
 main()

@@ -1,6 +1,6 @@
 # Helpers that keep every room's CMakeLists.txt to a few lines.
 #   flexor_runtime(NAME HEADERS ... USES ...)           header-only, C++14
-#   flexor_library(NAME HEADERS ... SOURCES ... USES)   host library, C++20
+#   flexor_library(NAME SOURCES ... USES)   host library, C++20
 #   flexor_test(NAME SOURCES ... USES ...)              GoogleTest program; runs in the root
 #   flexor_script_test(NAME COMMAND ...)                any other program that tests
 #   flexor_test_runs(NAME DEFINITION TARGET ...)        a program that it runs, as DEFINITION
@@ -112,13 +112,13 @@ endfunction()
 set(FLEXOR_INCLUDES $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/flexor>)
 
 function(flexor_runtime name)
-  cmake_parse_arguments(ARG "" "" "HEADERS;USES" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "USES" ${ARGN})
   add_library(${name} INTERFACE)
   target_include_directories(${name} INTERFACE ${FLEXOR_INCLUDES})
   target_compile_features(${name} INTERFACE cxx_std_14)
   flexor_exported(${name})
   target_link_libraries(${name} INTERFACE ${ARG_USES})
-  flexor_headers_compile_alone(${name} ${ARG_HEADERS})
+  flexor_headers_compile_alone(${name})
 endfunction()
 
 # What a target compiles of its sources: with FLEXOR_UNITY one file that includes them, in a third of the time. It names the
@@ -146,7 +146,7 @@ endfunction()
 # PRIVATE_USES are libraries that must not show in the room's headers (OpenCV, ...). APART are sources that are always
 # compiled alone, for options of their own.
 function(flexor_library name)
-  cmake_parse_arguments(ARG "" "" "HEADERS;SOURCES;APART;USES;PRIVATE_USES" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;APART;USES;PRIVATE_USES" ${ARGN})
   flexor_sources(${name} sources ${ARG_SOURCES})
   add_library(${name} STATIC ${sources} ${ARG_APART})
   target_include_directories(${name} PUBLIC ${FLEXOR_INCLUDES})
@@ -154,7 +154,7 @@ function(flexor_library name)
   flexor_exported(${name})
   target_link_libraries(${name} PUBLIC ${ARG_USES} PRIVATE $<BUILD_INTERFACE:flexor_warnings> ${ARG_PRIVATE_USES})
   target_compile_definitions(${name} PRIVATE FLEXOR_VERSION="${PROJECT_VERSION}")
-  flexor_headers_compile_alone(${name} ${ARG_HEADERS})
+  flexor_headers_compile_alone(${name})
 endfunction()
 
 # A header that leans on its includer must fail. One that its own .cpp or _test.cpp includes first is proven by that;
@@ -165,7 +165,9 @@ function(flexor_headers_compile_alone library)
   endif()
   file(RELATIVE_PATH room ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   set(units "")
-  foreach(header IN LISTS ARGN)
+  file(GLOB headers RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.hpp)
+  list(FILTER headers EXCLUDE REGEX "(_test|_windows)\\.hpp$|^(test|fuzz)_")
+  foreach(header IN LISTS headers)
     string(REGEX REPLACE "\\.hpp$" "" stem ${header})
     set(proven FALSE)
     foreach(source ${CMAKE_CURRENT_SOURCE_DIR}/${stem}.cpp ${CMAKE_CURRENT_SOURCE_DIR}/${stem}_test.cpp)

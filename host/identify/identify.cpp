@@ -549,7 +549,7 @@ void fit_joints(const Options& options, const std::vector<std::string>& structur
   };
   // The first joint's failure is told, whichever failed first.
   const auto fit = [&](std::size_t j, double most) {
-    std::packaged_task<JointResult()> task([&] {
+    std::packaged_task<JointResult()> work([&] {
       JointResult out;
       out.name = options.map[j].joint;
       const std::vector<Session> sessions = sessions_of(samples[j]);
@@ -565,8 +565,8 @@ void fit_joints(const Options& options, const std::vector<std::string>& structur
       if (options.refit) out.structure = "gain and dead zone refitted";
       return out;
     });
-    task();
-    return task.get_future();
+    work();
+    return work.get_future();
   };
   io::run_in_order<std::future<JointResult>>(
       0, joints, io::threads_of(options.threads), [&](std::size_t j) { return fit(j, HUGE_VAL); },

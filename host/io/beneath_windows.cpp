@@ -11,7 +11,8 @@ int open_beneath(const std::filesystem::path& folder, std::string_view name) {
   std::istringstream parts{std::string(name)};
   for (std::string part; std::getline(parts, part, '/');) {
     // Neither another folder, nor a stream, nor a device, which no folder holds.
-    if (part.empty() || part == "." || part == ".." || part.find_first_of(std::string_view("\0\\:*?<>|\"", 9)) != part.npos)
+    if (part.empty() || part == "." || part == ".." ||
+        part.find_first_of(std::string_view("\0\\:*?<>|\"", 9)) != part.npos)
       return -1;
     at /= part;
     WIN32_FIND_DATAW found;

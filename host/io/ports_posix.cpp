@@ -52,7 +52,8 @@ std::string require_port(const std::string& port) {
 }
 
 int open_for_lines(const fs::path& path, bool& is_port) {
-  constexpr int kPipeBytes = 4096;  // a second or so of lines: who comes back does not see an old hand for long
+  constexpr int kPipeBytes =
+      4096;  // a second or so of lines: who comes back does not see an old hand for long
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return -errno;
   if (!S_ISCHR(status.st_mode) && !S_ISFIFO(status.st_mode)) return -ENOTTY;

@@ -52,11 +52,9 @@ int open_for_lines(const std::filesystem::path& path, bool& is_port) {
   timeouts.ReadIntervalTimeout = MAXDWORD;  // at once, whatever came
   timeouts.WriteTotalTimeoutConstant = 1;
   if (GetCommState(port, &settings) == 0) return -ENOTTY;
-  settings.BaudRate = CBR_115200;
-  settings.ByteSize = 8;
-  settings.Parity = NOPARITY;
-  settings.StopBits = ONESTOPBIT;
-  if (SetCommState(port, &settings) == 0 || SetCommTimeouts(port, &timeouts) == 0) return -ENOTTY;
+  if (BuildCommDCBW(L"115200,n,8,1", &settings) == 0 || SetCommState(port, &settings) == 0 ||
+      SetCommTimeouts(port, &timeouts) == 0)
+    return -ENOTTY;
   return file.release();
 }
 

@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/serial_port.hpp>
+#include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <chrono>
 #include <optional>
@@ -102,22 +105,18 @@ std::shared_ptr<void> watch(asio::io_context&, int, std::function<void()>) { ret
 int SerialPort::descriptor() const { return asio_->port.native_handle(); }
 
 std::shared_ptr<void> watch(asio::io_context& context, int descriptor, std::function<void()> readable) {
-  struct Watch : std::enable_shared_from_this<Watch> {
-    asio::posix::stream_descriptor stream;
-    std::function<void()> act;
-    Watch(asio::io_context& on, int file, std::function<void()> readable)
-        : stream(on, file), act(std::move(readable)) {}
-    void wait() {
-      stream.async_wait(stream.wait_read, [self = shared_from_this()](const error_code& error) {
-        if (error || !self->stream.is_open()) return;
-        self->act();
-        if (self->stream.is_open()) self->wait();
-      });
+  const auto stream = std::make_shared<asio::posix::stream_descriptor>(context, descriptor);
+  const auto wait = [](auto on, std::function<void()> act) -> asio::awaitable<void> {
+    while (on->is_open()) {
+      const auto [error] = co_await on->async_wait(on->wait_read, asio::as_tuple(asio::use_awaitable));
+      if (error || !on->is_open()) co_return;
+      act();
     }
   };
-  const auto out = std::make_shared<Watch>(context, descriptor, std::move(readable));
-  out->wait();
-  return {out.get(), [out](void*) { out->stream.release(); }};
+  asio::co_spawn(context, wait(stream, std::move(readable)), [](const std::exception_ptr& thrown) {
+    if (thrown) std::rethrow_exception(thrown);
+  });
+  return {stream.get(), [stream](void*) { stream->release(); }};
 }
 #endif
 

@@ -8,13 +8,11 @@
 #include <bit>
 #include <cmath>
 #include <complex>
-#include <functional>
 #include <numbers>
 #include <numeric>
 #include <unsupported/Eigen/FFT>
 
 #include "host/io/io.hpp"
-#include "host/io/numbers.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/sensor_lag.hpp"
 #include "host/recording/taps.hpp"
@@ -31,16 +29,10 @@ constexpr double kMinVelocityCorrelation = 0.3;
 constexpr double kRelated = 0.7;      // velocities that correlate less are hardly of one motion
 constexpr double kLeastError = 1e-6;  // of what is left unexplained
 constexpr double kMinDriftOverlap_s = 20;
-constexpr double kPiece_s = 6;  // in which the offset is found for itself, at least
-constexpr double kMostPieces = 24;
-constexpr std::size_t kLeastPieces = 6;
-constexpr double kMinEnergy = 0.08;  // of the mean piece's
-constexpr double kPieceError_s = 0.01;
-constexpr double kJumpGain = 10;  // in log likelihood, of a step over a constant rate
 constexpr double kLeastJump_s = 0.2;
-constexpr double kJumpErrors = 5;
-constexpr double kMeanSize = 1.25;  // standard deviation of a normal distribution, in means of its sizes
+constexpr double kBesideJump = 0.3;  // of it, from quarter to quarter before and after
 constexpr double kQuarterError_s = 0.1;
+constexpr double kMinQuarterEnergy = 0.02;    // of the overlap's
 constexpr double kMinMismatchOverlap_s = 60;  // quarters of less tell the offset too badly to refuse by it
 // RC oscillators stay within 10000 ppm, ceramic resonators within 5000, crystals within 100; a fifth more for
 // the error of the measurement.
@@ -410,86 +402,41 @@ double energy(const Sampled& reference, std::ptrdiff_t begin, std::ptrdiff_t end
   return sum;
 }
 
-// The lag in each of so many pieces of the overlap; none of one in which sensor or angle rest, of which only noise would vote.
-std::vector<std::optional<double>> lags_of(const Sampled& a, const Sampled& b, const Overlap& overlap,
-                                           double lag, double reach_s, std::ptrdiff_t pieces) {
-  const auto length = overlap.end - overlap.begin;
-  std::vector<std::optional<double>> out;
-  for (std::ptrdiff_t k = 0; k < pieces; ++k) {
-    const auto begin = overlap.begin + length * k / pieces;
-    const auto end = overlap.begin + length * (k + 1) / pieces;
-    const auto moves = [&](const Sampled& one, std::ptrdiff_t at) {
-      const double whole = energy(one, overlap.begin, overlap.end, at);
-      return energy(one, begin, end, at) * static_cast<double>(pieces) >= kMinEnergy * whole;
-    };
-    const auto peak =
-        moves(a, 0) && moves(b, overlap.lag) ? refine(a, b, lag, reach_s, begin, end) : std::nullopt;
-    out.push_back(peak ? std::optional(peak->lag) : std::nullopt);
-  }
-  return out;
-}
-
-// Where the offset steps once, by rows that were lost or a clock that was set: a step within one of these pieces fits the others'
-// offsets much better than a constant rate does. `begin_s`, `piece_s`: of the sensor's time.
-std::optional<std::string> find_jump(const std::vector<std::optional<double>>& lags, double begin_s,
-                                     double piece_s) {
-  std::vector<double> piece;
-  std::vector<double> found;
-  for (std::size_t k = 0; k < lags.size(); ++k) {
-    if (!lags[k]) continue;
-    piece.push_back(static_cast<double>(k));
-    found.push_back(*lags[k] / kRate_hz);
-  }
-  const std::size_t n = found.size();
-  if (n < kLeastPieces) return std::nullopt;
-  const auto part = [&](std::size_t from, std::size_t to) {
-    return io::median({&found[from], &found[0] + to});
-  };
-  // What is left of the offsets by these: the sum of sizes, to which a piece without a finger's motion or with a pause matters little.
-  const auto left = [&](const std::function<double(std::size_t)>& at) {
-    double sum = static_cast<double>(n) * kPieceError_s;
-    for (std::size_t i = 0; i < n; ++i) sum += std::abs(found[i] - at(i));
-    return sum;
-  };
-  std::vector<double> rate;  // of each two
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t k = 0; k < i; ++k) rate.push_back((found[i] - found[k]) / (piece[i] - piece[k]));
-  const double middle = io::median(rate);
-  std::vector<double> level;
-  for (std::size_t i = 0; i < n; ++i) level.push_back(found[i] - middle * piece[i]);
-  const double start = io::median(level);
-  double least = left([&](std::size_t i) { return start + middle * piece[i]; }) *
-                 std::exp(-kJumpGain / static_cast<double>(n));
-  std::optional<std::string> out;
-  for (std::size_t k = 2; k + 2 < n; ++k) {
-    const double before = part(0, k);
-    const double after = part(k + 1, n);
-    const double sum = left([&](std::size_t i) { return i < k ? before : i > k ? after : found[i]; });
-    const double pieces = static_cast<double>(std::min(k, n - 1 - k));
-    const double error_s = kMeanSize * sum / static_cast<double>(n) / std::sqrt(pieces);
-    if (sum >= least || std::abs(after - before) < std::max(kLeastJump_s, kJumpErrors * error_s)) continue;
-    least = sum;
-    const double from_s = begin_s + piece[k] * piece_s;
-    out = fmt::format(
-        "the clocks' offset jumps by {:+.2f} s between {:.0f} and {:.0f} s of the sensor's: were rows lost, "
-        "or a clock set? "
-        "Cut both logs there, and give each part as a --pair",
-        after - before, from_s, from_s + piece_s);
-  }
-  return out;
+// Where the offset steps once, by rows that were lost or a clock that was set, and hardly moves before and after.
+std::optional<std::string> find_jump(const std::array<std::optional<double>, 4>& offset_s, double begin_s,
+                                     double quarter_s) {
+  std::array<double, 3> by_s{};
+  for (std::size_t q = 0; q < 3; ++q) by_s[q] = offset_s[q + 1].value_or(NAN) - offset_s[q].value_or(NAN);
+  const auto size = [](double x) { return std::abs(x); };
+  const auto jump = std::ranges::max_element(by_s, {}, size);
+  const auto is_beside = [&](double x) { return std::abs(x) <= kBesideJump * std::abs(*jump); };
+  if (!(std::abs(*jump) >= kLeastJump_s) || std::ranges::count_if(by_s, is_beside) != 2) return std::nullopt;
+  const double from_s = begin_s + quarter_s * (static_cast<double>(jump - by_s.begin()) + 0.5);
+  return fmt::format(
+      "the clocks' offset jumps by {:+.2f} s between {:.0f} and {:.0f} s of the sensor's: were rows lost, or "
+      "a clock "
+      "set? Cut both logs there, and give each part as a --pair",
+      *jump, from_s, from_s + quarter_s);
 }
 
 // The offset in each quarter of the overlap, and the jump or the drift that they show; a short overlap has no quarters.
 void find_quarters(const Sampled& a, const Sampled& b, const Overlap& overlap, double lag, double reach_s,
                    double sensor_s, double reference_s, Alignment& result) {
   if (result.overlap_s < kMinDriftOverlap_s) return;
-  const auto quarters = lags_of(a, b, overlap, lag, reach_s, 4);
-  for (std::size_t q = 0; q < 4; ++q)
-    if (quarters[q]) result.quarter_offset_s[q] = reference_s - sensor_s + *quarters[q] / kRate_hz;
-  const double pieces = std::floor(std::min(result.overlap_s / kPiece_s, kMostPieces));
-  result.jump =
-      find_jump(lags_of(a, b, overlap, lag, reach_s, static_cast<std::ptrdiff_t>(pieces)),
-                sensor_s + static_cast<double>(overlap.begin) / kRate_hz, result.overlap_s / pieces);
+  const auto length = overlap.end - overlap.begin;
+  const double whole = energy(b, overlap.begin, overlap.end, overlap.lag);
+  for (std::ptrdiff_t q = 0; q < 4; ++q) {
+    const auto begin = overlap.begin + length * q / 4;
+    const auto end = overlap.begin + length * (q + 1) / 4;
+    // Of a quarter at rest only noise would vote.
+    if (energy(b, begin, end, overlap.lag) < kMinQuarterEnergy * whole) continue;
+    const auto quarter = refine(a, b, lag, reach_s, begin, end);
+    if (quarter) {
+      result.quarter_offset_s[static_cast<std::size_t>(q)] = reference_s - sensor_s + quarter->lag / kRate_hz;
+    }
+  }
+  result.jump = find_jump(result.quarter_offset_s, sensor_s + static_cast<double>(overlap.begin) / kRate_hz,
+                          result.overlap_s / 4);
   if (result.jump) return result.warnings.push_back(*result.jump);
   check_drift(result);
 }

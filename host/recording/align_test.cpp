@@ -115,7 +115,6 @@ TEST(Align, ADriftIsMeasuredWithItsError) {
   }
 }
 
-// The sensor's log begins somewhere within the camera's: every period, and every half, is another answer.
 TEST(Align, AClockThatJumpsIsNoDrift) {
   EXPECT_FALSE(make(4, 3e-3).align().jump);
   for (const bool by_sensor : {true, false}) {
@@ -125,6 +124,7 @@ TEST(Align, AClockThatJumpsIsNoDrift) {
   }
 }
 
+// The sensor's log begins somewhere within the camera's: every period, and every half, is another answer.
 TEST(Align, AMotionThatRepeatsItselfExactlyIsCalledAmbiguous) {
   for (const double speed : {1.0, 2.0, 2 * std::numbers::pi, 15.0}) {
     TwoLogs p;

@@ -214,8 +214,8 @@ class Run {
       const Take& take = takes_[t];
       Json person;
       if (request.options.leave_out == identify::LeaveOut::person && take.fault.empty()) {
-        auto at = std::ranges::find_if(persons_, [&](const auto& takes) {
-          return takes_[takes.front()].subject == take.subject && takes_[takes.front()].map == take.map;
+        auto at = std::ranges::find_if(persons_, [&](const auto& theirs) {
+          return takes_[theirs.front()].subject == take.subject && takes_[theirs.front()].map == take.map;
         });
         if (at == persons_.end()) at = persons_.emplace(at);
         at->push_back(t);

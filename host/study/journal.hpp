@@ -6,11 +6,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "host/io/growing_file.hpp"
+#include "host/io/io.hpp"
 
 namespace flexor::study {
 

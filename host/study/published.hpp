@@ -4,10 +4,11 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "host/io/io.hpp"
 
 namespace flexor::study {
 

@@ -576,7 +576,7 @@ class Loader {
 
   template <class Block>
   uint8_t check(uint8_t n) {
-    Block block;
+    Block block{};
     block.code(*this, n);
     return state_bytes<Block>(n);
   }

@@ -2,12 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/serial_port.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <chrono>
 #include <optional>
@@ -105,17 +102,16 @@ std::shared_ptr<void> watch(asio::io_context&, int, std::function<void()>) { ret
 int SerialPort::descriptor() const { return asio_->port.native_handle(); }
 
 std::shared_ptr<void> watch(asio::io_context& context, int descriptor, std::function<void()> readable) {
-  const auto stream = std::make_shared<asio::posix::stream_descriptor>(context, descriptor);
-  const auto wait = [](auto on, std::function<void()> act) -> asio::awaitable<void> {
-    while (on->is_open()) {
-      const auto [error] = co_await on->async_wait(on->wait_read, asio::as_tuple(asio::use_awaitable));
-      if (error || !on->is_open()) co_return;
+  using Stream = asio::posix::stream_descriptor;
+  const auto stream = std::make_shared<Stream>(context, descriptor);
+  const auto wait = [stream, act = std::move(readable)](const auto& again) -> void {
+    stream->async_wait(Stream::wait_read, [stream, act, again](const error_code& error) {
+      if (error || !stream->is_open()) return;
       act();
-    }
+      if (stream->is_open()) again(again);
+    });
   };
-  asio::co_spawn(context, wait(stream, std::move(readable)), [](const std::exception_ptr& thrown) {
-    if (thrown) std::rethrow_exception(thrown);
-  });
+  wait(wait);
   return {stream.get(), [stream](void*) { stream->release(); }};
 }
 #endif

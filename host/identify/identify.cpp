@@ -11,7 +11,6 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
-#include <ranges>
 #include <set>
 #include <span>
 
@@ -518,7 +517,8 @@ void fit_into_room(const Options& options, const std::vector<std::string>& struc
     exchange(largest, *smaller);
     larger.emplace_back(largest, std::move(*smaller));
   }
-  for (auto& [j, before] : larger | std::views::reverse) {
+  std::ranges::reverse(larger);
+  for (auto& [j, before] : larger) {
     exchange(j, before);
     if (options.room(r.model) > 1) exchange(j, before);
   }

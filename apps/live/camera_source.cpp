@@ -6,8 +6,6 @@
 #include <array>
 #include <utility>
 
-#include "apps/live/beside.hpp"
-
 namespace flexor::live {
 namespace {
 
@@ -54,13 +52,14 @@ double CameraSource::now_s() const {
 
 listen::Event CameraSource::wait(double timeout_s, std::vector<listen::Sample>& out) {
   if (!coming_.valid()) return listen::Event::ended;
-  std::optional<Came> came = taken(coming_, timeout_s);
-  if (!came) return listen::Event::quiet;
-  std::vector<SeenRow>& rows = came->picture.rows;
-  if (came->picture.ended) {
+  const std::chrono::duration<double> wait(timeout_s);
+  if (coming_.wait_for(wait) != std::future_status::ready) return listen::Event::quiet;
+  Came came = coming_.get();
+  std::vector<SeenRow>& rows = came.picture.rows;
+  if (came.picture.ended) {
     rows = camera_.close();
   } else {
-    behind_s_ = std::min(behind_s_, came->at_s - came->picture.t_s);
+    behind_s_ = std::min(behind_s_, came.at_s - came.picture.t_s);
     coming_ = std::async(std::launch::async, &CameraSource::next, this);
   }
   for (const SeenRow& row : rows) out.push_back(sample_of(row));

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "apps/live/beside.hpp"
 #include "host/study/builtin.hpp"
 
 namespace flexor::live {
@@ -43,7 +42,9 @@ std::vector<HandInput> hand_inputs(const model::Model& model) {
 }
 
 std::optional<WholeHand> HandView::poll() {
-  std::optional<WholeHand> out = taken(coming_);
+  std::optional<WholeHand> out;
+  if (coming_.valid() && coming_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+    out = coming_.get();
   const auto now = std::chrono::steady_clock::now();
   if (coming_.valid() || inputs_.empty() || !newest_ || now < due_) return out;
   due_ = now + kPeriod;

@@ -72,6 +72,10 @@ NameAndUnit cut_name(std::string_view column) {
   if (has_brackets ? !rest.empty() : is_unit(rest)) {
     out.unit = trimmed(rest.substr(0, rest.size() - (has_brackets ? 1 : 0)));
     text = text.substr(0, at);
+    const std::size_t before = text.find_last_of("_ /");  // thumb_alpha_deg states its unit twice
+    const auto unit = known_unit(out.unit);
+    if (unit && before != text.npos && known_unit(text.substr(before + 1)) == unit)
+      text = text.substr(0, before);
   }
   out.name = lower(text);
   std::erase_if(out.name, [](char c) { return c == ' ' || c == '_' || c == '/' || c == ','; });

@@ -262,11 +262,9 @@ function Sessions() {
   );
 }
 
-// What can be replayed of a session.
-function logOf(files: Session['files']): string | undefined {
-  const logs = files.filter((name) => name.endsWith('.csv') && !name.startsWith('markers'));
-  return logs.find((name) => name === 'log.csv') ?? logs[0];
-}
+// What can be replayed of a session: the program lists its log first.
+const logOf = (files: Session['files']): string | undefined =>
+  files.find((name) => name.endsWith('.csv') && !name.startsWith('markers'));
 
 function Flash() {
   const board = useRef<HTMLSelectElement>(null);

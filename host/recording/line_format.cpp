@@ -51,7 +51,7 @@ constexpr std::string_view kClose = "]>)";
 constexpr std::string_view kMarks = ":,;|";  // behind a time in brackets
 constexpr std::string_view kGaps = " \t,;|";
 
-// Without terminals' colours, and what Python and MATLAB print around bytes and lists.
+// Without terminals' colours, bars around a table, and what Python and MATLAB print around bytes and lists.
 void unwrap(std::string& line) {
   for (std::size_t at = line.find('\x1b'); at != line.npos; at = line.find('\x1b')) {
     const auto end = std::find_if(line.begin() + static_cast<std::ptrdiff_t>(at), line.end(), is_letter);
@@ -62,6 +62,10 @@ void unwrap(std::string& line) {
     text = text.substr(2, text.size() - 3);
     while (text.ends_with("\\r") || text.ends_with("\\n")) text.remove_suffix(2);
     line = std::string(text);
+  }
+  if (text.size() > 2 && text.starts_with('|') && text.ends_with('|')) {
+    line = std::string(text.substr(1, text.size() - 2));
+    return;
   }
   text.remove_suffix(text.ends_with("];") ? 1 : 0);
   const bool is_row =
@@ -223,10 +227,10 @@ char separator_of(std::string_view first, std::string_view second) {
 }
 
 void cut_prefix(std::string& line, std::string& time) {
-  const bool has_gap =
-      line.find_first_of(" \t[>'\"\x1b") != line.npos || std::ranges::any_of(line, is_letter);
-  if (!has_gap || line.find_first_of(":,=>'\"\x1b([<") == line.npos) return;  // 0.05,356 or 0.05 356
   unwrap(line);
+  const bool has_gap =
+      line.find_first_of(" \t[>'\"") != line.npos || std::ranges::any_of(line, is_letter);
+  if (!has_gap || line.find_first_of(":,=>'\"([<") == line.npos) return;  // 0.05,356 or 0.05 356
   Prefix p{trimmed(line)};
   take_arrow(p);
   while (!p.rest.empty() && take_part(p)) {

@@ -329,6 +329,8 @@ inline const std::vector<Shape> kShapes = {
     {"CounterOf32Bits", "t_us,flex\n4294950000,10\n32704,11\n82704,12\n", "passes its end"},
     {"GreetingOfAsManyWords", "Flex glove v1.2 ready\n" + three("~ # 7 8\n"), "left out", "column2"},
     {"Bars", "t_s | flex\n" + three("~ | #\n"), "bars"},
+    {"BarsAround", "| t_s | flex |\n|---|---|\n" + three("| ~ | # |\n"), "bars"},
+    {"BarsAroundBehindAClock", three("12:03:11.@ -> |#|7|\n"), "bars", "column1"},
     {"ATimeThatStandsBesideOne", "t_s,clock_ms,flex\n" + three("0,^,#\n")},
     {"NoTimeAtAll", "10,7\n11,8\n12,9\n", "20 rows are a second", "column1", kT, kX, rows_a_second(20)}};
 

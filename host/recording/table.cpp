@@ -237,8 +237,7 @@ class Finder : public TableState {
     }
     const std::size_t i = is_port() ? ahead_.size() - first_ - 1 : 0;
     if (at(i) == nullptr || !read_labelled(at(i)->text, cells) || cells.label.empty()) return std::nullopt;
-    const bool may_be_title =
-        cells.label.size() == 1 && at(i)->time.empty() && at(i)->text.find(':') == std::string::npos;
+    const bool may_be_title = cells.label.size() == 1 && at(i)->time.empty();
     if (may_be_title && (i == 0 || !has_same(i - 1))) return std::nullopt;  // nRows=3
     const bool is_row = is_port() ? !std::ranges::all_of(cells.value, is_missing)
                                   : std::ranges::none_of(cells.value, is_missing);

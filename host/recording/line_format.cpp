@@ -228,8 +228,7 @@ char separator_of(std::string_view first, std::string_view second) {
 
 void cut_prefix(std::string& line, std::string& time) {
   unwrap(line);
-  const bool has_gap =
-      line.find_first_of(" \t[>'\"") != line.npos || std::ranges::any_of(line, is_letter);
+  const bool has_gap = line.find_first_of(" \t[>'\"") != line.npos || std::ranges::any_of(line, is_letter);
   if (!has_gap || line.find_first_of(":,=>'\"([<") == line.npos) return;  // 0.05,356 or 0.05 356
   Prefix p{trimmed(line)};
   take_arrow(p);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "host/io/io.hpp"
@@ -111,6 +112,7 @@ class Finder : public TableState {
          {&Finder::find_layout, &Finder::read_header, &Finder::read_units, &Finder::find_time}) {
       if (!problem_) (this->*stage)();
     }
+    if (!problem_ && !is_port()) require_one_log();
     if (!problem_ && !options_.time.segments.empty()) find_segments(options_.time.segments);
     if (!problem_) choose(options_.columns);
     is_settled_ = !problem_;
@@ -349,10 +351,11 @@ class Finder : public TableState {
   // Of a title such as FREQUENCY 100, OutputRate: 60Hz, in lower case without blanks; 0: it states none.
   static double rate_in(std::string_view title) {
     title.remove_prefix(std::min(title.find_first_not_of("/"), title.size()));
-    const std::size_t end = std::min(title.find_first_of(":=,;.0123456789"), title.size());
-    if (!is_one_of(title.substr(0, end), "frequency samplingrate samplerate outputrate updaterate framerate"))
+    const std::size_t end = std::min(title.find_first_of(":=,;.([0123456789"), title.size());
+    if (!is_one_of(title.substr(0, end),
+                   "fs frequency samplingfrequency samplingrate samplerate outputrate updaterate framerate"))
       return 0;
-    title.remove_prefix(std::min(title.find_first_not_of(":=,;", end), title.size()));
+    title.remove_prefix(std::min(title.find_first_not_of(":=,;([hz])", end), title.size()));
     if (title.ends_with("hz")) title.remove_suffix(2);
     return to_number(title).value_or(0);
   }
@@ -781,6 +784,28 @@ class Finder : public TableState {
                        ticks > 1 ? ", milliseconds" : ""));
   }
 
+  // A column that gives the rows to several gloves, fingers or hands in turn, by words or by small numbers under such a name.
+  void require_one_log() {
+    for (std::size_t i = 0; i < header_.size(); ++i) {
+      const std::vector<std::string> cells = cells_ahead(i);
+      const std::set<std::string> whose(cells.begin(), cells.end());
+      const bool is_named =
+          is_one_of(cut_name(header_[i]).name, "hand side glove device node board finger joint");
+      const bool is_id = std::ranges::all_of(whose, [&](const std::string& cell) {
+        return !is_missing(cell) && (!time_in(cell, separator_) || (is_named && cell.size() == 1));
+      });
+      wants_more_ |= is_pipe() && is_id && at(8) == nullptr;
+      if (is_of_time(i) || cells.size() < 8 || !is_id || whose.size() < 2 || whose.size() > 10) continue;
+      std::size_t turns = 0;
+      for (std::size_t k = 1; k < cells.size(); ++k) turns += cells[k] != cells[k - 1] ? 1 : 0;
+      if (turns * (is_named ? 4 : 1) + 1 < cells.size()) continue;
+      return refuse(
+          Kind::ambiguous,
+          fmt::format("the rows are of several in turn, by \"{}\" ({}): make a file of each, or columns",
+                      header_[i], listed({whose.begin(), whose.end()})));
+    }
+  }
+
   void require_time() {
     const bool is_asked = options_.time.log_rate_hz > 0;
     if (has_time() && is_asked) note("has times of its own: --log-rate is not for it");
@@ -973,6 +998,7 @@ bool TableReader::is_anothers() {
 
 // Whether line_ has the header's cells. Without a reason it is what a restarting board leaves behind.
 bool TableReader::is_whole(Problem& why) {
+  if (line_.text.find('\0') != std::string::npos) return false;  // of a card that lost power
   cut_blanks(cells_, header_.size());
   if (cells_.size() > header_.size() && rows_.kept() == 0)
     why.detail =

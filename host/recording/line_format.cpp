@@ -68,10 +68,10 @@ void unwrap(std::string& line) {
     return;
   }
   text.remove_suffix(text.ends_with("];") ? 1 : 0);
-  const bool is_row =
-      (text.starts_with('[') && text.ends_with(']')) || (text.starts_with('(') && text.ends_with(')'));
+  const bool is_row = text.size() > 1 && kOpen.find(text.front()) < kOpen.size() &&
+                      kOpen.find(text.front()) == kClose.find(text.back());
   const std::string_view inner = is_row ? trimmed(text.substr(1, text.size() - 2)) : "";
-  if (inner.find_first_of("-.0123456789") == 0 && inner.find_first_of("[]()") == inner.npos &&
+  if (inner.find_first_of("-.0123456789") == 0 && inner.find_first_of("[]()<>") == inner.npos &&
       inner.find_first_of(kGaps) != inner.npos)
     line = std::string(inner);
 }
@@ -289,7 +289,12 @@ bool read_labelled(std::string_view line, Cells& cells) {
 
 std::optional<double> read_number(std::string_view cell, char separator) {
   const auto number = to_number(cell);
-  if (number || separator == ',' || cell.find(',') == cell.npos) return number;
+  if (number) return number;
+  if (cell.starts_with("\xE2\x88\x92")) {  // a minus sign, as in Swedish
+    const auto positive = read_number(cell.substr(3), separator);
+    return positive ? std::optional(-*positive) : positive;
+  }
+  if (separator == ',' || cell.find(',') == cell.npos) return number;
   const std::size_t last = cell.find_last_of(".,");
   const char decimal = cell[last];
   std::string whole(cell.substr(0, last));

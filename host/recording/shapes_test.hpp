@@ -226,7 +226,17 @@ inline const std::vector<Shape> kShapes = {
     {"DateAndClockAsFileNamesHaveThem",
      "time,flex\n2026-05-01_23-59-59.95,10\n2026-05-02_00-00-00.00,11\n2026-05-02_00-00-00.05,12\n"},
     {"UnitsRowWithAnUnknownUnit", "Time,flex,Force\n[s],[count],[N]\n" + three("~,#,1\n"), "row of units"},
-    {"WordsAtFirst", "t_s,flex\n0,NA\n0.05,10\n0.10,11\n0.15,12\n", "have no flex"},
+    {"WordsAtFirst", "t_s,flex\n0,NA\n.01,-nan\n.02,nan(ind)\n.03,#NV\n.04,?\n" + three("1~,#\n"),
+     "5 of 8 rows"},
+    {"MinusSigns",
+     "t_s,flex\n0,\xE2\x88\x92"
+     "10\n0.05,11\n0.1,\xE2\x88\x92"
+     "1.5\n",
+     "",
+     "flex",
+     kT,
+     {-10, 11, -1.5}},
+    {"AnglesAround", three("<~;#;7>\n"), "semicolons", "column2"},
     {"ZoneOfDigits",
      "time,flex\n2026/05/31 13:05:00.00+0200,10\n2026/05/31 13:05:00.05+0200,11\n2026/05/31 "
      "11:05:00.10 UTC,12\n"},

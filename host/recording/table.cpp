@@ -381,6 +381,7 @@ class Finder : public TableState {
     if (layout_ == Layout::keyed) note("text for VR drivers: A to E are thumb to pinky");
     if (layout_ != Layout::table) return;  // the labels name the columns
     split_line(at(0)->text);
+    if (has_row_names()) cells_.insert(cells_.begin(), "");
     std::size_t width = 1;  // of the rows: the last cell of the first may be missing
     for (std::size_t k = 0; k < kStandingRows && at(k) != nullptr; ++k) {
       const std::size_t cells = cells_of(at(k)->text, separator_, 1).size();
@@ -411,6 +412,16 @@ class Finder : public TableState {
     if (!has_header_)
       note(fmt::format("has no header: the columns are called column1 to column{} in their order",
                        header_.size()));
+  }
+
+  // Whether the rows count themselves in a cell more than the header has, as R writes them.
+  bool has_row_names() const {
+    std::size_t k = 1;
+    for (; k < kLiveRows && at(k) != nullptr; ++k) {
+      const std::vector<std::string> cells = cells_of(at(k)->text, separator_);
+      if (cells.size() != cells_.size() + 1 || cells[0] != std::to_string(k)) return false;
+    }
+    return k > 1;
   }
 
   // Whether the next row has the same words among its numbers: A0 300 A1 310
@@ -1135,6 +1146,11 @@ TableReader::Take TableReader::take(Row& row) {
       segment_place_ && *segment_place_ < cells_.size() ? &cells_[*segment_place_] : nullptr;
   const bool is_labelled = label != nullptr && !is_missing(*label);
   if (label != nullptr && !is_labelled && (!labels_begin_ || segments_ == 0)) return Take::aside;
+  // Of logs beside each other one ends first.
+  const auto is_blank = [this](std::size_t place) { return is_missing(cells_[place]); };
+  if (time_place_ && cells_.size() == header_.size() && is_blank(*time_place_) &&
+      std::ranges::all_of(places_, is_blank))
+    return Take::aside;
   Problem why{Kind::cell, line_.number, "", ""};
   const auto is_none = [](double value) { return std::isnan(value); };
   const bool is_good = is_whole(why) && read_time(row.t_s, why) && read_values(row.value, why) &&

@@ -156,8 +156,10 @@ std::optional<double> to_number(std::string_view text) {
 bool is_measurement(double value) { return std::abs(value) <= 1e30; }
 
 bool is_missing(std::string_view cell) {
-  if (cell.empty() || cell.size() > 4 || (cell.front() >= '0' && cell.front() <= '9')) return cell.empty();
-  return is_one_of(cell, "nan na n/a none null - -- #n/a");
+  if (cell.empty() || cell.size() > 9 || cell.find_first_of("0123456789") < 2) return cell.empty();
+  return is_one_of(cell,
+                   "nan -nan nan(ind) -nan(ind) nat na n/a n.a. <na> none null nil - -- ? . #n/a #nv #div/0! "
+                   "#value! #wert! #num!");
 }
 
 std::optional<double> to_packed_clock(double number) {

@@ -222,9 +222,11 @@ void name_columns(SourceFiles& files) {
 recording::Pair load_pair(SourceFiles files, bool clock_is_known) {
   name_columns(files);
   if (!clock_is_known) files.time = recording::times_of_pair(files.sensor, files.reference, files.time);
-  recording::Pair pair{recording::read(*recording::open_log(files.sensor, {{files.input}, files.time})),
-                       files.input, recording::read_angle(files.reference, files.output, files.time),
-                       files.output};
+  recording::Pair pair{
+      recording::read(*recording::open_log(files.sensor, {{files.input}, files.time})), files.input,
+      recording::read_angle(files.reference, files.output,
+                            recording::times_of_reference(files.sensor, files.reference, files.time)),
+      files.output};
   recording::to_degrees(pair.reference, pair.output, files.output_unit);
   return pair;
 }

@@ -28,8 +28,8 @@ std::vector<Take> read_trials(const PairFiles& files, const Options& options) {
     }
   }
   for (const JointMap& joint : options.map) {
-    std::vector<recording::Recording> trials =
-        recording::angle_segments(files.reference, joint.reference, time);
+    std::vector<recording::Recording> trials = recording::angle_segments(
+        files.reference, joint.reference, recording::times_of_reference(files.sensor, files.reference, time));
     if (trials.size() != out.size())
       throw io::InputError("{} trials in {}, {} in {}: they must be as many", out.size(),
                            files.sensor.string(), trials.size(), files.reference.string());

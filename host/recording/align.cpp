@@ -1,6 +1,7 @@
 #include "host/recording/align.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "host/io/io.hpp"
+#include "host/io/numbers.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/sensor_lag.hpp"
 #include "host/recording/taps.hpp"
@@ -30,7 +32,7 @@ constexpr double kRelated = 0.7;      // velocities that correlate less are hard
 constexpr double kLeastError = 1e-6;  // of what is left unexplained
 constexpr double kMinDriftOverlap_s = 20;
 constexpr double kLeastJump_s = 0.2;
-constexpr double kBesideJump = 0.3;  // of it, from quarter to quarter before and after
+constexpr double kBesideJump = 0.3;  // of it, from piece to piece before and after
 constexpr double kQuarterError_s = 0.1;
 constexpr double kMinQuarterEnergy = 0.02;    // of the overlap's
 constexpr double kMinMismatchOverlap_s = 60;  // quarters of less tell the offset too badly to refuse by it
@@ -402,21 +404,54 @@ double energy(const Sampled& reference, std::ptrdiff_t begin, std::ptrdiff_t end
   return sum;
 }
 
-// Where the offset steps once, by rows that were lost or a clock that was set, and hardly moves before and after.
-std::optional<std::string> find_jump(const std::array<std::optional<double>, 4>& offset_s, double begin_s,
-                                     double quarter_s) {
-  std::array<double, 3> by_s{};
-  for (std::size_t q = 0; q < 3; ++q) by_s[q] = offset_s[q + 1].value_or(NAN) - offset_s[q].value_or(NAN);
-  const auto size = [](double x) { return std::abs(x); };
-  const auto jump = std::ranges::max_element(by_s, {}, size);
-  const auto is_beside = [&](double x) { return std::abs(x) <= kBesideJump * std::abs(*jump); };
-  if (!(std::abs(*jump) >= kLeastJump_s) || std::ranges::count_if(by_s, is_beside) != 2) return std::nullopt;
-  const double from_s = begin_s + quarter_s * (static_cast<double>(jump - by_s.begin()) + 0.5);
+// The offset in a part of the overlap, in the middle of which the sensor's clock is at `at_s`.
+struct Piece {
+  double at_s;
+  double offset_s;
+};
+
+// Where the offset steps, by rows that were lost or a clock that was set, and runs evenly before and after: once in four pieces,
+// of more up to three times with two pieces at least between. The piece that a step is in may lie between both offsets.
+std::optional<std::string> find_jump(const std::vector<Piece>& pieces) {
+  if (pieces.size() < 4) return std::nullopt;
+  const std::size_t least = pieces.size() > 4 ? 2 : 1;
+  std::vector<double> by_s;
+  std::vector<double> rate;
+  const auto took_s = [&](std::size_t i) { return pieces[i + 1].at_s - pieces[i].at_s; };
+  for (std::size_t i = 0; i + 1 < pieces.size(); ++i) {
+    by_s.push_back(pieces[i + 1].offset_s - pieces[i].offset_s);
+    rate.push_back(by_s[i] / took_s(i));
+  }
+  const double drift = pieces.size() > 4 ? io::median(rate) : 0;
+  for (std::size_t i = 0; i < by_s.size(); ++i) by_s[i] -= drift * took_s(i);
+  std::vector<std::string> jumps;
+  double smallest_s = INFINITY;
+  double beside_s = 0;
+  std::size_t even = 1;  // pieces since the last step
+  for (std::size_t i = 0; i < by_s.size(); ++i) {
+    const bool is_in_two = i + 1 < by_s.size() && least > 1 && by_s[i] * by_s[i + 1] > 0 &&
+                           std::abs(by_s[i + 1]) > kBesideJump * std::abs(by_s[i]);
+    const double jump_s = by_s[i] + (is_in_two ? by_s[i + 1] : 0);
+    if (std::abs(jump_s) < kLeastJump_s) {
+      beside_s = std::max(beside_s, std::abs(by_s[i]));
+      ++even;
+      continue;
+    }
+    const std::size_t end = i + (is_in_two ? 2 : 1);
+    if (even < least || pieces.size() - end < least || jumps.size() == 3) return std::nullopt;
+    smallest_s = std::min(smallest_s, std::abs(jump_s));
+    jumps.push_back(
+        fmt::format("{:+.2f} s between {:.0f} and {:.0f} s", jump_s, pieces[i].at_s, pieces[end].at_s));
+    i = end - 1;
+    even = 1;
+  }
+  const bool are_too_many = jumps.empty() || (least == 1 && jumps.size() > 1);
+  if (are_too_many || beside_s > kBesideJump * smallest_s) return std::nullopt;
   return fmt::format(
-      "the clocks' offset jumps by {:+.2f} s between {:.0f} and {:.0f} s of the sensor's: were rows lost, or "
-      "a clock "
-      "set? Cut both logs there, and give each part as a --pair",
-      *jump, from_s, from_s + quarter_s);
+      "the clocks' offset jumps by {} of the sensor's: were rows lost, or a clock set? Cut both logs there, "
+      "and "
+      "give each part as a --pair",
+      fmt::join(jumps, ", "));
 }
 
 // The offset in each quarter of the overlap, and the jump or the drift that they show; a short overlap has no quarters.
@@ -425,18 +460,22 @@ void find_quarters(const Sampled& a, const Sampled& b, const Overlap& overlap, d
   if (result.overlap_s < kMinDriftOverlap_s) return;
   const auto length = overlap.end - overlap.begin;
   const double whole = energy(b, overlap.begin, overlap.end, overlap.lag);
-  for (std::ptrdiff_t q = 0; q < 4; ++q) {
-    const auto begin = overlap.begin + length * q / 4;
-    const auto end = overlap.begin + length * (q + 1) / 4;
-    // Of a quarter at rest only noise would vote.
-    if (energy(b, begin, end, overlap.lag) < kMinQuarterEnergy * whole) continue;
-    const auto quarter = refine(a, b, lag, reach_s, begin, end);
-    if (quarter) {
-      result.quarter_offset_s[static_cast<std::size_t>(q)] = reference_s - sensor_s + quarter->lag / kRate_hz;
+  for (const std::ptrdiff_t count : {4, 12}) {
+    std::vector<Piece> pieces;
+    for (std::ptrdiff_t q = 0; q < (result.overlap_s < 5 * static_cast<double>(count) ? 0 : count); ++q) {
+      const auto begin = overlap.begin + length * q / count;
+      const auto end = overlap.begin + length * (q + 1) / count;
+      // Of a piece at rest only noise would vote.
+      if (energy(b, begin, end, overlap.lag) < 4 * kMinQuarterEnergy / static_cast<double>(count) * whole)
+        continue;
+      const auto peak = refine(a, b, lag, reach_s, begin, end);
+      if (!peak) continue;
+      pieces.push_back({sensor_s + static_cast<double>(begin + end) / 2 / kRate_hz,
+                        reference_s - sensor_s + peak->lag / kRate_hz});
+      if (count == 4) result.quarter_offset_s[static_cast<std::size_t>(q)] = pieces.back().offset_s;
     }
+    if (const auto jump = find_jump(pieces)) result.jump = jump;
   }
-  result.jump = find_jump(result.quarter_offset_s, sensor_s + static_cast<double>(overlap.begin) / kRate_hz,
-                          result.overlap_s / 4);
   if (result.jump) return result.warnings.push_back(*result.jump);
   check_drift(result);
 }

@@ -121,6 +121,8 @@ TEST(Align, AClockThatJumpsIsNoDrift) {
     TwoLogs p = make(4);
     for (double& t : by_sensor ? p.sensor_t : p.reference_t) t += t > 62 ? 0.5 : 0;
     EXPECT_NE(p.align().jump.value_or("").find(by_sensor ? "by -0." : "by +0."), std::string::npos);
+    for (double& t : by_sensor ? p.sensor_t : p.reference_t) t += t > 85 ? 0.5 : 0;
+    EXPECT_NE(p.align().jump.value_or("").find(by_sensor ? " s, -0." : " s, +0."), std::string::npos);
   }
 }
 

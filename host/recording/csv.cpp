@@ -207,6 +207,11 @@ TimeOptions times_of_pair(const Log& sensor, const Log& reference, TimeOptions t
   return time;
 }
 
+TimeOptions times_of_reference(const Log& sensor, const Log& reference, TimeOptions time) {
+  if (sensor == reference) std::ranges::reverse(time.columns);
+  return time;
+}
+
 Recording read(LogReader& reader, Resets resets) {
   Recording recording = std::move(segments_of(reader, resets).front());
   check_times(recording, reader.times());

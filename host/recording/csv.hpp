@@ -106,6 +106,8 @@ std::unique_ptr<LogReader> open_log(const Log& log, const TableOptions& options)
 
 // How the two logs of a pair are read: by kHostClock where both have it and nothing else is asked for.
 TimeOptions times_of_pair(const Log& sensor, const Log& reference, TimeOptions time);
+// Of those the reference's: in one file with two clocks beside each other it has the second that is asked for.
+TimeOptions times_of_reference(const Log& sensor, const Log& reference, TimeOptions time);
 
 // A whole recording of two times or more.
 Recording read(LogReader& reader, Resets resets = Resets::refuse);

@@ -51,7 +51,7 @@ constexpr std::string_view kClose = "]>)";
 constexpr std::string_view kMarks = ":,;|";  // behind a time in brackets
 constexpr std::string_view kGaps = " \t,;|";
 
-// Without terminals' colours, and what Python and MATLAB print around bytes and lists.
+// Without terminals' colours, bars around a table, and what Python and MATLAB print around bytes and lists.
 void unwrap(std::string& line) {
   for (std::size_t at = line.find('\x1b'); at != line.npos; at = line.find('\x1b')) {
     const auto end = std::find_if(line.begin() + static_cast<std::ptrdiff_t>(at), line.end(), is_letter);
@@ -63,11 +63,15 @@ void unwrap(std::string& line) {
     while (text.ends_with("\\r") || text.ends_with("\\n")) text.remove_suffix(2);
     line = std::string(text);
   }
+  if (text.size() > 2 && text.starts_with('|') && text.ends_with('|')) {
+    line = std::string(text.substr(1, text.size() - 2));
+    return;
+  }
   text.remove_suffix(text.ends_with("];") ? 1 : 0);
-  const bool is_row =
-      (text.starts_with('[') && text.ends_with(']')) || (text.starts_with('(') && text.ends_with(')'));
+  const bool is_row = text.size() > 1 && kOpen.find(text.front()) < kOpen.size() &&
+                      kOpen.find(text.front()) == kClose.find(text.back());
   const std::string_view inner = is_row ? trimmed(text.substr(1, text.size() - 2)) : "";
-  if (inner.find_first_of("-.0123456789") == 0 && inner.find_first_of("[]()") == inner.npos &&
+  if (inner.find_first_of("-.0123456789") == 0 && inner.find_first_of("[]()<>") == inner.npos &&
       inner.find_first_of(kGaps) != inner.npos)
     line = std::string(inner);
 }
@@ -223,10 +227,9 @@ char separator_of(std::string_view first, std::string_view second) {
 }
 
 void cut_prefix(std::string& line, std::string& time) {
-  const bool has_gap =
-      line.find_first_of(" \t[>'\"\x1b") != line.npos || std::ranges::any_of(line, is_letter);
-  if (!has_gap || line.find_first_of(":,=>'\"\x1b([<") == line.npos) return;  // 0.05,356 or 0.05 356
   unwrap(line);
+  const bool has_gap = line.find_first_of(" \t[>'\"") != line.npos || std::ranges::any_of(line, is_letter);
+  if (!has_gap || line.find_first_of(":,=>'\"([<") == line.npos) return;  // 0.05,356 or 0.05 356
   Prefix p{trimmed(line)};
   take_arrow(p);
   while (!p.rest.empty() && take_part(p)) {
@@ -286,7 +289,12 @@ bool read_labelled(std::string_view line, Cells& cells) {
 
 std::optional<double> read_number(std::string_view cell, char separator) {
   const auto number = to_number(cell);
-  if (number || separator == ',' || cell.find(',') == cell.npos) return number;
+  if (number) return number;
+  if (cell.starts_with("\xE2\x88\x92")) {  // a minus sign, as in Swedish
+    const auto positive = read_number(cell.substr(3), separator);
+    return positive ? std::optional(-*positive) : positive;
+  }
+  if (separator == ',' || cell.find(',') == cell.npos) return number;
   const std::size_t last = cell.find_last_of(".,");
   const char decimal = cell[last];
   std::string whole(cell.substr(0, last));

@@ -20,8 +20,8 @@ const Column& Recording::column(std::string_view name) const {
 }
 
 bool share_a_clock(const Recording& one, const Recording& other) {
-  return (!one.digest.empty() && one.digest == other.digest) ||
-         (one.time_column == kHostClock && other.time_column == kHostClock);
+  const bool is_one_file = !one.digest.empty() && one.digest == other.digest;
+  return one.time_column == other.time_column && (is_one_file || one.time_column == kHostClock);
 }
 
 bool is_video(const std::filesystem::path& file) {

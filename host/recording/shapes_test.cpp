@@ -119,6 +119,22 @@ TEST(Shapes, ColumnsAreOfNumbersByTheFirstCellThatIsNotMissing) {
   EXPECT_NE(reader.notes().at(0).find("left out: b_deg, c_count;"), std::string::npos);
 }
 
+// No board writes them so.
+TEST(Shapes, RowsThatRNumbersAreRead) {
+  const std::string text = "\"t_s\" \"flex\"\n\"1\" 0 10\n\"2\" 0.05 11\n\"3\" 0.1 12\n";
+  EXPECT_EQ(recording_of(text, "flex", {}).columns[0].value, kX);
+}
+
+TEST(Shapes, OfLogsBesideEachOtherEachHasItsTime) {
+  std::string text = "t_s,flex,t_cam_s,deg\n";
+  for (int k = 0; k < 60; ++k)
+    text += fmt::format("{},{},{}\n", 0.05 * k, k, k < 40 ? fmt::format("{},{}", 0.06 * k, k) : ",");
+  TimeOptions both;
+  both.columns = {"t_s", "t_cam_s"};
+  EXPECT_NEAR(recording_of(text, "deg", times_of_reference("a", "a", both)).t_s.back(), 39 * 0.06, 1e-9);
+  EXPECT_EQ(recording_of(text, "flex", both).t_s.size(), 60U);
+}
+
 TEST(Shapes, AMissingReadingIsNaNAndTheOthersOfItsRowStay) {
   const std::string text = "t_s,a,b,c\n0,1,,7\n0.05,nan,2,8\n0.1,,,\n0.15,3,4,9\n";
   std::istringstream some(text);

@@ -226,7 +226,17 @@ inline const std::vector<Shape> kShapes = {
     {"DateAndClockAsFileNamesHaveThem",
      "time,flex\n2026-05-01_23-59-59.95,10\n2026-05-02_00-00-00.00,11\n2026-05-02_00-00-00.05,12\n"},
     {"UnitsRowWithAnUnknownUnit", "Time,flex,Force\n[s],[count],[N]\n" + three("~,#,1\n"), "row of units"},
-    {"WordsAtFirst", "t_s,flex\n0,NA\n0.05,10\n0.10,11\n0.15,12\n", "have no flex"},
+    {"WordsAtFirst", "t_s,flex\n0,NA\n.01,-nan\n.02,nan(ind)\n.03,#NV\n.04,?\n" + three("1~,#\n"),
+     "5 of 8 rows"},
+    {"MinusSigns",
+     "t_s,flex\n0,\xE2\x88\x92"
+     "10\n0.05,11\n0.1,\xE2\x88\x92"
+     "1.5\n",
+     "",
+     "flex",
+     kT,
+     {-10, 11, -1.5}},
+    {"AnglesAround", three("<~;#;7>\n"), "semicolons", "column2"},
     {"ZoneOfDigits",
      "time,flex\n2026/05/31 13:05:00.00+0200,10\n2026/05/31 13:05:00.05+0200,11\n2026/05/31 "
      "11:05:00.10 UTC,12\n"},
@@ -302,6 +312,11 @@ inline const std::vector<Shape> kShapes = {
     {"YearOfTwoDigits", three("01.05.26 13:00:17,@;#\n"), "", "column2"},
     {"MonthFirstWithHalfDays", "time,flex\n" + three("05/01/2026 01:00:17.@ PM,#\n"), "month first"},
     {"MonthByName", "Time,flex\n" + three("01-May-2026 13:00:17.@,#\n")},
+    {"MonthByItsGermanName",
+     "Zeit;flex\n1-Dez-2026 23:59:59.95;10\n2. Dezember 2026 0:00:00,00;11\n2-Dez-2026 0:00:00.05;12\n"},
+    {"RateWithItsUnitInATitle", "Sampling rate (Hz): 20\nflex,b\n" + three("#,1\n"), "20 rows are a second"},
+    {"CardThatLostPower", "t_s,flex\n0,10\n0.02,1" + std::string(8, '\0') + "0.03,9\n0.05,11\n0.1,12\n",
+     "1 row(s) are malformed"},
     {"DateOfJavaScript", "time,flex\n" + three("Fri May 01 2026 13:00:17.@ GMT+0200,#\n")},
     {"TimedeltaOfPandas", ",flex\n" + three("0 days 00:00:01.@000,#\n")},
     {"IndexOfPandas", ",flex\n" + three("~,#\n")},
@@ -329,6 +344,8 @@ inline const std::vector<Shape> kShapes = {
     {"CounterOf32Bits", "t_us,flex\n4294950000,10\n32704,11\n82704,12\n", "passes its end"},
     {"GreetingOfAsManyWords", "Flex glove v1.2 ready\n" + three("~ # 7 8\n"), "left out", "column2"},
     {"Bars", "t_s | flex\n" + three("~ | #\n"), "bars"},
+    {"BarsAround", "| t_s | flex |\n|---|---|\n" + three("| ~ | # |\n"), "bars"},
+    {"BarsAroundBehindAClock", three("12:03:11.@ -> |#|7|\n"), "bars", "column1"},
     {"ATimeThatStandsBesideOne", "t_s,clock_ms,flex\n" + three("0,^,#\n")},
     {"NoTimeAtAll", "10,7\n11,8\n12,9\n", "20 rows are a second", "column1", kT, kX, rows_a_second(20)}};
 
@@ -357,6 +374,8 @@ inline const std::vector<Misshape> kMisshapes = {
      "\"column1\" and \"column2\" could both be the time", "column3"},
     {"MillisecondsTakenForAClock", "time,flex\n95959900,1\n95959950,2\n95960000,3\n", "add --time-unit ms"},
     {"StepsOfRowsOrMilliseconds", "time,flex\n0,1\n4,2\n8,3\n", "milliseconds, --time-unit ms"},
+    {"TwoGlovesInTurn", "t_s,hand,flex\n" + three("~,L,1\n~,R,2\n") + three("1~,L,1\n1~,R,2\n"),
+     "by \"hand\" (L, R)"},
     {"TwoGlovesInOneFile", "t_s,flex\n0,1\n0.05,2\nt_s,thumb\n0.1,9\n0.15,9\n", "the rows of another glove"},
     {"SeparatorOfThousands", "t_s,flex\n0,980\n0.05,990\n0.1,1.010\n", "what separates the thousands"},
     {"Json", "{\"t\":0,\"flex\":1}\n{\"t\":1,\"flex\":1}\n", "is JSON"},

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "host/io/io.hpp"
@@ -111,6 +112,7 @@ class Finder : public TableState {
          {&Finder::find_layout, &Finder::read_header, &Finder::read_units, &Finder::find_time}) {
       if (!problem_) (this->*stage)();
     }
+    if (!problem_ && !is_port()) require_one_log();
     if (!problem_ && !options_.time.segments.empty()) find_segments(options_.time.segments);
     if (!problem_) choose(options_.columns);
     is_settled_ = !problem_;
@@ -237,8 +239,7 @@ class Finder : public TableState {
     }
     const std::size_t i = is_port() ? ahead_.size() - first_ - 1 : 0;
     if (at(i) == nullptr || !read_labelled(at(i)->text, cells) || cells.label.empty()) return std::nullopt;
-    const bool may_be_title =
-        cells.label.size() == 1 && at(i)->time.empty() && at(i)->text.find(':') == std::string::npos;
+    const bool may_be_title = cells.label.size() == 1 && at(i)->time.empty();
     if (may_be_title && (i == 0 || !has_same(i - 1))) return std::nullopt;  // nRows=3
     const bool is_row = is_port() ? !std::ranges::all_of(cells.value, is_missing)
                                   : std::ranges::none_of(cells.value, is_missing);
@@ -350,10 +351,11 @@ class Finder : public TableState {
   // Of a title such as FREQUENCY 100, OutputRate: 60Hz, in lower case without blanks; 0: it states none.
   static double rate_in(std::string_view title) {
     title.remove_prefix(std::min(title.find_first_not_of("/"), title.size()));
-    const std::size_t end = std::min(title.find_first_of(":=,;.0123456789"), title.size());
-    if (!is_one_of(title.substr(0, end), "frequency samplingrate samplerate outputrate updaterate framerate"))
+    const std::size_t end = std::min(title.find_first_of(":=,;.([0123456789"), title.size());
+    if (!is_one_of(title.substr(0, end),
+                   "fs frequency samplingfrequency samplingrate samplerate outputrate updaterate framerate"))
       return 0;
-    title.remove_prefix(std::min(title.find_first_not_of(":=,;", end), title.size()));
+    title.remove_prefix(std::min(title.find_first_not_of(":=,;([hz])", end), title.size()));
     if (title.ends_with("hz")) title.remove_suffix(2);
     return to_number(title).value_or(0);
   }
@@ -379,6 +381,7 @@ class Finder : public TableState {
     if (layout_ == Layout::keyed) note("text for VR drivers: A to E are thumb to pinky");
     if (layout_ != Layout::table) return;  // the labels name the columns
     split_line(at(0)->text);
+    if (has_row_names()) cells_.insert(cells_.begin(), "");
     std::size_t width = 1;  // of the rows: the last cell of the first may be missing
     for (std::size_t k = 0; k < kStandingRows && at(k) != nullptr; ++k) {
       const std::size_t cells = cells_of(at(k)->text, separator_, 1).size();
@@ -409,6 +412,16 @@ class Finder : public TableState {
     if (!has_header_)
       note(fmt::format("has no header: the columns are called column1 to column{} in their order",
                        header_.size()));
+  }
+
+  // Whether the rows count themselves in a cell more than the header has, as R writes them.
+  bool has_row_names() const {
+    std::size_t k = 1;
+    for (; k < kLiveRows && at(k) != nullptr; ++k) {
+      const std::vector<std::string> cells = cells_of(at(k)->text, separator_);
+      if (cells.size() != cells_.size() + 1 || cells[0] != std::to_string(k)) return false;
+    }
+    return k > 1;
   }
 
   // Whether the next row has the same words among its numbers: A0 300 A1 310
@@ -782,6 +795,28 @@ class Finder : public TableState {
                        ticks > 1 ? ", milliseconds" : ""));
   }
 
+  // A column that gives the rows to several gloves, fingers or hands in turn, by words or by small numbers under such a name.
+  void require_one_log() {
+    for (std::size_t i = 0; i < header_.size(); ++i) {
+      const std::vector<std::string> cells = cells_ahead(i);
+      const std::set<std::string> whose(cells.begin(), cells.end());
+      const bool is_named =
+          is_one_of(cut_name(header_[i]).name, "hand side glove device node board finger joint");
+      const bool is_id = std::ranges::all_of(whose, [&](const std::string& cell) {
+        return !is_missing(cell) && (!time_in(cell, separator_) || (is_named && cell.size() == 1));
+      });
+      wants_more_ |= is_pipe() && is_id && at(8) == nullptr;
+      if (is_of_time(i) || cells.size() < 8 || !is_id || whose.size() < 2 || whose.size() > 10) continue;
+      std::size_t turns = 0;
+      for (std::size_t k = 1; k < cells.size(); ++k) turns += cells[k] != cells[k - 1] ? 1 : 0;
+      if (turns * (is_named ? 4 : 1) + 1 < cells.size()) continue;
+      return refuse(
+          Kind::ambiguous,
+          fmt::format("the rows are of several in turn, by \"{}\" ({}): make a file of each, or columns",
+                      header_[i], listed({whose.begin(), whose.end()})));
+    }
+  }
+
   void require_time() {
     const bool is_asked = options_.time.log_rate_hz > 0;
     if (has_time() && is_asked) note("has times of its own: --log-rate is not for it");
@@ -974,6 +1009,7 @@ bool TableReader::is_anothers() {
 
 // Whether line_ has the header's cells. Without a reason it is what a restarting board leaves behind.
 bool TableReader::is_whole(Problem& why) {
+  if (line_.text.find('\0') != std::string::npos) return false;  // of a card that lost power
   cut_blanks(cells_, header_.size());
   if (cells_.size() > header_.size() && rows_.kept() == 0)
     why.detail =
@@ -1110,6 +1146,11 @@ TableReader::Take TableReader::take(Row& row) {
       segment_place_ && *segment_place_ < cells_.size() ? &cells_[*segment_place_] : nullptr;
   const bool is_labelled = label != nullptr && !is_missing(*label);
   if (label != nullptr && !is_labelled && (!labels_begin_ || segments_ == 0)) return Take::aside;
+  // Of logs beside each other one ends first.
+  const auto is_blank = [this](std::size_t place) { return is_missing(cells_[place]); };
+  if (time_place_ && cells_.size() == header_.size() && is_blank(*time_place_) &&
+      std::ranges::all_of(places_, is_blank))
+    return Take::aside;
   Problem why{Kind::cell, line_.number, "", ""};
   const auto is_none = [](double value) { return std::isnan(value); };
   const bool is_good = is_whole(why) && read_time(row.t_s, why) && read_values(row.value, why) &&

@@ -15,7 +15,10 @@ namespace {
 // Takes numbers off the front of a text, by a pattern: d has 1 or 2 digits, m 2, y 4, s is seconds[.fff] or [,fff], also .fff,fff
 // as Zephyr has it; n is a month's name.
 bool take(std::string_view& text, std::string_view pattern, double* value) {
-  static constexpr std::string_view kMonths = "janfebmaraprmayjunjulaugsepoctnovdec";
+  // English, German, Italian; what Spanish, Portuguese and Dutch have otherwise.
+  static constexpr std::string_view kMonths =
+      "janfebmaraprmayjunjulaugsepoctnovdecjanfebmrzaprmaijunjulaugsepoktnovdez"
+      "genfebmaraprmaggiulugagosetottnovdicenefevmrtabrmeijunjulagosetoutnovdic";
   std::string_view rest = text;
   const auto digit = [&](std::size_t n) { return n < rest.size() && rest[n] >= '0' && rest[n] <= '9'; };
   for (const char p : pattern) {
@@ -25,7 +28,7 @@ bool take(std::string_view& text, std::string_view pattern, double* value) {
     for (*value = 0; is_number && n < most && digit(n); ++n) *value = *value * 10 + (rest[n] - '0');
     if (p == 'n') {
       const std::size_t month = rest.size() < 3 ? 1 : kMonths.find(lower(rest.substr(0, 3)));
-      *value = static_cast<double>(month / 3 + 1);
+      *value = static_cast<double>(month / 3 % 12 + 1);
       for (n = 0; month < kMonths.size() && month % 3 == 0 && n < rest.size() &&
                   std::isalpha(static_cast<unsigned char>(rest[n]));)
         ++n;
@@ -78,8 +81,8 @@ bool take_clock(std::string_view& text, double& value_s) {
   return true;
 }
 
-constexpr std::array kDates = {"y-d-d", "y/d/d", "y.d.d", "ymm",   "d.d.y",  "d.d.m", "d/d/y",
-                               "d-d-y", "d/d/m", "d-n-y", "d n y", "n d, y", "n d y", "n d"};
+constexpr std::array kDates = {"y-d-d", "y/d/d", "y.d.d", "ymm",    "d.d.y",  "d.d.m", "d/d/y", "d-d-y",
+                               "d/d/m", "d-n-y", "d n y", "d. n y", "n d, y", "n d y", "n d"};
 
 // A date, then a clock. Of slashes day first, but with AM or PM; where that is no date, the other first.
 std::optional<Time> to_date(std::string_view text) {
@@ -153,8 +156,10 @@ std::optional<double> to_number(std::string_view text) {
 bool is_measurement(double value) { return std::abs(value) <= 1e30; }
 
 bool is_missing(std::string_view cell) {
-  if (cell.empty() || cell.size() > 4 || (cell.front() >= '0' && cell.front() <= '9')) return cell.empty();
-  return is_one_of(cell, "nan na n/a none null - -- #n/a");
+  if (cell.empty() || cell.size() > 9 || cell.find_first_of("0123456789") < 2) return cell.empty();
+  return is_one_of(cell,
+                   "nan -nan nan(ind) -nan(ind) nat na n/a n.a. <na> none null nil - -- ? . #n/a #nv #div/0! "
+                   "#value! #wert! #num!");
 }
 
 std::optional<double> to_packed_clock(double number) {

@@ -15,7 +15,6 @@
 #include <regex>
 #include <sstream>
 #include <string>
-#include <vector>
 
 #include "host/io/io.hpp"
 

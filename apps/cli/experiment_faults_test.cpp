@@ -2,7 +2,6 @@
 // room on the disk, and input that nobody could have meant. Real processes of the real program.
 #include <chrono>
 #include <random>
-#include <set>
 #include <thread>
 
 #include "apps/cli/command_test.hpp"

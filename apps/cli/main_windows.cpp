@@ -6,7 +6,6 @@
 
 #include <fcntl.h>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>

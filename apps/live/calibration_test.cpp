@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
-#include <filesystem>
 
 #include "host/io/refusal_test.hpp"
 #include "host/recording/csv.hpp"

@@ -4,8 +4,6 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
-#include <atomic>
-#include <filesystem>
 #include <mutex>
 #include <set>
 #include <vector>

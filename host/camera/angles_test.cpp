@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include <numbers>
 #include <random>
 
 namespace flexor::camera {

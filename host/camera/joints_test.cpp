@@ -2,10 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
-#include <string>
-#include <vector>
-
 #include "host/io/expect_test.hpp"
 
 namespace flexor::camera {

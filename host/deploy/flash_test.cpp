@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-
 #include "host/deploy/images.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/expect_test.hpp"

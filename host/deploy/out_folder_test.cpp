@@ -10,7 +10,6 @@
 #include <random>
 
 #include "host/deploy/pair_key.hpp"
-#include "host/io/io.hpp"
 
 namespace flexor::deploy {
 namespace {

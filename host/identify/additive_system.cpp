@@ -1,6 +1,5 @@
 #include "host/identify/additive_system.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "host/identify/levenberg_marquardt.hpp"

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <random>
-#include <utility>
 
 #include "host/identify/identify_test.hpp"
 #include "host/model/compensator.hpp"

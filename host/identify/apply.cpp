@@ -74,8 +74,7 @@ void check_ranges(const model::Model& model, const std::string& file, const std:
   if (row_period_s > kSlow * model.sample_period_s)
     warn(
         fmt::format("{}: about {:.3g} rows a second, the model takes {:g}: its angles are late and coarse; "
-                    "record faster, or identify "
-                    "with --rate {:.3g}",
+                    "record faster, or identify with --rate {:.3g}",
                     file, 1 / row_period_s, 1 / model.sample_period_s, 1 / row_period_s));
   const auto moves = [](const model::InputCount& count) { return count.high > count.low; };
   const bool any_moves = std::ranges::any_of(ranges.counts(), moves);

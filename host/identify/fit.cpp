@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <optional>
 
 #include "host/identify/additive_system.hpp"
 #include "host/identify/levenberg_marquardt.hpp"
@@ -338,8 +337,7 @@ void check_data(const Structure& structure, const Data& data, const std::vector<
     const VectorXd used = signal(rows);
     if (used.maxCoeff() > used.minCoeff()) return;
     throw io::JobError(
-        "{}: the {} does not change in the fitted part (always {}); record a motion "
-        "over the whole range",
+        "{}: the {} does not change in the fitted part (always {}); record a motion over the whole range",
         data.channel, what, used(0));
   };
   require_change(data.input, "sensor");

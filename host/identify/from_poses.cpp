@@ -175,8 +175,7 @@ void order(Held& held, FirstPose first, const std::vector<Sensor>& sensors,
     const bool all = fall.size() == sensors.size();
     warnings.push_back(
         fmt::format("{} from the first pose to the second, and strips wired as flexor wiring says rise as "
-                    "they bend: the first "
-                    "is taken for the {}; if it was the {}, add --first-pose {}",
+                    "they bend: the first is taken for the {}; if it was the {}, add --first-pose {}",
                     all ? "all readings fall" : recording::listed(fall) + " fall, the others rise,",
                     all ? "fist" : "open hand", all ? "open hand" : "fist", all ? "open" : "fist"));
     if (all) first = FirstPose::fist;

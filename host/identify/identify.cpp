@@ -10,13 +10,11 @@
 #include <future>
 #include <mutex>
 #include <numeric>
-#include <optional>
 #include <set>
 #include <span>
 
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
-#include "host/identify/joint_fit.hpp"
 #include "host/identify/map_check.hpp"
 #include "host/identify/readings.hpp"
 #include "host/identify/robust.hpp"
@@ -419,8 +417,7 @@ model::Channel chain_of(const model::Model& model, const std::string& joint) {
   if (!chain)
     throw InputError(
         "{}: the model to start from has no chain of one sensor for it, but a sum of curves or a mix of "
-        "sensors: fit it to its "
-        "wearer with flexor recalibrate, or leave out --refit and --initial",
+        "sensors: fit it to its wearer with flexor recalibrate, or leave out --refit and --initial",
         joint);
   return *chain;
 }
@@ -477,8 +474,7 @@ std::vector<std::optional<model::Ends>> ends_of(const Options& options, const Sa
     if (are_inner && (stated == options.ends.end() || stated->second == ends))
       warnings.push_back(
           fmt::format("{0}: its angles never come near zero: {1:.0f} deg is taken for the open hand, {2:.0f} "
-                      "for the fist; "
-                      "if they are the other way round, add --pose-angles {0}={2:.0f}:{1:.0f}",
+                      "for the fist; if they are the other way round, add --pose-angles {0}={2:.0f}:{1:.0f}",
                       joint, ends.open_deg, ends.fist_deg));
     if (stated != options.ends.end())
       ends = stated->second;

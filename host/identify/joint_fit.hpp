@@ -10,7 +10,6 @@
 // that no board takes the integers are not asked for.
 #pragma once
 
-#include <cmath>
 #include <functional>
 #include <map>
 #include <optional>

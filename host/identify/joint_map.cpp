@@ -11,7 +11,6 @@
 #include "host/io/io.hpp"
 #include "host/model/model.hpp"
 #include "host/recording/align.hpp"
-#include "host/recording/csv.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::identify {
@@ -69,8 +68,7 @@ std::vector<std::string> columns_of(const PairFiles& files, bool are_angles,
   if (!path.memory()) io::require_readable(path);
   if (!path.memory() && !std::filesystem::is_regular_file(path))
     throw InputError(
-        "{}: a pipe or device can be read once only: name its column with {}, or beside "
-        "--pair with --map",
+        "{}: a pipe or device can be read once only: name its column with {}, or beside --pair with --map",
         path.string(), are_angles ? "--output" : "--input");
   const bool is_one = are_one(files);
   const auto reader = recording::open_log(path, {{}, time});
@@ -127,9 +125,8 @@ std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeO
   if (std::ranges::any_of(out, is_joint)) std::erase_if(out, std::not_fn(is_joint));
   if (out.empty()) {
     throw InputError(
-        "no sensor and angle of one name, as index_adc and index_deg; say which belong together "
-        "with --map. {} has "
-        "{}; {} has {}",
+        "no sensor and angle of one name, as index_adc and index_deg; say which belong together with --map. "
+        "{} has {}; {} has {}",
         files.sensor.string(), recording::listed(sensors), files.reference.string(),
         recording::listed(references));
   }

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <optional>
-#include <set>
 
 #include "host/identify/hold.hpp"
 #include "host/identify/robust.hpp"
@@ -287,8 +285,7 @@ std::optional<std::string> refused_readings(const model::Input& input,
   if (refused == 0) return std::nullopt;
   return fmt::format(
       "{}: {} reading(s) lie outside the valid range of {:g} to {:g} {}: was the sensor unplugged or "
-      "shorted? They "
-      "are left out, and where nothing else was read the compensator holds its angle",
+      "shorted? They are left out, and where nothing else was read the compensator holds its angle",
       input.name, refused, input.valid_min, input.valid_max, input.unit);
 }
 

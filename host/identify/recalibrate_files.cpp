@@ -16,7 +16,6 @@
 #include "host/identify/readings.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
-#include "host/recording/csv.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::identify {

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 #include <grp.h>
 #include <termios.h>
 

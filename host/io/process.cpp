@@ -1,6 +1,5 @@
 #include "host/io/process.hpp"
 
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <sstream>

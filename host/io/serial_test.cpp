@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <string>
-
 #include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
 #include "host/io/terminal_test.hpp"

@@ -16,7 +16,6 @@
 
 #include "host/io/descriptor.hpp"
 #include "host/io/interrupt.hpp"
-#include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
 namespace flexor::io {

@@ -15,7 +15,6 @@
 #include <thread>
 
 #include "host/io/interrupt.hpp"
-#include "host/io/io.hpp"
 #include "host/io/refusal_test.hpp"
 
 namespace flexor::io {

@@ -330,7 +330,6 @@ class LineDecoder : public Decoder {
       {.columns = {}, .holes = recording::Holes::all, .from = recording::From::port}};
 };
 
-// None: too little of it for this format.
 std::optional<Guess> judge(std::span<const std::uint8_t> bytes, Format format, bool readings) {
   constexpr std::uint64_t kFewestSamples = 3;
   constexpr std::uint64_t kFewestFrameBytes = 2 * 13;  // two states

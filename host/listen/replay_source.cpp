@@ -57,7 +57,6 @@ void ReplaySource::pause(bool on) {
   paused_ = on;
 }
 
-// Rows that are due.
 bool ReplaySource::take(std::vector<Sample>& out) {
   const double here_s = position_s();
   const std::size_t before = next_;

@@ -1,7 +1,6 @@
 // How fixed point holds each signal of a model: a fraction for each, and integer coefficients for each block.
 #pragma once
 
-#include <variant>
 #include <vector>
 
 #include "host/model/model.hpp"

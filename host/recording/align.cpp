@@ -1,11 +1,9 @@
 #include "host/recording/align.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <complex>
@@ -14,7 +12,6 @@
 #include <unsupported/Eigen/FFT>
 
 #include "host/io/io.hpp"
-#include "host/io/numbers.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/sensor_lag.hpp"
 #include "host/recording/taps.hpp"
@@ -34,7 +31,7 @@ constexpr double kMinDriftOverlap_s = 20;
 constexpr double kLeastJump_s = 0.2;
 constexpr double kBesideJump = 0.3;  // of it, from piece to piece before and after
 constexpr double kQuarterError_s = 0.1;
-constexpr double kMinQuarterEnergy = 0.02;    // of the overlap's
+constexpr double kMinPieceEnergy = 0.08;      // of the mean
 constexpr double kMinMismatchOverlap_s = 60;  // quarters of less tell the offset too badly to refuse by it
 // RC oscillators stay within 10000 ppm, ceramic resonators within 5000, crystals within 100; a fifth more for
 // the error of the measurement.
@@ -218,7 +215,6 @@ Sums sums_over_lags(CrossCorrelator& correlator, const Sampled& sensor, int bins
   return out;
 }
 
-// Of every lag with an overlap of `least` samples.
 Scan scan(const Sampled& sensor, int bins, const Sampled& reference, double least) {
   const auto n = std::ssize(sensor.value);
   const auto m = std::ssize(reference.value);
@@ -394,7 +390,6 @@ void check_drift(Alignment& result) {
   result.drift_ppm = ppm;
 }
 
-// Of the reference's velocity beside the sensor's samples [begin, end).
 double energy(const Sampled& reference, std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t lag) {
   double sum = 0;
   for (std::ptrdiff_t i = begin; i < end; ++i) {
@@ -410,48 +405,31 @@ struct Piece {
   double offset_s;
 };
 
-// Where the offset steps, by rows that were lost or a clock that was set, and runs evenly before and after: once in four pieces,
-// of more up to three times with two pieces at least between. The piece that a step is in may lie between both offsets.
+// Where the offset steps, by rows that were lost or a clock that was set, and hardly moves before and after: once in four pieces,
+// of more as often as two pieces at least lie between.
 std::optional<std::string> find_jump(const std::vector<Piece>& pieces) {
-  if (pieces.size() < 4) return std::nullopt;
   const std::size_t least = pieces.size() > 4 ? 2 : 1;
-  std::vector<double> by_s;
-  std::vector<double> rate;
-  const auto took_s = [&](std::size_t i) { return pieces[i + 1].at_s - pieces[i].at_s; };
-  for (std::size_t i = 0; i + 1 < pieces.size(); ++i) {
-    by_s.push_back(pieces[i + 1].offset_s - pieces[i].offset_s);
-    rate.push_back(by_s[i] / took_s(i));
-  }
-  const double drift = pieces.size() > 4 ? io::median(rate) : 0;
-  for (std::size_t i = 0; i < by_s.size(); ++i) by_s[i] -= drift * took_s(i);
-  std::vector<std::string> jumps;
+  std::string jumps;
   double smallest_s = INFINITY;
   double beside_s = 0;
   std::size_t even = 1;  // pieces since the last step
-  for (std::size_t i = 0; i < by_s.size(); ++i) {
-    const bool is_in_two = i + 1 < by_s.size() && least > 1 && by_s[i] * by_s[i + 1] > 0 &&
-                           std::abs(by_s[i + 1]) > kBesideJump * std::abs(by_s[i]);
-    const double jump_s = by_s[i] + (is_in_two ? by_s[i + 1] : 0);
-    if (std::abs(jump_s) < kLeastJump_s) {
-      beside_s = std::max(beside_s, std::abs(by_s[i]));
-      ++even;
+  for (std::size_t i = 1; i < pieces.size(); ++i, ++even) {
+    const double by_s = pieces[i].offset_s - pieces[i - 1].offset_s;
+    if (std::abs(by_s) < kLeastJump_s) {
+      beside_s = std::max(beside_s, std::abs(by_s));
       continue;
     }
-    const std::size_t end = i + (is_in_two ? 2 : 1);
-    if (even < least || pieces.size() - end < least || jumps.size() == 3) return std::nullopt;
-    smallest_s = std::min(smallest_s, std::abs(jump_s));
-    jumps.push_back(
-        fmt::format("{:+.2f} s between {:.0f} and {:.0f} s", jump_s, pieces[i].at_s, pieces[end].at_s));
-    i = end - 1;
-    even = 1;
+    if (even < least || (least == 1 && !jumps.empty())) return std::nullopt;
+    smallest_s = std::min(smallest_s, std::abs(by_s));
+    jumps += fmt::format("{}{:+.2f} s between {:.0f} and {:.0f} s", jumps.empty() ? "" : ", ", by_s,
+                         pieces[i - 1].at_s, pieces[i].at_s);
+    even = 0;
   }
-  const bool are_too_many = jumps.empty() || (least == 1 && jumps.size() > 1);
-  if (are_too_many || beside_s > kBesideJump * smallest_s) return std::nullopt;
-  return fmt::format(
-      "the clocks' offset jumps by {} of the sensor's: were rows lost, or a clock set? Cut both logs there, "
-      "and "
-      "give each part as a --pair",
-      fmt::join(jumps, ", "));
+  if (jumps.empty() || pieces.size() < 4 || even < least || beside_s > kBesideJump * smallest_s)
+    return std::nullopt;
+  return "the clocks' offset jumps by " + jumps +
+         " of the sensor's: were rows lost, or a clock set? Cut both logs there, and give each part as a "
+         "--pair";
 }
 
 // The offset in each quarter of the overlap, and the jump or the drift that they show; a short overlap has no quarters.
@@ -466,8 +444,7 @@ void find_quarters(const Sampled& a, const Sampled& b, const Overlap& overlap, d
       const auto begin = overlap.begin + length * q / count;
       const auto end = overlap.begin + length * (q + 1) / count;
       // Of a piece at rest only noise would vote.
-      if (energy(b, begin, end, overlap.lag) < 4 * kMinQuarterEnergy / static_cast<double>(count) * whole)
-        continue;
+      if (energy(b, begin, end, overlap.lag) * static_cast<double>(count) < kMinPieceEnergy * whole) continue;
       const auto peak = refine(a, b, lag, reach_s, begin, end);
       if (!peak) continue;
       pieces.push_back({sensor_s + static_cast<double>(begin + end) / 2 / kRate_hz,
@@ -489,7 +466,6 @@ double probability(const Alignment& found, double overlap_share, const Rivals& r
          (1 + rivals.as_good);
 }
 
-// Says what of it is weakest, or that the motion repeats itself.
 std::string low_confidence(const Alignment& found, const Rivals& rivals) {
   if (rivals.as_good < 1 && found.velocity_correlation < kRelated) {
     return fmt::format(
@@ -540,9 +516,8 @@ std::pair<double, Rivals> find_lag(const Series& sensor, const Series& reference
   result.eta_squared = scanned.eta_squared[best];
   if (result.eta_squared < kMinEtaSquared) {
     throw io::JobError(
-        "the recordings do not correlate: at the best offset the sensor explains {:.0f} % "
-        "of the reference, at least {:.0f} % are needed; are they of the same motion and "
-        "finger?",
+        "the recordings do not correlate: at the best offset the sensor explains {:.0f} % of the reference, "
+        "at least {:.0f} % are needed; are they of the same motion and finger?",
         100 * result.eta_squared, 100 * kMinEtaSquared);
   }
   Rivals rivals = rivals_of(scanned, best);

@@ -49,7 +49,6 @@ std::vector<Opinion> opinions_of(const std::vector<Witness>& witnesses, bool kno
   return out;
 }
 
-// A sensor that several angles bend has one opinion, from all of them.
 std::vector<Opinion> one_of_each_sensor(const std::vector<Opinion>& of_angles) {
   std::map<std::size_t, std::vector<Opinion>> of_sensors;
   for (const Opinion& o : of_angles) of_sensors[o.witness->sensor].push_back(o);
@@ -74,7 +73,6 @@ std::vector<Opinion> one_of_each_sensor(const std::vector<Opinion>& of_angles) {
   return out;
 }
 
-// At least one opinion.
 Clock agreed(const std::vector<Opinion>& opinions) {
   Clock out;
   double all = 0;

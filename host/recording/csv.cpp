@@ -7,7 +7,6 @@
 #include <fstream>
 #include <iostream>
 #include <sstream>
-#include <utility>
 
 #include "host/io/io.hpp"
 

@@ -63,17 +63,14 @@ void unwrap(std::string& line) {
     while (text.ends_with("\\r") || text.ends_with("\\n")) text.remove_suffix(2);
     line = std::string(text);
   }
-  if (text.size() > 2 && text.starts_with('|') && text.ends_with('|')) {
-    line = std::string(text.substr(1, text.size() - 2));
-    return;
-  }
   text.remove_suffix(text.ends_with("];") ? 1 : 0);
-  const bool is_row = text.size() > 1 && kOpen.find(text.front()) < kOpen.size() &&
-                      kOpen.find(text.front()) == kClose.find(text.back());
+  const std::size_t kind = text.size() < 2 ? 4 : std::string_view("[<(|").find(text.front());
+  const bool is_row = kind < 4 && kind == std::string_view("]>)|").find(text.back());
   const std::string_view inner = is_row ? trimmed(text.substr(1, text.size() - 2)) : "";
-  if (inner.find_first_of("-.0123456789") == 0 && inner.find_first_of("[]()<>") == inner.npos &&
-      inner.find_first_of(kGaps) != inner.npos)
-    line = std::string(inner);
+  const bool is_list = inner.find_first_of("-.0123456789") == 0 &&
+                       inner.find_first_of("[]()<>") == inner.npos &&
+                       inner.find_first_of(kGaps) != inner.npos;
+  if (is_list || (is_row && kind == 3)) line = std::string(inner);
 }
 
 constexpr const char* kLevels =
@@ -107,7 +104,6 @@ std::size_t time_end(std::string_view text) {
   return out;
 }
 
-// What was cut off the front of a line so far.
 struct Prefix {
   std::string_view rest;
   std::string_view time = {};
@@ -131,7 +127,6 @@ void take_arrow(Prefix& p) {
   }
 }
 
-// False: what comes is no part of it.
 bool take_part(Prefix& p) {
   const std::size_t bracket = kOpen.find(p.rest.front());
   const std::size_t close = bracket == kOpen.npos ? p.rest.npos : p.rest.find(kClose[bracket]);
@@ -288,13 +283,10 @@ bool read_labelled(std::string_view line, Cells& cells) {
 }
 
 std::optional<double> read_number(std::string_view cell, char separator) {
+  constexpr std::string_view kMinus = "\xE2\x88\x92";  // as in Swedish
+  if (cell.starts_with(kMinus)) return read_number('-' + std::string(cell.substr(kMinus.size())), separator);
   const auto number = to_number(cell);
-  if (number) return number;
-  if (cell.starts_with("\xE2\x88\x92")) {  // a minus sign, as in Swedish
-    const auto positive = read_number(cell.substr(3), separator);
-    return positive ? std::optional(-*positive) : positive;
-  }
-  if (separator == ',' || cell.find(',') == cell.npos) return number;
+  if (number || separator == ',' || cell.find(',') == cell.npos) return number;
   const std::size_t last = cell.find_last_of(".,");
   const char decimal = cell[last];
   std::string whole(cell.substr(0, last));
@@ -341,11 +333,9 @@ bool is_greeting(const std::vector<std::string>& cells) {
 TimeName read_time_name(std::string_view column) {
   constexpr const char* kNames =
       "t time times timestamps date datetime clock elapsed elapsedtime timems elapsedtimein relativetime "
-      "systime "
-      "systemtime sampletime localtime xvalue zeit uhrzeit datum zeitstempel temps heure horodatage tiempo "
-      "hora "
-      "tempo ora tijd tid czas zaman masa waktu aika cas čas idő время Время 時間 時刻 时间 時間戳 时间戳 "
-      "시간";
+      "systime systemtime sampletime localtime xvalue zeit uhrzeit datum zeitstempel temps heure horodatage "
+      "tiempo hora tempo ora tijd tid czas zaman masa waktu aika cas čas idő время Время 時間 時刻 时间 "
+      "時間戳 时间戳 시간";
   const NameAndUnit cut = cut_name(column);
   const auto unit_s = cut.name == "timems" ? 1e-3 : seconds_in(cut.unit);
   if (cut.name.ends_with("stamp") || (cut.name == "x" && unit_s) || is_one_of(cut.name, kNames))

@@ -16,7 +16,6 @@ void append_utf8(std::string& out, std::uint32_t code) {
   for (std::uint32_t k = more; k-- > 0;) out.push_back(static_cast<char>(0x80 | (code >> 6 * k & 0x3F)));
 }
 
-// Whether every other byte of a line is empty, from that one on.
 bool is_every_other_empty(std::string_view line, std::size_t from) {
   for (std::size_t i = from; i < line.size(); i += 2) {
     if (line[i] != '\0') return false;

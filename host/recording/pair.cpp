@@ -31,7 +31,6 @@ constexpr double kMostSamples = 10000;
 constexpr double kRangeMargin = 0.25;
 constexpr double kBeyond = 0.01;  // share of the held-out readings
 
-// The rows of a log before `end_s`.
 Series until(const Series& series, double end_s) {
   const auto end = std::ranges::lower_bound(series.t_s, end_s);
   const auto rows = static_cast<std::size_t>(end - series.t_s.begin());

@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "host/io/refusal_test.hpp"
-#include "host/recording/csv.hpp"
 #include "host/recording/unit.hpp"
 
 namespace flexor::recording {

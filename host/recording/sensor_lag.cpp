@@ -1,8 +1,6 @@
 #include "host/recording/sensor_lag.hpp"
 
 #include <Eigen/Dense>
-#include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <random>
 #include <span>

@@ -119,12 +119,6 @@ TEST(Shapes, ColumnsAreOfNumbersByTheFirstCellThatIsNotMissing) {
   EXPECT_NE(reader.notes().at(0).find("left out: b_deg, c_count;"), std::string::npos);
 }
 
-// No board writes them so.
-TEST(Shapes, RowsThatRNumbersAreRead) {
-  const std::string text = "\"t_s\" \"flex\"\n\"1\" 0 10\n\"2\" 0.05 11\n\"3\" 0.1 12\n";
-  EXPECT_EQ(recording_of(text, "flex", {}).columns[0].value, kX);
-}
-
 TEST(Shapes, OfLogsBesideEachOtherEachHasItsTime) {
   std::string text = "t_s,flex,t_cam_s,deg\n";
   for (int k = 0; k < 60; ++k)

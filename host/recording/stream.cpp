@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -149,7 +148,6 @@ void Stream::accept(Row row) {
   ready_.push_back(std::move(row));
 }
 
-// On a clock of its own.
 void Stream::begin_segment(Row row) {
   ++segment_;
   shift_s_ = 0;

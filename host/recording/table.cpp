@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -37,16 +36,14 @@ bool has_fraction(std::string_view number) { return number.find_first_of(".,") !
 
 // What a file that is no text is, by how it begins, with the mend; nothing of text.
 const char* binary_kind(std::string_view line) {
-  static constexpr std::array<std::pair<std::string_view, const char*>, 14> kKinds = {
-      {{"{\"", "JSON: write its fields as the columns of CSV"},
-       {"[{", "JSON: write its fields as the columns of CSV"},
+  static constexpr std::array<std::pair<std::string_view, const char*>, 12> kKinds = {
+      {{"{", "JSON: write its fields as the columns of CSV"},
        {"<?xml", "XML: write its table as CSV"},
        {"<html", "HTML: write its table as CSV"},
        {"<!doctype html", "HTML: write its table as CSV"},
        {"%pdf", "a PDF: export the table as CSV"},
        {"version https://git-lfs", "a pointer of Git LFS: git lfs pull"},
-       {"matlab 5.0 mat-file", "a MATLAB file: writetable(T, \"log.csv\") in MATLAB"},
-       {"matlab 7.3 mat-file", "a MATLAB file: writetable(T, \"log.csv\") in MATLAB"},
+       {"matlab ", "a MATLAB file: writetable(T, \"log.csv\") in MATLAB"},
        {"\xC2\x89hdf", "an HDF5 or MATLAB file: write its table as CSV"},
        {"\xC2\x89", "no text: export it as CSV"},
        {"pk\x03\x04", "an Excel workbook or a ZIP archive: save the sheet as CSV"},
@@ -56,7 +53,7 @@ const char* binary_kind(std::string_view line) {
   const auto* const kind =
       std::ranges::find_if(kKinds, [&](const auto& k) { return first.starts_with(k.first); });
   if (kind != kKinds.end()) return kind->second;
-  if (first == "{" || first == "[") return kKinds[0].second;
+  if (first == "[" || first.starts_with("[{")) return kKinds[0].second;
   const bool is_text = std::ranges::none_of(
       line.substr(0, 200), [](unsigned char c) { return c < ' ' && c != '\t' && c != '\r' && c != '\f'; });
   return is_text ? nullptr : "no text: export it as CSV";
@@ -319,7 +316,6 @@ class Finder : public TableState {
     return row;
   }
 
-  // Whether a cell is called a time, or states a unit.
   static bool names_any(const std::vector<std::string>& cells) {
     return std::ranges::any_of(
         cells, [](const auto& cell) { return read_time_name(cell).is_time || !unit_of(cell).empty(); });
@@ -381,7 +377,6 @@ class Finder : public TableState {
     if (layout_ == Layout::keyed) note("text for VR drivers: A to E are thumb to pinky");
     if (layout_ != Layout::table) return;  // the labels name the columns
     split_line(at(0)->text);
-    if (has_row_names()) cells_.insert(cells_.begin(), "");
     std::size_t width = 1;  // of the rows: the last cell of the first may be missing
     for (std::size_t k = 0; k < kStandingRows && at(k) != nullptr; ++k) {
       const std::size_t cells = cells_of(at(k)->text, separator_, 1).size();
@@ -412,16 +407,6 @@ class Finder : public TableState {
     if (!has_header_)
       note(fmt::format("has no header: the columns are called column1 to column{} in their order",
                        header_.size()));
-  }
-
-  // Whether the rows count themselves in a cell more than the header has, as R writes them.
-  bool has_row_names() const {
-    std::size_t k = 1;
-    for (; k < kLiveRows && at(k) != nullptr; ++k) {
-      const std::vector<std::string> cells = cells_of(at(k)->text, separator_);
-      if (cells.size() != cells_.size() + 1 || cells[0] != std::to_string(k)) return false;
-    }
-    return k > 1;
   }
 
   // Whether the next row has the same words among its numbers: A0 300 A1 310
@@ -522,7 +507,6 @@ class Finder : public TableState {
     return out;
   }
 
-  // Whether the column is called a time, or stands for one; and the unit that it states.
   TimeName time_name(std::size_t place) const {
     const bool is_index = place == 0 && (has_index_ || (!has_header_ && !is_port()));
     TimeName out = has_header_ && !is_index ? read_time_name(header_[place]) : TimeName{is_index};
@@ -686,7 +670,6 @@ class Finder : public TableState {
     return std::abs(one->span / other->span - 1) > 0.01 + one->longest + other->longest;
   }
 
-  // The first of these that the header has, or the first.
   const std::string& one_of(const std::vector<std::string>& asked) const {
     const auto named = std::ranges::find_if(asked, [this](const auto& name) { return has(name); });
     return named == asked.end() ? asked.front() : *named;
@@ -795,25 +778,23 @@ class Finder : public TableState {
                        ticks > 1 ? ", milliseconds" : ""));
   }
 
-  // A column that gives the rows to several gloves, fingers or hands in turn, by words or by small numbers under such a name.
+  // Of a column that gives the rows to gloves or fingers in turn, by words or by small numbers under such a name.
   void require_one_log() {
     for (std::size_t i = 0; i < header_.size(); ++i) {
-      const std::vector<std::string> cells = cells_ahead(i);
-      const std::set<std::string> whose(cells.begin(), cells.end());
+      std::vector<std::string> cells = cells_ahead(i);
+      const double rows = static_cast<double>(cells.size());
+      const std::set<std::string> ids(cells.begin(), cells.end());
       const bool is_named =
           is_one_of(cut_name(header_[i]).name, "hand side glove device node board finger joint");
-      const bool is_id = std::ranges::all_of(whose, [&](const std::string& cell) {
-        return !is_missing(cell) && (!time_in(cell, separator_) || (is_named && cell.size() == 1));
+      const bool are_ids = !is_of_time(i) && std::ranges::all_of(ids, [&](const std::string& id) {
+        return !is_missing(id) && (!time_in(id, separator_) || (is_named && id.size() == 1));
       });
-      wants_more_ |= is_pipe() && is_id && at(8) == nullptr;
-      if (is_of_time(i) || cells.size() < 8 || !is_id || whose.size() < 2 || whose.size() > 10) continue;
-      std::size_t turns = 0;
-      for (std::size_t k = 1; k < cells.size(); ++k) turns += cells[k] != cells[k - 1] ? 1 : 0;
-      if (turns * (is_named ? 4 : 1) + 1 < cells.size()) continue;
-      return refuse(
-          Kind::ambiguous,
-          fmt::format("the rows are of several in turn, by \"{}\" ({}): make a file of each, or columns",
-                      header_[i], listed({whose.begin(), whose.end()})));
+      wants_more_ |= is_pipe() && are_ids && at(8) == nullptr;
+      const auto turns = static_cast<double>(std::unique(cells.begin(), cells.end()) - cells.begin());
+      if (!are_ids || rows < 8 || ids.size() > 10 || turns < (is_named ? 0.25 : 1) * rows) continue;
+      refuse(Kind::ambiguous,
+             fmt::format("the rows are of several in turn, by \"{}\" ({}): make a file of each", header_[i],
+                         listed({ids.begin(), ids.end()})));
     }
   }
 
@@ -950,7 +931,6 @@ void TableReader::try_settle() {
   }
 }
 
-// To the next section; false: none came yet.
 bool TableReader::skip_section(const std::vector<std::string>& header) {
   const auto begins = [](const Line& line) {
     return is_section_title({line.text.substr(0, line.text.find_last_not_of(",;\t ") + 1)});
@@ -1123,8 +1103,7 @@ void TableReader::leave_out(const Problem& why) {
   const bool has_commas = 2 * too_long_ > malformed_ && separator_ == ',';
   const std::string detail = fmt::format(
       "{} of the first {} rows are malformed: too short or too long, without a time, or with text for a "
-      "number; "
-      "mend or remove them{}",
+      "number; mend or remove them{}",
       malformed_, rows_.kept() + malformed_, has_commas ? "; decimal commas need another separator" : "");
   refuse(Kind::malformed, detail, first_malformed_.row);
 }

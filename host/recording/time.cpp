@@ -17,8 +17,8 @@ namespace {
 bool take(std::string_view& text, std::string_view pattern, double* value) {
   // English, German, Italian; what Spanish, Portuguese and Dutch have otherwise.
   static constexpr std::string_view kMonths =
-      "janfebmaraprmayjunjulaugsepoctnovdecjanfebmrzaprmaijunjulaugsepoktnovdez"
-      "genfebmaraprmaggiulugagosetottnovdicenefevmrtabrmeijunjulagosetoutnovdic";
+      "janfebmaraprmayjunjulaugsepoctnovdecjanfebmrzaprmaijunjulaugsepoktnovdezgenfebmaraprmaggiulugagosetott"
+      "novdicenefevmrtabrmeijunjulagosetoutnovdic";
   std::string_view rest = text;
   const auto digit = [&](std::size_t n) { return n < rest.size() && rest[n] >= '0' && rest[n] <= '9'; };
   for (const char p : pattern) {
@@ -158,8 +158,7 @@ bool is_measurement(double value) { return std::abs(value) <= 1e30; }
 bool is_missing(std::string_view cell) {
   if (cell.empty() || cell.size() > 9 || cell.find_first_of("0123456789") < 2) return cell.empty();
   return is_one_of(cell,
-                   "nan -nan nan(ind) -nan(ind) nat na n/a n.a. <na> none null nil - -- ? . #n/a #nv #div/0! "
-                   "#value! #wert! #num!");
+                   "nan -nan nan(ind) -nan(ind) nat na n/a n.a. <na> none null - -- ? . #n/a #nv #div/0!");
 }
 
 std::optional<double> to_packed_clock(double number) {

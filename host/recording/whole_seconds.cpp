@@ -44,7 +44,6 @@ bool WholeSeconds::take(Row& row, const Read& read) {
   return true;
 }
 
-// All rows of one time.
 bool WholeSeconds::take_second(Second& second, const Read& read) {
   for (Row row; second.size() < kMostRowsASecond && take(row, read);) {
     if (!second.empty() && row.t_s != second.front().t_s) {

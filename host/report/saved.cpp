@@ -7,7 +7,6 @@
 #include <sstream>
 #include <string_view>
 
-#include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
 namespace flexor::report {

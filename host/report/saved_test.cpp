@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "host/io/expect_test.hpp"
-#include "host/io/io.hpp"
 #include "host/report/render.hpp"
 
 namespace flexor::report {

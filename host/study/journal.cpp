@@ -1,6 +1,5 @@
 #include "host/study/journal.hpp"
 
-#include "host/io/io.hpp"
 #include "host/io/json.hpp"
 
 namespace flexor::study {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "host/io/io.hpp"
-
 namespace flexor::study {
 namespace {
 

@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
-#include <string>
 
 #include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"

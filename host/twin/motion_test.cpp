@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <string>
 
 #include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"

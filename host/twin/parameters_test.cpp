@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <set>
-#include <string>
 
 #include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"

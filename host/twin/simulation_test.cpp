@@ -11,7 +11,6 @@
 #include "host/io/expect_test.hpp"
 #include "host/io/io.hpp"
 #include "host/model/channel.hpp"
-#include "host/model/host_chain.hpp"
 #include "host/twin/glove.hpp"
 
 namespace flexor::twin {

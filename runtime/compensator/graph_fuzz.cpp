@@ -1,7 +1,6 @@
 // Any bytes as a part of a graph, with size and CRC as they must be: refused, or run, and nothing is read or written
 // outside part and arena.
 #include <stddef.h>
-#include <cstdlib>
 #include <cstring>
 #include <memory>
 

@@ -12,7 +12,6 @@
 #include <span>
 #include <sstream>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "runtime/link/counter_store.hpp"

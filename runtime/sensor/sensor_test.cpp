@@ -2,7 +2,6 @@
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
-#include <vector>
 
 #include "runtime/sensor/calibration.hpp"
 #include "runtime/sensor/guard.hpp"

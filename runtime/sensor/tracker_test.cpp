@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numbers>
 #include <random>
-#include <type_traits>
 #include <vector>
 
 namespace flexor::sensor {

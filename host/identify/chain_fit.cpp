@@ -94,8 +94,8 @@ class ChainFitter {
         first = summary;
       }
       options.initial = Initial{summary.channel, gain_alone};
-      options.from = From::initial;
       fold = options;
+      fold.from = From::initial;
       fold.cost_tolerance = 1e-5;  // a fold's loss is judged by per cents
       fold.knots = summary.knots;
       fold.deviation_deg = summary.deviation_deg;

@@ -95,17 +95,27 @@ class Problem {
   const std::vector<Index>& rows() const { return rows_; }
   const VectorXd& lower() const { return lower_; }
   const VectorXd& upper() const { return upper_; }
-  // Residuals of that prior, by the parameters.
-  const MatrixXd& turns() const { return turns_; }
   double span_deg() const { return span_deg_; }
   // What a curve may say.
   model::Saturation angles(double beyond = 1) const { return open_limits(angle_, beyond); }
 
-  // And its Jacobian by the free parameters, unless that is null.
-  VectorXd residual(const VectorXd& theta, const std::vector<int>& free, MatrixXd* jacobian) const {
+  // Bent as by the loss of this width, and the prior's, with their Jacobian by the free parameters, unless that is null.
+  VectorXd residual(const VectorXd& theta, const std::vector<int>& free, double delta,
+                    Jacobian* jacobian) const {
     const VectorXd predicted = predictor_.predict(theta, jacobian ? &all_ : nullptr);
-    if (jacobian) *jacobian = root_.asDiagonal() * all_(rows_, free);
-    return root_.cwiseProduct(predicted(rows_) - angle_);
+    const Index n = angle_.size();
+    VectorXd out(n + turns_.rows());
+    if (jacobian) jacobian->resize(out.size(), std::ssize(free));
+    for (Index i = 0; i < n; ++i) {
+      const Index k = rows_[static_cast<std::size_t>(i)];
+      const Bent bent = bend(root_(i) * (predicted(k) - angle_(i)), delta);
+      out(i) = bent.value;
+      for (Index c = 0; jacobian && c < jacobian->cols(); ++c)
+        (*jacobian)(i, c) = root_(i) * bent.slope * all_(k, free[static_cast<std::size_t>(c)]);
+    }
+    out.tail(turns_.rows()) = turns_ * theta;
+    if (jacobian) jacobian->bottomRows(turns_.rows()) = turns_(Eigen::all, free);
+    return out;
   }
   VectorXd own_residual(const VectorXd& theta) const {
     return (predictor_.predict(theta, nullptr)(rows_) - angle_).head(own_);
@@ -156,7 +166,7 @@ class Problem {
   double span_deg_;
   VectorXd lower_;
   VectorXd upper_;
-  MatrixXd turns_;
+  MatrixXd turns_;        // residuals of the prior, by the parameters
   mutable Jacobian all_;  // kept between calls: fresh pages for it cost more than the arithmetic
 };
 
@@ -169,26 +179,13 @@ struct Solution {
 Solution solve(const Problem& problem, VectorXd theta, const std::vector<int>& free, double delta,
                const LmOptions& options) {
   theta(free) = theta(free).cwiseMax(problem.lower()(free)).cwiseMin(problem.upper()(free)).eval();
-  const auto residual = [&](const VectorXd& x, MatrixXd* jacobian) {
+  const auto residual = [&](const VectorXd& x, Jacobian* jacobian) {
     theta(free) = x;
-    VectorXd out = problem.residual(theta, free, jacobian);
-    for (Index k = 0; k < out.size(); ++k) {
-      const Bent bent = bend(out(k), delta);
-      out(k) = bent.value;
-      if (jacobian) jacobian->row(k) *= bent.slope;
-    }
-    const MatrixXd& turns = problem.turns();
-    out.conservativeResize(out.size() + turns.rows());
-    out.tail(turns.rows()) = turns * theta;
-    if (jacobian) {
-      jacobian->conservativeResize(out.size(), Eigen::NoChange);
-      jacobian->bottomRows(turns.rows()) = turns(Eigen::all, free);
-    }
-    return out;
+    return problem.residual(theta, free, delta, jacobian);
   };
   VectorXd x = theta(free);
   const LmSummary summary =
-      levenberg_marquardt(residual, problem.lower()(free), problem.upper()(free), options, x);
+      levenberg_marquardt<Jacobian>(residual, problem.lower()(free), problem.upper()(free), options, x);
   theta(free) = x;
   return {std::move(theta), summary.cost, summary.iterations};
 }
@@ -470,9 +467,11 @@ class Fitter {
       iterations_ += best_.iterations;
       if (!std::isfinite(best_.cost)) fail("the fit did not converge");
       if (hold_at_bounds()) continue;
-      MatrixXd jacobian;
-      const VectorXd residual = problem_.residual(best_.theta, free_, &jacobian);
-      uncertainty_ = uncertainty(residual, jacobian, delta_, problem_.turns()(Eigen::all, free_));
+      Jacobian jacobian;
+      const VectorXd residual = problem_.residual(best_.theta, free_, kInfinity, &jacobian);
+      const Index n = std::ssize(problem_.rows());
+      uncertainty_ = uncertainty(residual.head(n), jacobian.topRows(n), delta_,
+                                 jacobian.bottomRows(residual.size() - n));
       const std::optional<int> worst = loosest();
       if (!worst) return;
       hold(*worst);
@@ -650,8 +649,8 @@ Uncertainty uncertainty(const VectorXd& residual, const MatrixXd& jacobian, doub
   if (!result.undetermined.empty()) return result;
 
   const VectorXd scale = norms.cwiseInverse();
-  const Eigen::JacobiSVD<MatrixXd, Eigen::HouseholderQRPreconditioner> svd(
-      weighted * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::JacobiSVD<MatrixXd, Eigen::HouseholderQRPreconditioner> svd(weighted * scale.asDiagonal(),
+                                                                           Eigen::ComputeThinV);
   const VectorXd& sigma = svd.singularValues();
   result.condition = sigma(0) / std::max(sigma(p - 1), 1e-300);
   if (sigma(p - 1) < kRankTolerance * sigma(0)) {
@@ -664,14 +663,19 @@ Uncertainty uncertainty(const VectorXd& residual, const MatrixXd& jacobian, doub
                            sigma.array().square().inverse().matrix().asDiagonal() *
                            svd.matrixV().transpose() * scale.asDiagonal();
 
+  // Bartlett's weights are what a window of all lags has in common with itself, so much later.
   const MatrixXd g = jacobian.array().colwise() * score;
-  MatrixXd s = g.transpose() * g;
   const int lags = correlation_length(residual);
-  for (int lag = 1; lag <= lags; ++lag) {
-    const double bartlett = 1 - static_cast<double>(lag) / (lags + 1);
-    const MatrixXd c = g.topRows(n - lag).transpose() * g.bottomRows(n - lag);
-    s += bartlett * (c + c.transpose());
+  MatrixXd windows = MatrixXd::Zero(n + lags, p);
+  for (Index i = 0; i < p; ++i) {
+    double sum = 0;
+    for (Index k = 0; k < n + lags; ++k) {
+      if (k < n) sum += g(k, i);
+      if (k > lags) sum -= g(k - lags - 1, i);
+      windows(k, i) = sum;
+    }
   }
+  const MatrixXd s = windows.transpose() * windows / (lags + 1);
   const double small_sample = static_cast<double>(n) / static_cast<double>(n - p);
   result.covariance = small_sample * inverse * s * inverse;
   return result;

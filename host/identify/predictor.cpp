@@ -75,6 +75,7 @@ void curve(const std::vector<double>& x, const double* y, int at, VectorXd& sign
     signal(k) = y[i] + share * (y[i + 1] - y[i]);
     if (j.size() == 0) continue;
     j.row(k).head(at) *= slope;
+    j.row(k).segment(at, std::ssize(x)).setZero();
     j(k, at + static_cast<Index>(i)) = 1 - share;
     j(k, at + static_cast<Index>(i) + 1) = share;
   }
@@ -142,6 +143,7 @@ void lti(const Layout& layout, const VectorXd& theta, double period_s, VectorXd&
     const model::ZeroOrderHold by = model::zero_order_hold_derivative(rates, period_s, i);
     by_rate[static_cast<std::size_t>(i)] = {by.transition, by.input};
   }
+  if (columns > 0) j.middleCols(layout.log_rates, N).setZero();
   Eigen::Matrix<double, N, Eigen::Dynamic> s = j.topLeftCorner(1, columns).replicate(N, 1);
   Eigen::Vector<double, N> x = Eigen::Vector<double, N>::Constant(signal(0));
   for (Index k = 0; k < signal.size(); ++k) {
@@ -207,7 +209,7 @@ VectorXd Predictor::predict(const VectorXd& theta, Jacobian* jacobian) const {
   VectorXd signal = input_;
   Jacobian none(signal.size(), 0);
   Jacobian& j = jacobian != nullptr ? *jacobian : none;
-  if (jacobian != nullptr) j.setZero(signal.size(), layout_.size);
+  if (jacobian != nullptr) j.resize(signal.size(), layout_.size);
   if (structure_.dead_zone) dead_zone(layout_, theta, signal, j);
   if (structure_.plays > 0) hysteresis(structure_, layout_, theta, signal, j);
   if (structure_.input_knots > 0)

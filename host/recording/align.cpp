@@ -69,6 +69,8 @@ struct Sampled {
   double period_s = 0;
   std::vector<double> value;
   std::vector<std::uint8_t> good;
+
+  double measured_s() const { return period_s * static_cast<double>(std::ranges::count(good, 1)); }
 };
 
 // The mean of the readings within half a period; where there are none, the straight line between their
@@ -113,12 +115,13 @@ void check_span(const Series& series) {
                      t[widest - 1], t[widest]);
 }
 
-// Of each value of the sensor its bin, of so many of equal count.
+// Of each value of the sensor that is good its bin, of so many of equal count.
 std::vector<int> bins_of(const Sampled& sensor, int bins) {
-  std::vector<std::size_t> order(sensor.value.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < sensor.value.size(); ++i)
+    if (sensor.good[i]) order.push_back(i);
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return sensor.value[i]; });
-  std::vector<int> out(order.size());
+  std::vector<int> out(sensor.value.size(), -1);
   for (std::size_t rank = 0; rank < order.size(); ++rank) {
     // Equal values share a bin: a sensor at rest must not be torn apart by the order of its samples.
     const bool tie = rank > 0 && sensor.value[order[rank]] == sensor.value[order[rank - 1]];
@@ -198,7 +201,7 @@ Sums sums_over_lags(CrossCorrelator& correlator, const Sampled& sensor, int bins
   const std::vector<int> bin_of = bins_of(sensor, bins);
   for (int bin = 0; bin < bins; ++bin) {
     std::vector<double> member(sensor.value.size());
-    for (std::size_t i = 0; i < member.size(); ++i) member[i] = sensor.good[i] && bin_of[i] == bin ? 1 : 0;
+    for (std::size_t i = 0; i < member.size(); ++i) member[i] = bin_of[i] == bin ? 1 : 0;
     const auto spectrum = correlator.spectrum(std::move(member));
     const auto count = correlator.correlate(spectrum, good_spectrum);
     const auto sum = correlator.correlate(spectrum, y_spectrum);
@@ -227,7 +230,7 @@ Scan scan(const Sampled& sensor, int bins, const Sampled& reference, double leas
   CrossCorrelator correlator(static_cast<std::size_t>(n + m));
   const Sums sums = sums_over_lags(correlator, sensor, bins, y, reference.good);
   Scan result;
-  result.seconds = static_cast<double>(std::min(n, m)) * sensor.period_s;
+  result.seconds = std::min(sensor.measured_s(), reference.measured_s());
   for (std::ptrdiff_t lag = needed - n; lag <= m - needed; ++lag) {
     const Overlap overlap(sensor, reference, lag);
     if (overlap.end - overlap.begin < needed) continue;
@@ -240,8 +243,7 @@ Scan scan(const Sampled& sensor, int bins, const Sampled& reference, double leas
     const double eta_squared = at_rest ? 0 : std::clamp((sums.between[i] - mean_term) / total, 0.0, 1.0);
     result.lag.push_back(lag);
     result.eta_squared.push_back(eta_squared);
-    result.share.push_back(static_cast<double>(overlap.end - overlap.begin) /
-                           static_cast<double>(std::min(n, m)));
+    result.share.push_back(sums.n[i] * sensor.period_s / result.seconds);
     result.score.push_back(-sums.n[i] * std::log(std::max(1 - eta_squared, 1e-9)));
   }
   return result;
@@ -479,8 +481,6 @@ std::string low_confidence(const Alignment& found, const Rivals& rivals) {
       found.rival_offset_s.value_or(0), found.clock_offset_s);
 }
 
-double duration_s(const Series& series) { return series.t_s.back() - series.t_s.front(); }
-
 // The lag of the scan that both recordings' taps ask for, where it explains nearly as much as the best.
 std::optional<std::size_t> tapped_lag(const Series& sensor, const Series& reference, const Scan& scan,
                                       std::size_t best) {
@@ -506,7 +506,7 @@ std::pair<double, Rivals> find_lag(const Series& sensor, const Series& reference
     throw io::JobError(
         "overlap too short: the recordings last {:.1f} s and {:.1f} s, alignment needs "
         "{:.1f} s of common motion; record longer",
-        duration_s(sensor), duration_s(reference), scales.min_overlap_s);
+        sensed.measured_s(), seen.measured_s(), scales.min_overlap_s);
   }
   auto best = static_cast<std::size_t>(std::ranges::max_element(scanned.score) - scanned.score.begin());
   if (const auto tapped = tapped_lag(sensor, reference, scanned, best)) {
@@ -550,12 +550,12 @@ void tell_lag(const Series& sensor, const Series& reference, Alignment& result) 
 Alignment align(const Series& sensor, const Series& reference) {
   check_span(sensor);
   check_span(reference);
-  const double shorter_s = std::min(duration_s(sensor), duration_s(reference));
-  const Scales scales(shorter_s);
   const double start_difference = reference.t_s.front() - sensor.t_s.front();
   Alignment result;
   const Sampled sensed = sample(sensor, kRate_hz);
   const Sampled seen = sample(reference, kRate_hz);
+  const double shorter_s = std::min(sensed.measured_s(), seen.measured_s());
+  const Scales scales(shorter_s);
   const auto [coarse_lag, rivals] = find_lag(sensor, reference, sensed, seen, scales, result);
   const Sampled a = velocity(sensed, scales.smoothing_s);
   const Sampled b = velocity(seen, scales.smoothing_s);
@@ -569,7 +569,9 @@ Alignment align(const Series& sensor, const Series& reference) {
   result.clock_offset_s = start_difference + lag / kRate_hz;
   const auto whole_lag = static_cast<std::ptrdiff_t>(std::lround(lag));
   const Overlap overlap(a, b, whole_lag);
-  result.overlap_s = static_cast<double>(overlap.end - overlap.begin) / kRate_hz;
+  const auto first = seen.good.begin() + overlap.begin + overlap.lag;
+  result.overlap_s =
+      static_cast<double>(std::count(first, first + (overlap.end - overlap.begin), 1)) / kRate_hz;
 
   find_quarters(a, b, overlap, lag, scales.reach_s, sensor.t_s.front(), reference.t_s.front(), result);
   if (refined) tell_lag(sensor, reference, result);

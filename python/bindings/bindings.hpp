@@ -55,6 +55,10 @@ struct Progress {
     if (stop) throw io::Cancelled("stopped");
     news.emplace(done, of, what);
   }
+  // What a job calls with (done, of).
+  auto counts(const char* what) {
+    return [this, what](std::size_t done, std::size_t of) { step(done, of, what); };
+  }
 
   std::mutex mutex;  // of both below
   std::optional<std::tuple<std::size_t, std::size_t, std::string>> news;

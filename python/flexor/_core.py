@@ -1,7 +1,5 @@
 """The compiled module, how its jobs show their progress, files written whole, and errors in one line."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json

@@ -1,8 +1,5 @@
 """A log: named columns with units over one clock."""
 
-from __future__ import annotations
-
-import hashlib
 import os
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
@@ -71,20 +68,10 @@ class Recording:
         self._digest = ""
 
     @classmethod
-    def _of(cls, parts: tuple) -> Recording:
+    def _of(cls, parts: tuple) -> "Recording":
         out = cls.__new__(cls)
         out.source, out.t_s, out.columns, out.units, out.warnings, out._digest = parts
         return out
-
-    @property
-    def digest(self) -> str:
-        """Names the data that a model was trained on."""
-        if not self._digest:
-            digest = hashlib.sha256(self.t_s.tobytes())
-            for name, values in self.columns.items():
-                digest.update(name.encode() + values.tobytes())
-            self._digest = "sha256:" + digest.hexdigest()[:16]
-        return self._digest
 
     @property
     def frame(self) -> Any:
@@ -92,7 +79,7 @@ class Recording:
         pd = pandas()
         return pd.DataFrame(self.columns, index=pd.Index(self.t_s, name="t_s"), copy=False)
 
-    def shifted(self, seconds: float) -> Recording:
+    def shifted(self, seconds: float) -> "Recording":
         """The same with ``seconds`` added to its clock."""
         return Recording._of((self.source, self.t_s + seconds, self.columns, self.units, self.warnings, ""))
 

@@ -1,7 +1,5 @@
 """How far estimated angles are from measured ones, and whether that is good."""
 
-from __future__ import annotations
-
 from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
@@ -54,5 +52,4 @@ def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[
         raise InputError(f"part_ends: the number of errors up to each part's end, rising to all {len(error_deg)}")
     if not 0 < period_s < np.inf:
         raise InputError(f"period_s={period_s}: the time between samples, in seconds, is needed")
-    judged = errors.pop("").tolist()
-    return core.judge(judged, {name: e.tolist() for name, e in errors.items()}, period_s, list(part_ends))
+    return core.judge(errors.pop(""), errors, period_s, list(part_ends))

@@ -1,7 +1,5 @@
 """The simulated person, glove, radio and bionic hand."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import os

@@ -124,13 +124,9 @@ def _job(o: argparse.Namespace) -> None:
         write_json(o.out, found)
 
 
-def main() -> None:
+if __name__ == "__main__":
     parser = argparse.ArgumentParser("flexor.donning", description="What changed between sessions of one glove.")
     parser.add_argument("files", nargs="+", help="logs, one for each time that the glove was put on")
     parser.add_argument("--sensors", type=lambda text: text.split(","), help="columns (default: those that are called like fingers)")
     parser.add_argument("--out", help="write how the donnings differ, for flexor recalibrate --prior")
     run_command(parser, _job)
-
-
-if __name__ == "__main__":
-    main()

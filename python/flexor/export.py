@@ -241,7 +241,7 @@ def _job(o: argparse.Namespace) -> None:
         print(f"{o.out}: {(mot if o.to == 'mot' else mat)(o.out, log, model=o.model)} of {len(log)} rows")
 
 
-def main() -> None:
+if __name__ == "__main__":
     parser = argparse.ArgumentParser("flexor.export", description="Angles for BIDS, OpenSim, MATLAB and the Lab Streaming Layer.")
     parser.add_argument("file", help="CSV of flexor apply, track or posture complete; for lsl also flexor live's address")
     parser.add_argument("--to", required=True, choices=("bids", "mot", "mat", "lsl"))
@@ -251,7 +251,3 @@ def main() -> None:
     parser.add_argument("--task", default="motion", help="bids: letters and digits")
     parser.add_argument("--run", type=int, help="bids: number of the recording, where there are several")
     run_command(parser, _job)
-
-
-if __name__ == "__main__":
-    main()

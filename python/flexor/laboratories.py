@@ -16,8 +16,6 @@ are played with the published ones and those.
     python -m flexor.laboratories run laboratories.json --scenarios --out all/
 """
 
-from __future__ import annotations
-
 import argparse
 import functools
 import json
@@ -169,8 +167,6 @@ def draw(laboratories: int = 200, *, walkers: int = 64, steps: int = 600, starts
     draws = (steps - steps // 3) * walkers
     if not 1 <= laboratories <= draws:
         raise InputError(f"{steps} steps of {walkers} walkers leave {draws} draws for {laboratories} laboratories")
-    if walkers < (least := 2 * len(prior().names)):
-        raise InputError(f"{walkers} walkers are too few for as many parameters: at least {least}")
     of = prior()
 
     def log_density(x: np.ndarray) -> float:
@@ -387,7 +383,7 @@ def _job(o: argparse.Namespace) -> None:
     print(text(result))
 
 
-def main() -> None:
+if __name__ == "__main__":
     parser = argparse.ArgumentParser("flexor.laboratories", description=(__doc__ or "").partition("\n")[0])
     tasks = parser.add_subparsers(dest="task", required=True)
     tasks.add_parser("fit", help="the likeliest one, for --set of flexor experiment; minutes")
@@ -404,7 +400,3 @@ def main() -> None:
         one.add_argument("--out", required=True, help="the document; of run a folder: laboratories.jsonl, results.json")
         one.add_argument("--threads", type=int, default=0, help="0: as many as the machine has")
     run_command(parser, _job)
-
-
-if __name__ == "__main__":
-    main()

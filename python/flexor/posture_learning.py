@@ -162,13 +162,9 @@ def _job(o: argparse.Namespace) -> None:
     print(f"written {o.out}")
 
 
-def main() -> None:
+if __name__ == "__main__":
     parser = argparse.ArgumentParser("flexor.posture_learning", description="How the 23 joints of a hand go together, from recordings.")
     parser.add_argument("files", nargs="+", help="CSV: t_s and NAME_deg of all 23 joints; three people or more, a file each")
     parser.add_argument("--out", required=True, help="the posture document")
     parser.add_argument("--seed", type=int, default=1, help="of the order of typical hands")
     run_command(parser, _job)
-
-
-if __name__ == "__main__":
-    main()

@@ -102,8 +102,7 @@ nb::tuple cohort(const std::filesystem::path& manifest, const std::filesystem::p
 
 // Requests are the rooms' own: Python fills in their fields.
 void add_identify(nb::module_& m) {
-  using identify::Request, identify::RecalibrationFiles;
-  using identify::SourceFiles;
+  using identify::Request, identify::RecalibrationFiles, identify::SourceFiles;
   nb::class_<model::Ends>(m, "Ends").def(nb::init<double, double>());
   nb::class_<identify::PairFiles>(m, "PairFiles")
       .def(nb::init<const recording::Log&, const recording::Log&>());

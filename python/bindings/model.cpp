@@ -70,9 +70,7 @@ nb::tuple predict(const model::Model& model, const std::string& arithmetic, cons
   };
   run(show, [&](Progress& progress) {
     const auto note = [&](const std::string& text) { out.warnings.push_back(text); };
-    const auto step = [&](std::size_t rows) {
-      if (rows % 4096 == 0) progress.step(rows, 0, "rows");
-    };
+    const auto step = [&](std::size_t rows) { progress.step(rows, 0, "rows"); };
     const auto done =
         identify::apply(model, *reader, {"model", arithmetic, intervals, track, note, step}, add);
     identify::check_ranges(model, reader->name(), reader->columns(), done.ranges, note, done.row_period_s);

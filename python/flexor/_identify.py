@@ -10,8 +10,6 @@ from flexor._core import InputError, JobError, Show, core, filled, pandas, run, 
 from flexor._model import Compensator
 from flexor._recording import Recording, as_log
 
-Sensors = Union[str, Sequence[str]]
-
 
 @dataclasses.dataclass(frozen=True)
 class Identification:
@@ -54,12 +52,11 @@ class Identification:
         return pandas().DataFrame(self._covariances[joint], index=names, columns=names)
 
     def __repr__(self) -> str:
-        lines = [f"{name}: {joint['holdout']['rmse_deg']:.2f} deg held out, {joint['verdict']['word']}"
-                 for name, joint in self.results["joints"].items()]
-        return "\n".join(lines)
+        return "\n".join(f"{name}: {joint['holdout']['rmse_deg']:.2f} deg held out, {joint['verdict']['word']}"
+                         for name, joint in self.results["joints"].items())
 
 
-def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[Sensors, str]]] = None, *,
+def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[Union[str, Sequence[str]], str]]] = None, *,
              rate_hz: float = 20, split: float = 0.5, structure: str = "auto", lead_s: float = 0,
              clock_offset_s: Optional[float] = None, fit_all: bool = False, leave_out: str = "", input_unit: str = "",
              output_unit: str = "", reference_error_deg: Mapping[str, float] = {},

@@ -13,11 +13,7 @@ from flexor._recording import Recording, as_log
 
 
 class Compensator:
-    """A model document, and the compensator that it describes: readings in, angles in degrees out.
-
-    >>> found = Compensator.load("models/published_hw.json")   # doctest: +SKIP
-    >>> found.predict(flexor.read("glove.csv")).frame          # doctest: +SKIP
-    """
+    """A model document, and the compensator that it describes: readings in, angles in degrees out."""
 
     def __init__(self, text: str, *, source: str = "model", arithmetic: str = "double") -> None:
         """``text``: the document. ``arithmetic``: double, float, or fixed, as in the glove. Raises ``InputError``."""

@@ -4,7 +4,7 @@ import warnings
 from typing import Any, Optional
 
 import numpy as np
-from sklearn.base import BaseEstimator, RegressorMixin
+from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from flexor._core import JobError, core, filled
@@ -12,7 +12,7 @@ from flexor._model import Compensator
 from flexor._recording import Recording, as_log
 
 
-class FlexorRegressor(RegressorMixin, BaseEstimator):
+class FlexorRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):
     """Readings of one sensor or several to an angle, or several.
 
     ``structure``: as ``flexor.identify`` takes it. Where the rows are too few for it, or tell nothing of the angle, a straight line
@@ -31,11 +31,6 @@ class FlexorRegressor(RegressorMixin, BaseEstimator):
     def __init__(self, structure: str = "auto", rate_hz: float = 20) -> None:
         self.structure = structure
         self.rate_hz = rate_hz
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.multi_output = True
-        return tags
 
     def fit(self, X: Any, y: Any) -> "FlexorRegressor":
         X, y = validate_data(self, X, y, multi_output=True, y_numeric=True, dtype=np.float64, ensure_min_samples=2)

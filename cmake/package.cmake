@@ -1,14 +1,8 @@
 # What is installed, in parts: flexor, camera and boards are the Debian packages that script/deb makes, dev is for
 # find_package(flexor). The programs find one another beside /proc/self/exe, and carry what they need; images, models and
 # documents are for people.
-include(GNUInstallDirs)
-set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME flexor)
-install(TARGETS flexor)
 install(TARGETS flexor_camera_program COMPONENT camera)
 install(TARGETS flexor_cosim_program COMPONENT boards)
-install(DIRECTORY models DESTINATION ${CMAKE_INSTALL_DATADIR}/flexor)
-install(DIRECTORY ${PROJECT_BINARY_DIR}/firmware/ DESTINATION ${CMAKE_INSTALL_DATADIR}/flexor/firmware
-  FILES_MATCHING REGEX "/(manifest\\.json|glove\\.hex|hand\\.hex)$" PATTERN CMakeFiles EXCLUDE)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} PATTERN CMakeLists.txt EXCLUDE)
 install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES firmware/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/firmware)

@@ -100,7 +100,10 @@ Bootloader::Bootloader(std::string port, int baud, FlashProgress progress)
     : port_(std::move(port)), rates_Bd_{baud, baud}, progress_(std::move(progress)) {
   if (baud == 0) rates_Bd_ = {kNewRate_Bd, kOldRate_Bd, kNewRate_Bd, kOldRate_Bd};
   if (io::find_program(kProgrammer).empty())
-    throw InputError("{0} is missing: install the package {0}, or put it beside flexor", kProgrammer);
+    throw InputError(
+        "{0} is missing: install the package {0}, or put it with its {0}.conf beside flexor; the zip for "
+        "Windows has both",
+        kProgrammer);
 }
 
 // `operation` as avrdude writes it: flash:w:FILE:i.

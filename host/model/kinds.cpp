@@ -161,13 +161,30 @@ void PolePair::check(const Place& place) const {
                 fmt::format("there must be two taps, between -{0:g} and {0:g}", kMaxTap));
 }
 
+// Cosine and sine of an angle above 0, by arithmetic alone: a model has the same bits everywhere, and the system's differ in a last
+// digit between Windows and Linux. e^{ix} - 1 by its series where x is small, and from there by doubling the angle.
+static std::pair<double, double> cosine_and_sine(double x) {
+  int halved = 0;
+  for (; x > 0.125; x /= 2) ++halved;
+  const double x2 = x * x;
+  double c = -x2 / 2 * (1 - x2 / 12 * (1 - x2 / 30 * (1 - x2 / 56 * (1 - x2 / 90))));
+  double s = x * (1 - x2 / 6 * (1 - x2 / 20 * (1 - x2 / 42 * (1 - x2 / 72))));
+  for (; halved > 0; --halved) {
+    const double turned = c * (2 + c) - s * s;
+    s *= 2 * (1 + c);
+    c = turned;
+  }
+  return {1 + c, s};
+}
+
 // exp of the companion matrix: e^{-zeta q} (cos + ...), q = omega T, d = q sqrt(1 - zeta^2).
 std::array<double, 4> PolePair::transition(double period_s) const {
   const double q = frequency_rad_s * period_s;
   const double d = q * std::sqrt(1 - damping * damping);
   const double decay = std::exp(-damping * q);
-  const double c = decay * std::cos(d);
-  const double s = decay * std::sin(d) * q / d;
+  const auto [cosine, sine] = cosine_and_sine(d);
+  const double c = decay * cosine;
+  const double s = decay * sine * q / d;
   return {c + damping * s, s, -s, c - damping * s};
 }
 

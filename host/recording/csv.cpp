@@ -48,21 +48,21 @@ void check_times(const Recording& recording, const Times& times) {
                        : fmt::format("take the other time: --time-column \"{}\"", times.other));
 }
 
-std::vector<Recording> segments_of(LogReader& reader, Resets resets) {
+// `rows`: of the reader, which a Stream has repaired or not.
+template <class Rows>
+std::vector<Recording> segments_of(const LogReader& reader, Rows& rows) {
   Recording empty;
   empty.source = reader.name();
   empty.time_column = reader.time_column();
   for (std::size_t i = 0; i < reader.columns().size(); ++i)
     empty.columns.push_back({reader.columns()[i], {}, reader.units()[i]});
   std::vector<Recording> out = {empty};
-  Stream stream(reader, resets);
-  Row row;
-  while (stream.next(row)) {
+  for (Row row; rows.next(row);) {
     if (row.segment >= out.size()) out.push_back(empty);
     out.back().t_s.push_back(row.t_s);
     for (std::size_t i = 0; i < row.value.size(); ++i) out.back().columns[i].value.push_back(row.value[i]);
   }
-  out.front().warnings = stream.notes();
+  out.front().warnings = rows.notes();
   for (Recording& one : out) one.digest = reader.digest();
   return out;
 }
@@ -212,13 +212,21 @@ TimeOptions times_of_reference(const Log& sensor, const Log& reference, TimeOpti
 }
 
 Recording read(LogReader& reader, Resets resets) {
-  Recording recording = std::move(segments_of(reader, resets).front());
+  Stream stream(reader, resets);
+  Recording recording = std::move(segments_of(reader, stream).front());
   check_times(recording, reader.times());
   return recording;
 }
 
+Recording read_rows(LogReader& reader) {
+  Recording recording = std::move(segments_of(reader, reader).front());
+  if (recording.t_s.empty()) throw InputError(reader.name() + ": no row of data");
+  return recording;
+}
+
 std::vector<Recording> read_segments(LogReader& reader, const TimeOptions& time) {
-  std::vector<Recording> out = segments_of(reader, reader.splits_by_clock() ? Resets::split : Resets::refuse);
+  Stream stream(reader, reader.splits_by_clock() ? Resets::split : Resets::refuse);
+  std::vector<Recording> out = segments_of(reader, stream);
   if (!time.segments.empty() && out.size() == 1)
     out[0].warnings.push_back(fmt::format("{}: one trial alone (--segment)", reader.name()));
   for (std::size_t i = 0; i < out.size(); ++i) {

@@ -111,6 +111,8 @@ TimeOptions times_of_reference(const Log& sensor, const Log& reference, TimeOpti
 
 // A whole recording of two times or more.
 Recording read(LogReader& reader, Resets resets = Resets::refuse);
+// Rows as they stand, also where the clock goes back or starts again.
+Recording read_rows(LogReader& reader);
 Recording read_csv(const std::filesystem::path& path, const std::vector<std::string>& columns,
                    const TimeOptions& time = {});
 // Of each trial in it, which TimeOptions tell apart.

@@ -1,10 +1,5 @@
 // What all bindings use: a flexor.Recording of Python's as the host's rooms read it, and back, and long jobs of the rooms.
-//
-// Python's holds views of the caller's arrays; a room copies the columns that it reads, because clocks are repaired and rows are
-// left out there. Results are moved into arrays, not copied.
-//
-// While a job runs the interpreter runs on, the caller's progress function is called in the caller's own thread, and what it raises,
-// or Ctrl-C, stops the job.
+// A room copies the columns that it reads, because clocks are repaired and rows are left out there. Results are moved into arrays.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -55,13 +50,17 @@ struct Progress {
     if (stop) throw io::Cancelled("stopped");
     news.emplace(done, of, what);
   }
+  // What a job calls with (done, of).
+  auto counts(const char* what) {
+    return [this, what](std::size_t done, std::size_t of) { step(done, of, what); };
+  }
 
   std::mutex mutex;  // of both below
   std::optional<std::tuple<std::size_t, std::size_t, std::string>> news;
   bool stop = false;
 };
 
-// work(Progress&) -> result, without the interpreter's lock. `show`: None, or called with (done, of, what).
+// work(Progress&) -> result, without the interpreter's lock. `show`: None, or called with (done, of, what) in the caller's own thread.
 template <class Work>
 auto run(const nb::object& show, Work work) {
   constexpr std::chrono::milliseconds kLook(50);  // between two looks for Ctrl-C

@@ -18,7 +18,7 @@
 namespace flexor::python {
 namespace {
 
-// (results, model, model of the fitted part, covariances of each joint's parameters)
+// (results, model's document, that of the fitted part, covariances of each joint's parameters)
 nb::tuple identify_takes(identify::Request request, std::optional<double> time_limit_s,
                          const nb::object& show) {
   if (request.pairs.empty()) throw io::InputError("no recordings: pairs of a sensor's and a reference's");
@@ -39,14 +39,15 @@ nb::tuple identify_takes(identify::Request request, std::optional<double> time_l
   });
   nb::dict covariances;
   for (const identify::JointResult& joint : found.joints) covariances[joint.name.c_str()] = joint.covariance;
-  return nb::make_tuple(to_python(to_json(found)), found.model, found.proven, covariances);
+  return nb::make_tuple(to_python(to_json(found)), model::to_json(found.model), model::to_json(found.proven),
+                        covariances);
 }
 
-// The fit alone, to all of one recording that holds readings and angles.
-model::Model fit(const identify::Request& request, const recording::Log& log) {
+// The document of the fit alone, to all of one recording that holds readings and angles.
+std::string fit(const identify::Request& request, const recording::Log& log) {
   const std::vector<recording::Recording> reference(request.map.size(), *log.memory());
   return run(nb::none(), [&](Progress&) {
-    return identify::fit_takes({{*log.memory(), reference}}, request);
+    return model::to_json(identify::fit_takes({{*log.memory(), reference}}, request));
   });
 }
 
@@ -61,21 +62,21 @@ nb::tuple align(const identify::SourceFiles& logs, double rate_hz, std::optional
   return nb::make_tuple(to_python(to_json(aligned)), to_python(recording::to_recording(aligned, pair)));
 }
 
-// (results, model)
+// (results, model's document)
 nb::tuple recalibrate(const identify::RecalibrationFiles& request, const nb::object& show) {
   const identify::Recalibration found =
       run(show, [&](Progress&) { return identify::recalibrate_files(request); });
-  return nb::make_tuple(to_python(to_json(found)), found.model);
+  return nb::make_tuple(to_python(to_json(found)), model::to_json(found.model));
 }
 
-// (model, warnings)
+// (model's document, warnings)
 nb::tuple from_poses(const recording::Log& log, double rate_hz,
                      const std::map<std::string, model::Ends>& ends_deg,
                      const std::vector<std::string>& joints) {
   const recording::Recording poses = recording::read(*recording::open_log(log, {}));
   identify::FromPoses found = identify::model_from_poses(poses, {rate_hz, ends_deg, joints});
   found.warnings.insert(found.warnings.begin(), poses.warnings.begin(), poses.warnings.end());
-  return nb::make_tuple(found.model, found.warnings);
+  return nb::make_tuple(model::to_json(found.model), found.warnings);
 }
 
 // A manifest's takes (host/study/cohort.hpp): how many, and why which failed.
@@ -92,8 +93,7 @@ nb::tuple cohort(const std::filesystem::path& manifest, const std::filesystem::p
       const std::lock_guard lock(progress.mutex);
       return !progress.stop;
     };
-    return study::run_cohort(request,
-                             [&](std::size_t done, std::size_t of) { progress.step(done, of, "fit"); });
+    return study::run_cohort(request, progress.counts("fit"));
   });
   return nb::make_tuple(found.takes, found.failed);
 }
@@ -102,8 +102,7 @@ nb::tuple cohort(const std::filesystem::path& manifest, const std::filesystem::p
 
 // Requests are the rooms' own: Python fills in their fields.
 void add_identify(nb::module_& m) {
-  using identify::Request, identify::RecalibrationFiles;
-  using identify::SourceFiles;
+  using identify::Request, identify::RecalibrationFiles, identify::SourceFiles;
   nb::class_<model::Ends>(m, "Ends").def(nb::init<double, double>());
   nb::class_<identify::PairFiles>(m, "PairFiles")
       .def(nb::init<const recording::Log&, const recording::Log&>());

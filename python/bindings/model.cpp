@@ -14,45 +14,29 @@
 namespace flexor::python {
 namespace {
 
-// A row for each sample, a column for each joint.
-struct Angles {
-  std::size_t joints;
-  const model::StandardErrors* errors;  // none: not asked for
-  std::vector<double> t_s = {};
-  std::vector<double> angle_deg = {};
-  std::vector<double> status = {};
-  std::vector<double> se_deg = {};
-
-  void operator()(const identify::Estimate& e) {
-    t_s.push_back(e.t_s);
-    angle_deg.insert(angle_deg.end(), e.angle_deg.begin(), e.angle_deg.end());
-    status.insert(status.end(), e.status.begin(), e.status.end());
-    for (std::size_t j = 0; errors != nullptr && j < joints; ++j)
-      se_deg.push_back(errors->of(j, e.angle_deg[j], e.reading));
-  }
-  nb::object table(std::vector<double>& of) const {
-    const std::size_t rows = of.size() / joints;
-    return to_array(std::move(of), {rows, joints});
-  }
-};
-
 // A compensator that remembers what was stepped before. In one thread at a time.
 class Steps {
  public:
   Steps(const model::Model& model, const std::string& arithmetic)
       : model_(model), estimator_(identify::estimator_of(model_, arithmetic)) {}
 
-  // (angles, status), a row for each of `readings`, which are a sample period apart.
+  // (angles, status), a row for each of `readings`, which are a sample period apart, and a column for each joint.
   nb::tuple step(const Matrix& readings) {
     const std::size_t inputs = model_.inputs.size();
     if (readings.shape(1) != inputs)
       throw io::InputError("rows of {} readings: the model has {} input(s)", readings.shape(1), inputs);
-    Angles out{model_.joints.size(), nullptr};
+    std::vector<double> angle_deg;
+    std::vector<double> status;
+    const auto add = [&](const identify::Estimate& e) {
+      angle_deg.insert(angle_deg.end(), e.angle_deg.begin(), e.angle_deg.end());
+      status.insert(status.end(), e.status.begin(), e.status.end());
+    };
     for (std::size_t k = 0; k < readings.shape(0); ++k) {
       const double t_s = static_cast<double>(next_++) * model_.sample_period_s;
-      std::visit([&](auto& e) { e.push(t_s, {readings.data() + k * inputs, inputs}, out); }, estimator_);
+      std::visit([&](auto& e) { e.push(t_s, {readings.data() + k * inputs, inputs}, add); }, estimator_);
     }
-    return nb::make_tuple(out.table(out.angle_deg), out.table(out.status));
+    const std::vector<std::size_t> shape = {readings.shape(0), model_.joints.size()};
+    return nb::make_tuple(to_array(std::move(angle_deg), shape), to_array(std::move(status), shape));
   }
 
  private:
@@ -61,27 +45,37 @@ class Steps {
   std::uint64_t next_ = 0;
 };
 
-// As flexor apply. (times, angles, status, standard errors,
-// warnings)
+// As flexor apply: of each joint angle, status, and where asked for standard error.
 nb::tuple predict(const model::Model& model, const std::string& arithmetic, const recording::Log& log,
                   const std::vector<std::string>& inputs, bool intervals, bool track,
                   const nb::object& show) {
   const auto reader =
       recording::open_log(log, {model::columns_of(model, inputs), {}, recording::Holes::some});
-  std::vector<std::string> notes;
   const model::StandardErrors errors(model);
-  Angles out{model.joints.size(), intervals ? &errors : nullptr};
+  recording::Recording out;
+  out.source = model.name;
+  for (const model::Joint& joint : model.joints) {
+    out.columns.push_back({joint.name + "_deg", {}});
+    out.columns.push_back({joint.name + "_status", {}});
+    if (intervals) out.columns.push_back({joint.name + "_se_deg", {}});
+  }
+  const auto add = [&](const identify::Estimate& e) {
+    out.t_s.push_back(e.t_s);
+    auto column = out.columns.begin();
+    for (std::size_t j = 0; j < model.joints.size(); ++j) {
+      (column++)->value.push_back(e.angle_deg[j]);
+      (column++)->value.push_back(e.status[j]);
+      if (intervals) (column++)->value.push_back(errors.of(j, e.angle_deg[j], e.reading));
+    }
+  };
   run(show, [&](Progress& progress) {
-    const auto note = [&](const std::string& text) { notes.push_back(text); };
-    const auto step = [&](std::size_t rows) {
-      if (rows % 4096 == 0) progress.step(rows, 0, "rows");
-    };
+    const auto note = [&](const std::string& text) { out.warnings.push_back(text); };
+    const auto step = [&](std::size_t rows) { progress.step(rows, 0, "rows"); };
     const auto done =
-        identify::apply(model, *reader, {"model", arithmetic, intervals, track, note, step}, std::ref(out));
+        identify::apply(model, *reader, {"model", arithmetic, intervals, track, note, step}, add);
     identify::check_ranges(model, reader->name(), reader->columns(), done.ranges, note, done.row_period_s);
   });
-  return nb::make_tuple(to_array(std::move(out.t_s)), out.table(out.angle_deg), out.table(out.status),
-                        out.table(out.se_deg), notes);
+  return to_python(std::move(out));
 }
 
 // `document`: of flexor posture learn; empty: the shipped one.

@@ -42,14 +42,16 @@ nb::object to_python(const Json& json) { return nb::module_::import_("json").att
 
 namespace {
 
-// `from`: has source, t_s, columns {name: array}, units {name: unit} and digest. Throws io::InputError: columns of other lengths
-// than the times.
+// `from`: has source, t_s, columns {name: array}, units {name: unit} and the file's digest, if it was one; a digest of
+// the values else. Throws io::InputError: columns of other lengths than the times.
 recording::Log to_log(const nb::handle& from) {
   recording::Recording out;
   out.source = nb::cast<std::string>(from.attr("source"));
-  out.digest = nb::cast<std::string>(from.attr("digest"));
-  const auto values = [](const nb::handle& array) {
+  out.digest = nb::cast<std::string>(from.attr("_digest"));
+  std::string bytes;
+  const auto values = [&](const nb::handle& array) {
     const auto all = nb::cast<Vector>(array);
+    bytes.append(reinterpret_cast<const char*>(all.data()), all.size() * sizeof(double));
     return std::vector<double>(all.data(), all.data() + all.size());
   };
   out.t_s = values(from.attr("t_s"));
@@ -57,15 +59,16 @@ recording::Log to_log(const nb::handle& from) {
   const nb::dict columns = from.attr("columns");
   for (const auto& [name, array] : columns) {
     out.columns.push_back({nb::cast<std::string>(name), values(array), nb::cast<std::string>(units[name])});
+    bytes += out.columns.back().name;
     if (out.columns.back().value.size() != out.t_s.size())
       throw io::InputError("{}: column \"{}\" has {} values, the times are {}", out.source,
                            out.columns.back().name, out.columns.back().value.size(), out.t_s.size());
   }
+  if (out.digest.empty()) out.digest = io::digest(bytes);
   return recording::Log(std::move(out));
 }
 
-// `columns`: names, or a function of those there are. `repair`: its clock; else rows are as they stand, also where it goes back or
-// starts again.
+// `columns`: names, or a function of those there are. `repair`: its clock; else rows are as they stand.
 nb::tuple read(const std::filesystem::path& path, const nb::object& columns, const std::string& time_unit,
                const std::vector<std::string>& time_columns, double log_rate_hz, bool repair) {
   recording::TimeOptions time(time_unit.c_str());
@@ -76,31 +79,15 @@ nb::tuple read(const std::filesystem::path& path, const nb::object& columns, con
   recording::CsvReader reader(path,
                               {chooses ? Names() : nb::cast<Names>(columns), time, recording::Holes::all});
   if (chooses) reader.choose(nb::cast<Names>(columns(reader.columns())));
-  if (repair) return to_python(recording::read(reader));
-  recording::Recording out;
-  for (std::size_t i = 0; i < reader.columns().size(); ++i)
-    out.columns.push_back({reader.columns()[i], {}, reader.units()[i]});
-  for (recording::Row row; reader.next(row);) {
-    out.t_s.push_back(row.t_s);
-    for (std::size_t i = 0; i < row.value.size(); ++i) out.columns[i].value.push_back(row.value[i]);
-  }
-  if (out.t_s.empty()) throw io::InputError(reader.name() + ": no row of data");
-  out.source = reader.name();
-  out.warnings = reader.notes();
-  out.digest = reader.digest();
-  return to_python(std::move(out));
+  return to_python(repair ? recording::read(reader) : recording::read_rows(reader));
 }
 
 nb::object score_columns(const recording::Log& measured, const std::string& measured_column,
                          const recording::Log& estimated, const std::string& estimated_column) {
-  const auto angles = [](const recording::Log& log, const std::string& column) {
-    recording::Recording out = recording::read_angle(log, column, {});
-    recording::to_degrees(out, column, "");
-    return out;
-  };
-  const recording::Recording reference = angles(measured, measured_column);
-  const recording::Recording estimate = angles(estimated, estimated_column);
-  const auto series = [](const recording::Recording& r, const std::string& column) {
+  recording::Recording reference = recording::read_angle(measured, measured_column, {});
+  recording::Recording estimate = recording::read_angle(estimated, estimated_column, {});
+  const auto series = [](recording::Recording& r, const std::string& column) {
+    recording::to_degrees(r, column, "");
     const recording::Series s = r.series(column);
     return score::Angles{s.t_s, s.value, recording::default_max_gap_s(s.t_s)};
   };
@@ -122,18 +109,14 @@ void add_recording(nb::module_& m) {
       .def("__init__", [](recording::Log* self, const nb::handle& recording) {
         new (self) recording::Log(to_log(recording));
       });
-  m.def("read", &read, "A log as flexor.Recording's parts; a missing reading is NaN.");
+  m.def("read", &read);
   m.def("write_file", [](const std::filesystem::path& path, const nb::bytes& bytes) {
     io::write_file(path, {bytes.c_str(), bytes.size()});
   });
-  m.def("unit_of", &recording::unit_of, nb::arg("column"),
-        "The unit that a column's name states; empty: none.");
-  m.def("known_unit", &recording::known_unit, nb::arg("text"),
-        "One spelling of a unit; None where it is unknown.");
-  m.def(
-      "seconds_in",
-      [](const std::string& name) { return recording::seconds_in(recording::cut_name(name).unit); },
-      nb::arg("column"), "Seconds in the unit that a time's name states; None: it states none.");
+  m.def("unit_of", &recording::unit_of);
+  m.def("known_unit", &recording::known_unit);
+  m.def("seconds_in",
+        [](const std::string& name) { return recording::seconds_in(recording::cut_name(name).unit); });
   m.def("score", &score_columns);
   m.def("judge", &judge);
 }

@@ -52,10 +52,8 @@ nb::object experiment(study::Plan plan, const std::string& gestures, double rate
     one.model = deploy::on_hand(std::move(one.model), plan.parameters, notes);
   }
   study::check(plan);
-  const study::Result result = run(show, [&](Progress& progress) {
-    return study::run(
-        plan, [&](std::size_t done, std::size_t of) { progress.step(done, of, "experiment: batch"); });
-  });
+  const study::Result result =
+      run(show, [&](Progress& progress) { return study::run(plan, progress.counts("experiment: batch")); });
   Json json = study::to_json(result, plan);
   for (const std::string& note : notes) json["warnings"].push_back(note);
   return to_python(json);
@@ -70,9 +68,7 @@ nb::object merge(const std::vector<std::filesystem::path>& folders, const std::f
   });
   shards.plan.folder = out;
   const study::Result result = run(show, [&](Progress& progress) {
-    return study::merge(shards.plan, shards.folders, [&](std::size_t done, std::size_t of) {
-      progress.step(done, of, "experiment: batch");
-    });
+    return study::merge(shards.plan, shards.folders, progress.counts("experiment: batch"));
   });
   return to_python(study::to_json(result, shards.plan));
 }

@@ -19,8 +19,7 @@ from flexor._core import InputError, JobError, __version__
 from flexor import posture
 from flexor._identify import Identification, align, cohort, from_poses, identify, recalibrate
 from flexor._model import Compensator
-from flexor._recording import Recording, read
-from flexor._score import judge, score
+from flexor._recording import Recording, judge, read, score
 from flexor._twin import Experiment, experiment, merge, twin, twin_parameters
 
 __all__ = [

@@ -1,7 +1,5 @@
 """The compiled module, how its jobs show their progress, files written whole, and errors in one line."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json
@@ -96,11 +94,12 @@ def write_json(path, document, **style) -> None:
     write_text(path, json.dumps(document, **(style or {"indent": 2})) + "\n")
 
 
-def run_command(parser: argparse.ArgumentParser, job: Callable[[argparse.Namespace], None]) -> None:
-    """Ends with 2 and one line for what the user can mend."""
+@contextlib.contextmanager
+def options_of(parser: argparse.ArgumentParser) -> Iterator[argparse.Namespace]:
+    """For a command's job: ends with 2 and one line for what the user can mend."""
     options = parser.parse_args()
     try:
-        job(options)
+        yield options
     except (ValueError, OSError, RuntimeError) as error:  # RuntimeError: flexor.JobError
         print(f"{parser.prog}: {error}", file=sys.stderr)
         raise SystemExit(2) from error

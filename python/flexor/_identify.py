@@ -1,7 +1,5 @@
 """From recordings to compensators."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import pathlib
@@ -9,10 +7,8 @@ import shutil
 from typing import Any, Mapping, Optional, Sequence, Union
 
 from flexor._core import InputError, JobError, Show, core, filled, pandas, run, shown
-from flexor._model import Compensator, of_core
+from flexor._model import Compensator
 from flexor._recording import Recording, as_log
-
-Sensors = Union[str, Sequence[str]]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,12 +52,11 @@ class Identification:
         return pandas().DataFrame(self._covariances[joint], index=names, columns=names)
 
     def __repr__(self) -> str:
-        lines = [f"{name}: {joint['holdout']['rmse_deg']:.2f} deg held out, {joint['verdict']['word']}"
-                 for name, joint in self.results["joints"].items()]
-        return "\n".join(lines)
+        return "\n".join(f"{name}: {joint['holdout']['rmse_deg']:.2f} deg held out, {joint['verdict']['word']}"
+                         for name, joint in self.results["joints"].items())
 
 
-def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[Sensors, str]]] = None, *,
+def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[Union[str, Sequence[str]], str]]] = None, *,
              rate_hz: float = 20, split: float = 0.5, structure: str = "auto", lead_s: float = 0,
              clock_offset_s: Optional[float] = None, fit_all: bool = False, leave_out: str = "", input_unit: str = "",
              output_unit: str = "", reference_error_deg: Mapping[str, float] = {},
@@ -83,12 +78,9 @@ def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[
     """
     if leave_out and leave_out not in ("take", "block"):
         raise InputError(f'leave_out "{leave_out}": take or block')
-    logs: dict[int, Any] = {}
 
     def log_of(given: Any, of: str, number: int) -> Any:
-        if id(given) not in logs:
-            logs[id(given)] = as_log(given, f"{of} {number}" if len(pairs) > 1 else of)
-        return logs[id(given)]
+        return as_log(given, f"{of} {number}" if len(pairs) > 1 else of)
 
     for one in pairs:
         if not isinstance(one, (tuple, list)) or len(one) != 2:
@@ -106,7 +98,7 @@ def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[
         reference_error_deg={name(joint): error_deg for joint, error_deg in reference_error_deg.items()}, threads=threads,
         initial=(refit or initial) and (refit or initial)._core, refit=refit is not None)
     results, model, proven, covariances = run(core.identify, request, time_limit_s, progress=progress)
-    return Identification(of_core(model), of_core(proven), results, covariances)
+    return Identification(Compensator(model), Compensator(proven), results, covariances)
 
 
 def _ends(ends_deg: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
@@ -139,7 +131,7 @@ def recalibrate(compensator: Compensator, *, recording: Any = None, poses: Seque
         pair_sensor=as_log(sensor), pair_camera=as_log(reference), inputs=list(inputs),
         map=",".join(f"{joint}={column}" for joint, column in (map or {}).items()))
     results, model = run(core.recalibrate, request, progress=progress)
-    return (of_core(model) if results["applied"] else compensator), results
+    return (Compensator(model) if results["applied"] else compensator), results
 
 
 def from_poses(recording: Any, *, rate_hz: float = 20, joints: Sequence[str] = (),
@@ -147,7 +139,7 @@ def from_poses(recording: Any, *, rate_hz: float = 20, joints: Sequence[str] = (
     """A straight line for each sensor from held poses, for a glove without a camera: the open hand for three seconds, a fist, and
     both again. And which sensors were left out. ``joints``: of the columns in their order, if not by name."""
     model, warnings = core.from_poses(as_log(recording), rate_hz, _ends(ends_deg), list(joints))
-    return of_core(model), warnings
+    return Compensator(model), warnings
 
 
 def _run(manifest: pathlib.Path, out: pathlib.Path, options: dict[str, Any], shard: str, threads: int, show: Any) -> Any:

@@ -1,7 +1,5 @@
 """Compensators."""
 
-from __future__ import annotations
-
 import functools
 import json
 import os
@@ -15,11 +13,7 @@ from flexor._recording import Recording, as_log
 
 
 class Compensator:
-    """A model document, and the compensator that it describes: readings in, angles in degrees out.
-
-    >>> found = Compensator.load("models/published_hw.json")   # doctest: +SKIP
-    >>> found.predict(flexor.read("glove.csv")).frame          # doctest: +SKIP
-    """
+    """A model document, and the compensator that it describes: readings in, angles in degrees out."""
 
     def __init__(self, text: str, *, source: str = "model", arithmetic: str = "double") -> None:
         """``text``: the document. ``arithmetic``: double, float, or fixed, as in the glove. Raises ``InputError``."""
@@ -29,7 +23,7 @@ class Compensator:
         self.reset()
 
     @classmethod
-    def load(cls, path: Union[str, os.PathLike], *, arithmetic: str = "double") -> Compensator:
+    def load(cls, path: Union[str, os.PathLike], *, arithmetic: str = "double") -> "Compensator":
         """Raises ``InputError``: no model document, with the place; ``OSError``."""
         return cls(pathlib.Path(path).read_text("utf-8"), source=os.fspath(path), arithmetic=arithmetic)
 
@@ -77,13 +71,8 @@ class Compensator:
         glove is worn. Raises ``InputError``: no such column, another unit, no reading; ``JobError``: readings that the model
         hardly knows, as where ``flexor apply`` ends with 3.
         """
-        t_s, *tables, warnings = run(core.predict, self._core, self._arithmetic, as_log(recording), list(inputs), intervals, track,
-                                     progress=progress)
-        kinds = ("deg", "status", "se_deg")[: 2 + intervals]
-        columns = {f"{joint}_{kind}": np.ascontiguousarray(table[:, j]) for j, joint in enumerate(self.joints)
-                   for kind, table in zip(kinds, tables)}
-        units = {name: "deg" if name.endswith("_deg") else "" for name in columns}
-        return Recording._of((self.document.get("name", ""), t_s, columns, units, warnings, ""))
+        return Recording._of(run(core.predict, self._core, self._arithmetic, as_log(recording), list(inputs), intervals, track,
+                                 progress=progress))
 
     def step(self, rows: Any) -> tuple[np.ndarray, np.ndarray]:
         """Readings as they come: ``rows`` of one reading of each input (n x inputs), a sample period apart. Angles in degrees and
@@ -106,7 +95,3 @@ class Compensator:
 
     def __repr__(self) -> str:
         return f"Compensator({', '.join(self.inputs)} -> {', '.join(self.joints)}, every {self.sample_period_s:g} s)"
-
-
-def of_core(made: Any) -> Compensator:
-    return Compensator(made.to_json())

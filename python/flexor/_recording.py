@@ -1,15 +1,11 @@
-"""A log: named columns with units over one clock."""
+"""A log: named columns with units over one clock; how far the angles of one are from those of another, and whether that is good."""
 
-from __future__ import annotations
-
-import hashlib
 import os
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
 from flexor._core import InputError, core, pandas
-
 
 LONGEST_UNSTATED_S = 0.99  # beyond, times without a unit may be milliseconds or rows: of files too (host/recording/stream.cpp)
 
@@ -54,37 +50,26 @@ class Recording:
             numbers = _numbers(values, name, source)
             if numbers is None:
                 self.warnings.append(f"{source}: without numbers, and left out: {name}")
-            else:
-                self.columns[name] = numbers
+                continue
+            if numbers.shape != self.t_s.shape:
+                raise InputError(f'{source}: column "{name}" has {numbers.size} values, the times are {self.t_s.size}')
+            self.columns[name] = numbers
         if not self.columns:
             raise InputError(f"{source}: no column of numbers")
         self.units = {name: _unit(name, units, source) for name in self.columns}
         for name in units if isinstance(units, Mapping) else ():
             if name not in self.columns:
                 raise InputError(f'{source}: a unit of "{name}", which is no column of numbers')
-        for name, values in self.columns.items():
-            if values.shape != self.t_s.shape:
-                raise InputError(f'{source}: column "{name}" has {values.size} values, the times are {self.t_s.size}')
         bad = np.flatnonzero(~np.isfinite(self.t_s))
         if bad.size:
             raise InputError(f"{source}: row {bad[0] + 1} has no time")
         self._digest = ""
 
     @classmethod
-    def _of(cls, parts: tuple) -> Recording:
+    def _of(cls, parts: tuple) -> "Recording":
         out = cls.__new__(cls)
         out.source, out.t_s, out.columns, out.units, out.warnings, out._digest = parts
         return out
-
-    @property
-    def digest(self) -> str:
-        """Names the data that a model was trained on."""
-        if not self._digest:
-            digest = hashlib.sha256(self.t_s.tobytes())
-            for name, values in self.columns.items():
-                digest.update(name.encode() + values.tobytes())
-            self._digest = "sha256:" + digest.hexdigest()[:16]
-        return self._digest
 
     @property
     def frame(self) -> Any:
@@ -92,7 +77,7 @@ class Recording:
         pd = pandas()
         return pd.DataFrame(self.columns, index=pd.Index(self.t_s, name="t_s"), copy=False)
 
-    def shifted(self, seconds: float) -> Recording:
+    def shifted(self, seconds: float) -> "Recording":
         """The same with ``seconds`` added to its clock."""
         return Recording._of((self.source, self.t_s + seconds, self.columns, self.units, self.warnings, ""))
 
@@ -130,6 +115,52 @@ def as_recording(log: Any, name: str = "recording") -> Recording:
 def as_log(given: Any, name: str = "recording") -> Any:
     """The same for a room; none of None."""
     return core.Log() if given is None else core.Log(as_recording(given, name))
+
+
+def score(measured: Any, estimated: Any, columns: Optional[Mapping[str, str]] = None) -> dict[str, dict[str, Any]]:
+    """Figures of each joint, as ``flexor score --json`` prints them: rmse_deg, max_abs_deg, r2, best_lag_s, ...
+
+    Both on one clock. ``columns``: from the measured one's to the estimate's, where they are not called alike (NAME_deg).
+    Raises ``InputError``: no common column, no second in common; ``JobError``: the angle never changes.
+
+    >>> import numpy as np
+    >>> angle = 40 + 30 * np.sin(np.arange(200) / 10)
+    >>> truth = Recording({"index_deg": angle}, rate_hz=20)
+    >>> round(score(truth, Recording({"index_deg": angle + 2}, rate_hz=20))["index"]["rmse_deg"], 6)
+    2.0
+    """
+    reference, estimate = as_recording(measured, "measured"), as_recording(estimated, "estimated")
+    if columns is None:
+        columns = {name: name for name in reference.columns
+                   if name in estimate.columns and name.endswith("_deg") and not name.endswith("_se_deg")}
+    if not columns:
+        raise InputError(f"no angle of one name: {reference.source} has {', '.join(reference.columns)}; "
+                         f"{estimate.source} has {', '.join(estimate.columns)}")
+    return {one.removesuffix("_deg"): core.score(as_log(reference), one, as_log(estimate), other) for one, other in columns.items()}
+
+
+def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[float]], period_s: float,
+          part_ends: Sequence[int] = ()) -> dict[str, Any]:
+    """Whether errors are smaller than those of the best baseline at the same samples: better, as_good or worse, with the 95 %
+    interval of the difference by a bootstrap over blocks, and in ``words``. ``part_ends``: of parts that are drawn whole.
+
+    >>> import numpy as np
+    >>> noise = np.random.default_rng(1).normal(size=4000)
+    >>> judge(noise, {"line": 3 * noise}, period_s=0.05)["word"]
+    'better'
+    """
+    if not isinstance(baseline_error_deg, Mapping):
+        raise InputError("baseline_error_deg: a mapping of baselines' names to their errors")
+    errors = {"": np.asarray(error_deg, float)} | {name: np.asarray(e, float) for name, e in baseline_error_deg.items()}
+    for name, e in errors.items():
+        if e.ndim != 1 or e.size < 2 or e.shape != errors[""].shape or not np.isfinite(e).all():
+            raise InputError(f"errors{name and ' of ' + name}: two finite numbers or more, as many of each, are needed: leave out what either lacks")
+    ends = np.asarray([0, *part_ends])
+    if len(part_ends) and not ((np.diff(ends) > 0).all() and ends[-1] == len(error_deg)):
+        raise InputError(f"part_ends: the number of errors up to each part's end, rising to all {len(error_deg)}")
+    if not 0 < period_s < np.inf:
+        raise InputError(f"period_s={period_s}: the time between samples, in seconds, is needed")
+    return core.judge(errors.pop(""), errors, period_s, list(part_ends))
 
 
 def _array(values: Any) -> np.ndarray:

@@ -1,21 +1,17 @@
 """The simulated person, glove, radio and bionic hand."""
 
-from __future__ import annotations
-
+import collections
 import dataclasses
 import json
 import os
-from typing import Any, Mapping, NamedTuple, Sequence, Union
+from typing import Any, Mapping, Sequence, Union
 
 from flexor._core import InputError, Show, core, filled, pandas, run
 from flexor._model import Compensator
 from flexor._recording import Recording
 
 
-class Donning(NamedTuple):
-    glove: Recording
-    camera: Recording
-    hand: Recording
+Donning = collections.namedtuple("Donning", ["glove", "camera", "hand"])
 
 
 def _parameters(parameters: Mapping[str, Any], changes: Sequence[str]) -> Any:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pandas as pd
 
-from flexor._core import FINGERS, run_command, write_json
+from flexor._core import FINGERS, options_of, write_json
 from flexor._recording import read
 
 SHARES = np.array([0.02, 0.1, 0.5, 0.9, 0.98])
@@ -111,26 +111,19 @@ def prior(changes: pd.DataFrame) -> dict:
             "shift_sd": float(deviation["shift"]), "log_gain_sd": float(deviation["log_gain"]), "alike": float(alike)}
 
 
-def _job(o: argparse.Namespace) -> None:
-    sessions = {file: read(file, o.sensors or _like_fingers, repair=False).frame for file in o.files}
-    if len(sessions) < len(o.files):
-        raise ValueError("a session is there twice: give each once")
-    changes = compare(sessions, o.sensors)
-    found = prior(changes)
-    print((100 * changes).to_string(float_format="{:.1f}".format))
-    print(f"\npercent of a sensor's span; from one session to another: shift {100 * found['shift_sd']:.1f} %, gain "
-          f"{100 * found['log_gain_sd']:.1f} % (standard deviations); shifts of two sensors correlate by {found['alike']:.2f}")
-    if o.out:
-        write_json(o.out, found)
-
-
-def main() -> None:
+if __name__ == "__main__":
     parser = argparse.ArgumentParser("flexor.donning", description="What changed between sessions of one glove.")
     parser.add_argument("files", nargs="+", help="logs, one for each time that the glove was put on")
     parser.add_argument("--sensors", type=lambda text: text.split(","), help="columns (default: those that are called like fingers)")
     parser.add_argument("--out", help="write how the donnings differ, for flexor recalibrate --prior")
-    run_command(parser, _job)
-
-
-if __name__ == "__main__":
-    main()
+    with options_of(parser) as o:
+        sessions = {file: read(file, o.sensors or _like_fingers, repair=False).frame for file in o.files}
+        if len(sessions) < len(o.files):
+            raise ValueError("a session is there twice: give each once")
+        changes = compare(sessions, o.sensors)
+        found = prior(changes)
+        print((100 * changes).to_string(float_format="{:.1f}".format))
+        print(f"\npercent of a sensor's span; from one session to another: shift {100 * found['shift_sd']:.1f} %, gain "
+              f"{100 * found['log_gain_sd']:.1f} % (standard deviations); shifts of two sensors correlate by {found['alike']:.2f}")
+        if o.out:
+            write_json(o.out, found)

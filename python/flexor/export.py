@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from flexor._core import __version__, core, run_command, write_json, write_text
+from flexor._core import __version__, core, options_of, write_json, write_text
 from flexor._model import Compensator
 from flexor._recording import Recording, as_recording, read
 
@@ -31,9 +31,8 @@ A_DATE_S = 1e8  # dates are seconds since 1970; no log runs for three years
 UNEVEN = 0.15  # of the mean step: clocks are written in whole milliseconds
 README = """# Joint angles of a hand
 
-Angles of finger joints, in degrees, as a flex-sensor glove measured them and Flexor exported them. Each sample is a row
-of a motion.tsv, each joint a column; channels.tsv beside it names the columns, motion.json has the rate. The last
-column, latency, has the seconds from the first sample on. An angle that is not known is n/a.
+Angles of finger joints, in degrees, as a flex-sensor glove measured them and Flexor exported them. Columns of a motion.tsv are named
+in channels.tsv beside it; the last, latency, has the seconds from the first sample on. An angle that is not known is n/a.
 """
 
 
@@ -122,7 +121,10 @@ def bids(folder, log, *, subject: str = "01", task: str = "motion", number: int 
             write_json(folder / "dataset_description.json", {
                 "Name": "Joint angles of a hand", "BIDSVersion": "1.10.0", "DatasetType": "raw",
                 "GeneratedBy": [{"Name": "Flexor", "Version": __version__}]})
-        _add_participant(folder / "participants.tsv", f"sub-{subject}")
+        participants = folder / "participants.tsv"
+        lines = participants.read_text("utf-8").splitlines() if participants.exists() else ["participant_id"]
+        if f"sub-{subject}" not in [line.split("\t")[0] for line in lines]:
+            write_text(participants, "\n".join([*lines, f"sub-{subject}" + "\tn/a" * lines[0].count("\t")]) + "\n")
     except BaseException:
         for file in files:
             file.unlink(missing_ok=True)
@@ -145,14 +147,6 @@ def _write_run(angles: pd.DataFrame, files: list[Path], task: str, rate_hz: floa
     rows = [f"{joint}\tn/a\tJNTANG\t{joint}\tdeg" for joint in angles]
     rows = ["name\tcomponent\ttype\ttracked_point\tunits", *rows, "latency\tn/a\tLATENCY\tn/a\ts"]
     files[2].write_text("\n".join(rows) + "\n", "utf-8")
-
-
-def _add_participant(path: Path, subject: str) -> None:
-    """A line for the subject, where it has none."""
-    lines = path.read_text("utf-8").splitlines() if path.exists() else ["participant_id"]
-    if subject not in [line.split("\t")[0] for line in lines]:
-        lines.append(subject + "\tn/a" * lines[0].count("\t"))
-    write_text(path, "\n".join(lines) + "\n")
 
 
 def mot(path, log, *, model=None) -> int:
@@ -229,19 +223,7 @@ def live_samples(messages) -> Iterator[tuple[list[str], list[float]]]:
                 yield names, np.atleast_1d(angles).tolist()
 
 
-def _job(o: argparse.Namespace) -> None:
-    if o.to == "lsl":
-        return print(f"{lsl(o.file)} samples")
-    if not o.out:
-        raise ValueError("--out is needed")
-    log = _log(o.file)
-    if o.to == "bids":
-        print(*bids(o.out, log, subject=o.subject, task=o.task, number=o.run, model=o.model), sep="\n")
-    else:
-        print(f"{o.out}: {(mot if o.to == 'mot' else mat)(o.out, log, model=o.model)} of {len(log)} rows")
-
-
-def main() -> None:
+if __name__ == "__main__":
     parser = argparse.ArgumentParser("flexor.export", description="Angles for BIDS, OpenSim, MATLAB and the Lab Streaming Layer.")
     parser.add_argument("file", help="CSV of flexor apply, track or posture complete; for lsl also flexor live's address")
     parser.add_argument("--to", required=True, choices=("bids", "mot", "mat", "lsl"))
@@ -250,8 +232,13 @@ def main() -> None:
     parser.add_argument("--subject", default="01", help="bids: letters and digits")
     parser.add_argument("--task", default="motion", help="bids: letters and digits")
     parser.add_argument("--run", type=int, help="bids: number of the recording, where there are several")
-    run_command(parser, _job)
-
-
-if __name__ == "__main__":
-    main()
+    with options_of(parser) as o:
+        if o.to == "lsl":
+            print(f"{lsl(o.file)} samples")
+        elif not o.out:
+            raise ValueError("--out is needed")
+        elif o.to == "bids":
+            print(*bids(o.out, o.file, subject=o.subject, task=o.task, number=o.run, model=o.model), sep="\n")
+        else:
+            log = _log(o.file)
+            print(f"{o.out}: {(mot if o.to == 'mot' else mat)(o.out, log, model=o.model)} of {len(log)} rows")

@@ -16,8 +16,6 @@ are played with the published ones and those.
     python -m flexor.laboratories run laboratories.json --scenarios --out all/
 """
 
-from __future__ import annotations
-
 import argparse
 import functools
 import json
@@ -31,7 +29,7 @@ from typing import Any, Callable, NamedTuple, Optional, Sequence
 import numpy as np
 import pandas as pd
 
-from flexor._core import FINGERS, InputError, Show, __version__, core, filled, run_command, shown, write_json, write_text
+from flexor._core import FINGERS, InputError, Show, __version__, core, filled, options_of, shown, write_json, write_text
 
 SCHEMA = "flexor-ensemble"
 PUBLISHED = ("raw", "published-w", "published-hw")
@@ -169,15 +167,11 @@ def draw(laboratories: int = 200, *, walkers: int = 64, steps: int = 600, starts
     draws = (steps - steps // 3) * walkers
     if not 1 <= laboratories <= draws:
         raise InputError(f"{steps} steps of {walkers} walkers leave {draws} draws for {laboratories} laboratories")
-    if walkers < (least := 2 * len(prior().names)):
-        raise InputError(f"{walkers} walkers are too few for as many parameters: at least {least}")
     of = prior()
 
     def log_density(x: np.ndarray) -> float:
         before = of.log_density(x)
-        if math.isinf(before):
-            return before
-        return before + log_likelihood(_parameters(of.values(x)), trials, seed)
+        return before if math.isinf(before) else before + log_likelihood(_parameters(of.values(x)), trials, seed)
 
     random = np.random.default_rng(seed)
     begins = np.array([of.draw(random) for _ in range(max(walkers, starts))])
@@ -369,25 +363,7 @@ def text(result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _job(o: argparse.Namespace) -> None:
-    if o.task == "fit":
-        print("\n".join(f"{name}={value:g}" for name, value in fit().items()))
-        return
-    if o.task == "draw":
-        ensemble = draw(o.laboratories, steps=o.steps, seed=o.seed, threads=o.threads)
-        write_json(o.out, ensemble, indent=1)
-        print(f"{o.out}: {o.laboratories} laboratories")
-        if doubt(ensemble):
-            print(f"warning: {doubt(ensemble)}", file=sys.stderr)
-        return
-    ensemble = load(o.file)
-    rows = run(ensemble, out=o.out, threads=o.threads, gestures=o.gestures, trials=o.trials, scenarios=o.scenarios)
-    result = summary(rows, ensemble)
-    write_json(Path(o.out) / "results.json", result)
-    print(text(result))
-
-
-def main() -> None:
+if __name__ == "__main__":
     parser = argparse.ArgumentParser("flexor.laboratories", description=(__doc__ or "").partition("\n")[0])
     tasks = parser.add_subparsers(dest="task", required=True)
     tasks.add_parser("fit", help="the likeliest one, for --set of flexor experiment; minutes")
@@ -403,8 +379,18 @@ def main() -> None:
     for one in (drawing, playing):
         one.add_argument("--out", required=True, help="the document; of run a folder: laboratories.jsonl, results.json")
         one.add_argument("--threads", type=int, default=0, help="0: as many as the machine has")
-    run_command(parser, _job)
-
-
-if __name__ == "__main__":
-    main()
+    with options_of(parser) as o:
+        if o.task == "fit":
+            print("\n".join(f"{name}={value:g}" for name, value in fit().items()))
+        elif o.task == "draw":
+            ensemble = draw(o.laboratories, steps=o.steps, seed=o.seed, threads=o.threads)
+            write_json(o.out, ensemble, indent=1)
+            print(f"{o.out}: {o.laboratories} laboratories")
+            if doubt(ensemble):
+                print(f"warning: {doubt(ensemble)}", file=sys.stderr)
+        else:
+            ensemble = load(o.file)
+            rows = run(ensemble, out=o.out, threads=o.threads, gestures=o.gestures, trials=o.trials, scenarios=o.scenarios)
+            result = summary(rows, ensemble)
+            write_json(Path(o.out) / "results.json", result)
+            print(text(result))

@@ -1,7 +1,5 @@
 """Figures with matplotlib, in the colours of Flexor's reports."""
 
-from __future__ import annotations
-
 from typing import Any, Optional
 
 import numpy as np

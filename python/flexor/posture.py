@@ -1,7 +1,5 @@
 """What the sensed joints say of all 23."""
 
-from __future__ import annotations
-
 from typing import Any, Optional, Sequence
 
 from flexor._core import Show, core, run

@@ -10,13 +10,13 @@ Angles are degrees, flexion of the fingers is negative.
 """
 import argparse
 import hashlib
+from collections import namedtuple
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from flexor._core import FINGERS, __version__, run_command, write_json
+from flexor._core import FINGERS, __version__, options_of, write_json
 from flexor._recording import read
 
 JOINTS = [f"thumb_{joint}" for joint in ("rot", "mcp", "ip", "abd")]
@@ -33,13 +33,7 @@ MARGIN_DEG = 10  # beyond what people of the recordings did, and the spread of p
 ANATOMY_DEG = {"mcp": (90, 45), "pip": (100, 0), "dip": (90, 0)}
 
 
-@dataclass
-class Recorded:
-    """One person's file."""
-    source: str
-    digest: str
-    t_s: np.ndarray
-    hands_deg: np.ndarray  # rows x 23, in the order of JOINTS
+Recorded = namedtuple("Recorded", ["source", "digest", "t_s", "hands_deg"])  # one person's file; rows x 23, in the order of JOINTS
 
 
 def read_recorded(path) -> Recorded:
@@ -86,14 +80,11 @@ def rest_deg(person: Recorded) -> np.ndarray:
     return person.hands_deg[since_s <= REST_S].mean(axis=0)
 
 
-def _hats(angle_deg: np.ndarray) -> np.ndarray:
-    """rows x knots: what each knot's value counts at an angle; level beyond the ends."""
-    return np.column_stack([np.interp(angle_deg, KNOT_DEG, hat) for hat in np.eye(len(KNOT_DEG))])
-
-
 def coupled_curve(people: Sequence[Recorded], joint: str, follows: str) -> tuple[np.ndarray, float]:
     """Values at KNOT_DEG, every person counting the same, and the standard error of curves on the people left out of them."""
-    hats = [_hats(person.hands_deg[:, JOINTS.index(follows)]) for person in people]
+    # rows x knots: what each knot's value counts at an angle; level beyond the ends
+    hats = [np.array([np.interp(person.hands_deg[:, JOINTS.index(follows)], KNOT_DEG, hat) for hat in np.eye(len(KNOT_DEG))]).T
+            for person in people]
     angles = [person.hands_deg[:, JOINTS.index(joint)] for person in people]
     bend = np.sqrt(STRAIGHT) * np.diff(np.eye(len(KNOT_DEG)), 2, axis=0)
 
@@ -151,24 +142,17 @@ def _rounded(values) -> list[float]:
     return (np.round(values, 2) + 0.0).tolist()
 
 
-def _job(o: argparse.Namespace) -> None:
-    document = learn([read_recorded(file) for file in o.files], o.seed)
-    write_json(o.out, document, separators=(",", ":"))
-    print(f"{'person':20}{'rows':>7}{'seconds':>9}{'cells':>7}")
-    for person in document["people"]:
-        print(f"{person['source']:20}{person['rows']:7}{sum(cell[0] for cell in person['cells']):9.1f}{len(person['cells']):7}")
-    for curve in document["curves"]:
-        print(f"{curve['joint']:12}follows {curve['follows']:12} within {curve['sd_deg']:.2f} deg, standard error on people left out")
-    print(f"written {o.out}")
-
-
-def main() -> None:
+if __name__ == "__main__":
     parser = argparse.ArgumentParser("flexor.posture_learning", description="How the 23 joints of a hand go together, from recordings.")
     parser.add_argument("files", nargs="+", help="CSV: t_s and NAME_deg of all 23 joints; three people or more, a file each")
     parser.add_argument("--out", required=True, help="the posture document")
     parser.add_argument("--seed", type=int, default=1, help="of the order of typical hands")
-    run_command(parser, _job)
-
-
-if __name__ == "__main__":
-    main()
+    with options_of(parser) as o:
+        document = learn([read_recorded(file) for file in o.files], o.seed)
+        write_json(o.out, document, separators=(",", ":"))
+        print(f"{'person':20}{'rows':>7}{'seconds':>9}{'cells':>7}")
+        for person in document["people"]:
+            print(f"{person['source']:20}{person['rows']:7}{sum(cell[0] for cell in person['cells']):9.1f}{len(person['cells']):7}")
+        for curve in document["curves"]:
+            print(f"{curve['joint']:12}follows {curve['follows']:12} within {curve['sd_deg']:.2f} deg, standard error on people left out")
+        print(f"written {o.out}")

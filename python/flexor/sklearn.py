@@ -1,20 +1,18 @@
 """A compensator as a regressor of scikit-learn's: rows are samples in the order in which they were taken, ``1 / rate_hz`` apart."""
 
-from __future__ import annotations
-
 import warnings
 from typing import Any, Optional
 
 import numpy as np
-from sklearn.base import BaseEstimator, RegressorMixin
+from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from flexor._core import JobError, core, filled
-from flexor._model import Compensator, of_core
+from flexor._model import Compensator
 from flexor._recording import Recording, as_log
 
 
-class FlexorRegressor(RegressorMixin, BaseEstimator):
+class FlexorRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):
     """Readings of one sensor or several to an angle, or several.
 
     ``structure``: as ``flexor.identify`` takes it. Where the rows are too few for it, or tell nothing of the angle, a straight line
@@ -34,12 +32,7 @@ class FlexorRegressor(RegressorMixin, BaseEstimator):
         self.structure = structure
         self.rate_hz = rate_hz
 
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.multi_output = True
-        return tags
-
-    def fit(self, X: Any, y: Any) -> FlexorRegressor:
+    def fit(self, X: Any, y: Any) -> "FlexorRegressor":
         X, y = validate_data(self, X, y, multi_output=True, y_numeric=True, dtype=np.float64, ensure_min_samples=2)
         if not self.rate_hz > 0:
             raise ValueError(f"rate_hz={self.rate_hz!r}: rows a second, more than 0")
@@ -53,7 +46,8 @@ class FlexorRegressor(RegressorMixin, BaseEstimator):
         try:
             log = Recording({**sensors, **columns}, rate_hz=self.rate_hz)
             joints = [core.JointMap(f"y{j}", list(sensors), name) for j, name in enumerate(columns)]
-            self.compensator_ = of_core(core.fit(filled(core.Request(), map=joints, rate_hz=self.rate_hz, structure=self.structure), as_log(log)))
+            request = filled(core.Request(), map=joints, rate_hz=self.rate_hz, structure=self.structure)
+            self.compensator_ = Compensator(core.fit(request, as_log(log)))
         except (JobError, ValueError) as error:
             self.refusal_ = str(error)
             self.line_ = np.linalg.lstsq(np.column_stack([X, np.ones(len(X))]), angles, rcond=None)[0]

@@ -68,7 +68,13 @@ ANGLES = {"index_deg": [1.0, 2.0, 3.0]}
     (lambda: flexor.judge([1, np.nan, 3], {"line": [1, 2, 3]}, 0.05), "finite"),
     (lambda: flexor.judge([1, 2, 3], {"line": [1, 2]}, 0.05), "errors of line"),
     (lambda: flexor.judge([1, 2, 3], {"line": [1, 2, 3]}, 0), "period_s=0"),
+    (lambda: flexor.judge([1, 2, 3], {}, np.inf), "period_s=inf"),
     (lambda: flexor.judge([1, 2, 3], [1, 2, 3], 0.05), "a mapping"),
+    (lambda: flexor.Recording({"a": [1.0, 2.0]}, rate_hz=np.inf), "positive and finite"),
+    (lambda: flexor.judge([1.0], {}, 0.05), "two finite numbers"),
+    (lambda: flexor.judge(np.ones((4, 2)), {}, 0.05), "two finite numbers"),
+    (lambda: flexor.judge([1.0] * 9, {}, 0.05, [1, 2, 3, 4]), "rising to all 9"),
+    (lambda: flexor.judge([1.0] * 9, {}, 0.05, [3, 2, 5, 9]), "rising to all 9"),
     (lambda: flexor.twin(rate_hz="fast"), "does not take these"),
 ])
 def test_a_recording_that_is_none(work, text):
@@ -145,14 +151,6 @@ def test_what_cannot_be_told_is_a_job_error(donning, found):
 def test_readings_that_the_model_hardly_knows(found, donning):
     twelve_bits = flexor.Recording({name: 8 * values + 2000 for name, values in donning.glove.columns.items()}, time=donning.glove.t_s)
     assert "lie outside of the model's range" in refusal(lambda: found.compensator.predict(twelve_bits), flexor.JobError)
-
-
-@pytest.mark.parametrize("work", [
-    lambda: flexor.Recording({"a": [1.0, 2.0]}, rate_hz=np.inf), lambda: flexor.judge([], {}, 0.05), lambda: flexor.judge([1.0], {}, 0.05),
-    lambda: flexor.judge(np.ones((4, 2)), {}, 0.05), lambda: flexor.judge([1.0, 2.0], {}, np.inf),
-    lambda: flexor.judge([1.0] * 9, {}, 0.05, [1, 2, 3, 4]), lambda: flexor.judge([1.0] * 9, {}, 0.05, [3, 2, 5, 9])])
-def test_what_gave_nothing_or_a_constant(work):
-    refusal(work)
 
 
 def predicted(found, glove):

@@ -1,5 +1,6 @@
 """What changed between sessions: known shifts and gains come back, what cannot be compared is refused, one real glove over months."""
 import json
+import runpy
 from pathlib import Path
 
 import numpy as np
@@ -86,6 +87,6 @@ def test_the_command_reads_readings_alone(tmp_path, monkeypatch):
         t_s = np.r_[0.01 * np.arange(600), 3 + 0.01 * np.arange(600)]
         pd.DataFrame({"t_s": t_s, "index": readings, "pose": ["1"] * 600 + ["1-2"] * 600}).to_csv(file, index=False)
     monkeypatch.setattr("sys.argv", ["flexor.donning", *map(str, files), "--out", str(tmp_path / "prior.json")])
-    donning.main()
+    runpy.run_path(donning.__file__, run_name="__main__")
     frames = {str(file): pd.read_csv(file) for file in files}
     assert json.loads((tmp_path / "prior.json").read_text()) == donning.prior(donning.compare(frames))

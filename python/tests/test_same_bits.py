@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 
 import flexor
 
@@ -14,21 +15,17 @@ def test_a_model_is_the_commands_to_the_byte(program, files, tmp_path):
     assert (tmp_path / "n.json").read_bytes() == (tmp_path / "m.json").read_bytes()
 
 
-def test_results_are_the_commands(program, files):
+def test_results_are_the_commands_and_those_of_frames(program, files):
+    pandas = pytest.importorskip("pandas")
     command = json.loads(program("identify", "--pair", files / "glove-1.csv", files / "camera-1.csv", "--rate", 10,
                                  "--structure", "line", "--json"))
     found = flexor.identify([(files / "glove-1.csv", files / "camera-1.csv")], rate_hz=10, structure="line", progress=False)
     for one in (command, found.results):
         del one["fit_seconds"]
     assert found.results == command
-
-
-def test_a_frame_gives_what_its_file_gives(files):
-    pandas = __import__("pytest").importorskip("pandas")
     frames = [pandas.read_csv(files / name, index_col="t_s") for name in ("glove-1.csv", "camera-1.csv")]
     of_frames = flexor.identify([tuple(frames)], rate_hz=10, structure="line", progress=False)
-    of_files = flexor.identify([(files / "glove-1.csv", files / "camera-1.csv")], rate_hz=10, structure="line", progress=False)
-    assert of_frames.compensator.document["blocks"] == of_files.compensator.document["blocks"]
+    assert of_frames.compensator.document["blocks"] == found.compensator.document["blocks"]
 
 
 def test_angles_are_the_commands(program, files, found, tmp_path):

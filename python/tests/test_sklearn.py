@@ -1,5 +1,3 @@
-import os
-
 import numpy as np
 import pytest
 
@@ -8,8 +6,6 @@ pytest.importorskip("sklearn")
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from flexor.sklearn import FlexorRegressor
-
-SEARCHES = [FlexorRegressor()] if os.environ.get("FLEXOR_LONG") else []
 
 
 @pytest.mark.parametrize("wrong", [{"structure": "nonsense"}, {"rate_hz": -5}])
@@ -26,6 +22,6 @@ def test_readings_out_of_range_are_said():
         model.predict(np.full((5, 1), 5000.0))
 
 
-@parametrize_with_checks([FlexorRegressor(structure="line"), *SEARCHES])
+@parametrize_with_checks([FlexorRegressor(structure="line")])
 def test_scikit_learns_checks(estimator, check):
     check(estimator)

@@ -167,6 +167,8 @@ def draw(laboratories: int = 200, *, walkers: int = 64, steps: int = 600, starts
     draws = (steps - steps // 3) * walkers
     if not 1 <= laboratories <= draws:
         raise InputError(f"{steps} steps of {walkers} walkers leave {draws} draws for {laboratories} laboratories")
+    if walkers < (least := 2 * len(prior().names)):
+        raise InputError(f"{walkers} walkers are too few for as many parameters: at least {least}")
     of = prior()
 
     def log_density(x: np.ndarray) -> float:

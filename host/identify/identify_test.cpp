@@ -354,6 +354,23 @@ TEST_F(Hand, RecordingsThatDoNotBelongTogetherAreRefused) {
   EXPECT_TRUE(has(refusal(request({one, volts}, kBoth)), "b_adc\" reads"));
 }
 
+TEST_F(Hand, WhereOneClockWasResetTheOtherLogGoesWithEachTrial) {
+  for (const bool is_camera : {true, false}) {
+    const PairFiles files = write("reset", {120, 7});
+    change(is_camera ? files.reference : files.sensor, [](recording::Recording& log) {
+      for (std::size_t k = log.t_s.size() / 2; k < log.t_s.size(); ++k) log.t_s[k] -= 40;
+    });
+    Request r = request({files});
+    r.structure = "line";
+    EXPECT_TRUE(has(refusal(r), "--segment clock"));
+    r.time.segments = {"clock"};
+    const Result found = identify_files(r, {});
+    ASSERT_EQ(found.clocks.size(), 2U);
+    EXPECT_NEAR(found.clocks[0].offset_s, kOffset_s, 0.1);
+    EXPECT_NEAR(found.clocks[1].offset_s, kOffset_s + (is_camera ? -40 : 40), 0.1);
+  }
+}
+
 TEST_F(Hand, AStuckSensorIsNamedFirstAndNoStructureIsAdvised) {
   const PairFiles files = write("stuck", {60, 1});
   change(files.sensor, [](recording::Recording& log) {

@@ -30,6 +30,9 @@ std::vector<Take> read_trials(const PairFiles& files, const Options& options) {
   for (const JointMap& joint : options.map) {
     std::vector<recording::Recording> trials = recording::angle_segments(
         files.reference, joint.reference, recording::times_of_reference(files.sensor, files.reference, time));
+    // Beside a clock that was reset the other one may have run on: its log goes with each trial.
+    if (out.size() == 1) out.resize(trials.size(), Take(out.front()));
+    if (trials.size() == 1) trials.resize(out.size(), recording::Recording(trials.front()));
     if (trials.size() != out.size())
       throw io::InputError("{} trials in {}, {} in {}: they must be as many", out.size(),
                            files.sensor.string(), trials.size(), files.reference.string());
@@ -43,12 +46,11 @@ std::vector<Take> read_trials(const PairFiles& files, const Options& options) {
 }
 
 void add_warnings(const Take& take, std::vector<std::string>& warnings) {
-  warnings.insert(warnings.end(), take.sensor.warnings.begin(), take.sensor.warnings.end());
-  for (const recording::Recording& reference : take.reference) {
-    for (const std::string& warning : reference.warnings) {
-      if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);
-    }
-  }
+  std::vector<std::string> all = take.sensor.warnings;
+  for (const recording::Recording& r : take.reference)
+    all.insert(all.end(), r.warnings.begin(), r.warnings.end());
+  for (const std::string& warning : all)
+    if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);
 }
 
 }  // namespace

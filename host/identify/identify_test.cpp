@@ -5,6 +5,7 @@
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/map_check.hpp"
+#include "host/identify/readings.hpp"
 #include "host/io/json.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/correction.hpp"
@@ -369,6 +370,32 @@ TEST_F(Hand, WhereOneClockWasResetTheOtherLogGoesWithEachTrial) {
     EXPECT_NEAR(found.clocks[0].offset_s, kOffset_s, 0.1);
     EXPECT_NEAR(found.clocks[1].offset_s, kOffset_s + (is_camera ? -40 : 40), 0.1);
   }
+}
+
+// An angle of an inertial suit, where 180 goes over into -180 in the middle of the motion.
+TEST_F(Hand, ASensorThatWrapsAtTheEndOfATurnGoesOnInEveryCommand) {
+  PairFiles files = write("turn", {60, 1, 40, 0});
+  const auto as_turned = [&](double off_deg) {
+    change(files.sensor, [&](recording::Recording& log) {
+      log.columns.resize(1);
+      log.columns[0].name = "index_deg";
+      for (double& u : log.columns[0].value) u = std::remainder(u / 3 + off_deg, 360);
+    });
+    return files.sensor;
+  };
+  as_turned(0);
+  Request r = request({files}, "index=index_deg:index_deg");
+  const Result whole = identify_files(r, {});
+  files = write("turn", {60, 1, 40, 0});
+  as_turned(30);
+  r.pairs = {files};
+  const Result wrapped = identify_files(r, {});
+  EXPECT_TRUE(warned(wrapped, "jumps by a turn"));
+  EXPECT_NEAR(wrapped.joints[0].holdout.rmse_deg, whole.joints[0].holdout.rmse_deg, 0.01);
+  const recording::Recording log = recording::read_csv(files.sensor, {}, "");
+  std::vector<double> one{-175};
+  turn_into_range(wrapped.model, one);
+  EXPECT_EQ(one[0], 185);
 }
 
 TEST_F(Hand, AStuckSensorIsNamedFirstAndNoStructureIsAdvised) {

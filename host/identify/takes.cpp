@@ -24,6 +24,7 @@ std::vector<Take> read_trials(const PairFiles& files, const Options& options) {
     one.files = files;
     for (const std::string& sensor : sensors) {
       recording::state_unit(one.sensor, sensor, options.input_unit);
+      recording::unwrap(one.sensor, sensor);
       recording::require_change(one.sensor, sensor, "is the sensor plugged in?");
     }
   }

@@ -635,6 +635,11 @@ TEST_F(Hand, RequestsThatCannotBeMetAreRefusedInWords) {
   refuses("never changes", [&](Request& r) {
     r.pairs = {write("s", {30, 7}, [](std::vector<double>& angle) { angle.assign(angle.size(), 40); })};
   });
+  refuses("is it in another unit", [&](Request& r) {
+    r.pairs = {write("mdeg", {30, 7}, [](std::vector<double>& angle) {
+      for (double& v : angle) v *= 1000;
+    })};
+  });
   refuses("takes deg", [](Request& r) {
     r.initial = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
     r.refit = true;

@@ -41,6 +41,13 @@ std::vector<Take> read_trials(const PairFiles& files, const Options& options) {
       out[i].reference.push_back(std::move(trials[i]));
       recording::to_degrees(out[i].reference.back(), joint.reference, options.output_unit);
       recording::require_change(out[i].reference.back(), joint.reference, "does the camera see the marks?");
+      const auto& angle = out[i].reference.back().column(joint.reference).value;
+      if (const auto far =
+              std::ranges::find_if(angle, [](double v) { return std::abs(v) > model::kMaxAngle_deg; });
+          far != angle.end())
+        throw io::InputError(
+            "{}: column \"{}\" reads {:g} degrees: is it in another unit? Write it in degrees",
+            files.reference.string(), joint.reference, *far);
     }
   }
   return out;

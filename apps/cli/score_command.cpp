@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/cli/commands.hpp"
+#include "host/recording/align.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/pair.hpp"
 #include "host/recording/resample.hpp"
@@ -74,29 +75,59 @@ recording::Recording angle_of(recording::Recording all, const std::string& colum
   return all;
 }
 
+// What the motion says of the two clocks; none where it says too little.
+std::optional<recording::Alignment> clocks_of(const recording::Series& measured,
+                                              const recording::Series& estimated) {
+  try {
+    recording::Alignment found = recording::align(estimated, measured);
+    if (found.confidence >= recording::kUnsure) return found;
+  } catch (const io::JobError&) {  // too short, or two motions
+  }
+  return {};
+}
+
 // `name`: of the joint, before its messages; empty: there is one alone.
 Json score_of(const Options& o, const recording::Recording& measured, const std::string& column,
               const recording::Recording& estimated, const std::string& of, const std::string& name) {
-  const auto angles = [](const recording::Recording& r, const std::string& c) {
-    const recording::Series s = r.series(c);
-    return score::Angles{s.t_s, s.value, recording::default_max_gap_s(s.t_s)};
+  constexpr double kMoveTogether = 0.9;  // as eta^2
+  constexpr double kDriftErrors = 4;     // standard errors
+  const recording::Series y = measured.series(column), e = estimated.series(of);
+  const auto clocks = clocks_of(y, e);
+  const auto compared = [&](double by_s) {
+    std::vector<double> t_s(e.t_s.begin(), e.t_s.end());
+    for (double& t : t_s) t += by_s;
+    return score::compare({y.t_s, y.value, recording::default_max_gap_s(y.t_s)},
+                          {t_s, e.value, recording::default_max_gap_s(e.t_s)});
   };
+  const double behind_s = clocks ? clocks->clock_offset_s : 0;
+  const std::string shift = fmt::format("by their motion --estimate-offset {:.2f} puts the two on one clock",
+                                        o.estimate_offset_s + behind_s);
   score::Score s;
   try {
-    s = score::compare(angles(measured, column), angles(estimated, of));
+    s = compared(0);
   } catch (const io::InputError& error) {
-    throw io::InputError("{} and {}: {}{}; shift one with --estimate-offset", o.reference, o.estimate, name,
-                         error.what());
+    throw io::InputError("{} and {}: {}{}; {}", o.reference, o.estimate, name, error.what(),
+                         clocks ? shift : "shift one with --estimate-offset");
   }
   if (s.left_out > 0) {
     log_note(fmt::format("{}{} of {} samples lie in gaps of the other file and are left out", name,
                          s.left_out, s.left_out + s.samples));
   }
-  if (s.lag_at_edge) {
-    log_warning(
-        fmt::format("{}the best lag lies at the edge of the search: are the two on the same clock? "
-                    "--estimate-offset shifts one",
-                    name));
+  const bool is_better = clocks && 2 * compared(behind_s).rmse_deg < s.lag_removed_rmse_deg;
+  if (is_better) {
+    log_warning(name + shift);
+  } else if (clocks && s.r2 < 0 && clocks->eta_squared > kMoveTogether) {
+    log_warning(name +
+                "the two move together and yet are far apart: has one another zero or sign, or radians?");
+  } else if (s.lag_at_edge) {
+    log_warning(name +
+                "the best lag lies at the edge of the search: are the two on the same clock? "
+                "--estimate-offset shifts one");
+  }
+  if (clocks && clocks->drift_se_ppm && std::abs(*clocks->drift_ppm) > kDriftErrors * *clocks->drift_se_ppm &&
+      std::abs(*clocks->drift_ppm) * 1e-6 * clocks->overlap_s > recording::kVelocityError_s) {
+    log_warning(fmt::format("{}the measured angle's clock runs {:+.2f} % fast, which the error holds too",
+                            name, *clocks->drift_ppm * 1e-4));
   }
   return s;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "host/identify/map_check.hpp"
+#include "host/identify/readings.hpp"
 #include "host/io/io.hpp"
 #include "host/io/numbers.hpp"
 
@@ -55,6 +56,7 @@ Applied apply(const model::Model& model, recording::LogReader& log, const ApplyO
       if (o.progress) o.progress(rows);
       if (rows > 0 && row.t_s > last_s && steps_s.size() < kMostSteps) steps_s.push_back(row.t_s - last_s);
       last_s = row.t_s;
+      turn_into_range(model, row.value);
       out.ranges.add(row.value);
       estimator.push(row.t_s, row.value, sink);
     }

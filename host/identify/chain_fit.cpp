@@ -186,9 +186,12 @@ class ChainFitter {
       const Index last = summary.covariance.rows();
       out.covariance.conservativeResizeLike(Eigen::MatrixXd::Zero(last + 1, last + 1));
     }
-    out.model = own_inputs(task_.inputs, task_.joint);
     try {
-      add_blocks(chain, summary.channel, out.model);
+      for (const double share : {1.0, 0.5, 0.25}) {
+        out.model = own_inputs(task_.inputs, task_.joint);
+        add_blocks(chain, summary.channel, share, out.model);
+        if (refusal_of(out.model).empty()) break;
+      }
       out.hold_drift_deg = identify::hold_drift_deg(out.model, task_.sessions, task_.joint.sensors);
     } catch (const io::InputError& error) {  // too steep for any document
       throw io::JobError(error.what());
@@ -232,11 +235,9 @@ class ChainFitter {
   }
 
   // The channel's blocks behind the joint's own input, whose readings a board takes in about the converter's steps.
-  void add_blocks(const Chain& chain, const model::Channel& fitted, model::Model& model) const {
+  void add_blocks(const Chain& chain, const model::Channel& fitted, double share, model::Model& model) const {
     model::Input& input = model.inputs.front();
-    const auto& zone = fitted.dead_zone;
-    const double gain =
-        scale_to_counts(input, zone ? std::max(std::abs(zone->lower), std::abs(zone->upper)) : 0);
+    const double gain = scale_to_counts(input, share);
     model::Channel channel = model::scaled(fitted, gain);
     if (channel.hysteresis) {  // in the board's steps, so that its plays are these
       const auto rounded = [](double x, int fraction) {

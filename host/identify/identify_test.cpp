@@ -5,6 +5,7 @@
 #include "host/identify/estimator.hpp"
 #include "host/identify/hold.hpp"
 #include "host/identify/map_check.hpp"
+#include "host/identify/readings.hpp"
 #include "host/io/json.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/correction.hpp"
@@ -354,6 +355,49 @@ TEST_F(Hand, RecordingsThatDoNotBelongTogetherAreRefused) {
   EXPECT_TRUE(has(refusal(request({one, volts}, kBoth)), "b_adc\" reads"));
 }
 
+TEST_F(Hand, WhereOneClockWasResetTheOtherLogGoesWithEachTrial) {
+  for (const bool is_camera : {true, false}) {
+    const PairFiles files = write("reset", {120, 7});
+    change(is_camera ? files.reference : files.sensor, [](recording::Recording& log) {
+      for (std::size_t k = log.t_s.size() / 2; k < log.t_s.size(); ++k) log.t_s[k] -= 40;
+    });
+    Request r = request({files});
+    r.structure = "line";
+    EXPECT_TRUE(has(refusal(r), "--segment clock"));
+    r.time.segments = {"clock"};
+    const Result found = identify_files(r, {});
+    ASSERT_EQ(found.clocks.size(), 2U);
+    EXPECT_NEAR(found.clocks[0].offset_s, kOffset_s, 0.1);
+    EXPECT_NEAR(found.clocks[1].offset_s, kOffset_s + (is_camera ? -40 : 40), 0.1);
+  }
+}
+
+// An angle of an inertial suit, where 180 goes over into -180 in the middle of the motion.
+TEST_F(Hand, ASensorThatWrapsAtTheEndOfATurnGoesOnInEveryCommand) {
+  PairFiles files = write("turn", {60, 1, 40, 0});
+  const auto as_turned = [&](double off_deg) {
+    change(files.sensor, [&](recording::Recording& log) {
+      log.columns.resize(1);
+      log.columns[0].name = "index_deg";
+      for (double& u : log.columns[0].value) u = std::remainder(u / 3 + off_deg, 360);
+    });
+    return files.sensor;
+  };
+  as_turned(0);
+  Request r = request({files}, "index=index_deg:index_deg");
+  const Result whole = identify_files(r, {});
+  files = write("turn", {60, 1, 40, 0});
+  as_turned(30);
+  r.pairs = {files};
+  const Result wrapped = identify_files(r, {});
+  EXPECT_TRUE(warned(wrapped, "jumps by a turn"));
+  EXPECT_NEAR(wrapped.joints[0].holdout.rmse_deg, whole.joints[0].holdout.rmse_deg, 0.01);
+  const recording::Recording log = recording::read_csv(files.sensor, {}, "");
+  std::vector<double> one{-175};
+  turn_into_range(wrapped.model, one);
+  EXPECT_EQ(one[0], 185);
+}
+
 TEST_F(Hand, AStuckSensorIsNamedFirstAndNoStructureIsAdvised) {
   const PairFiles files = write("stuck", {60, 1});
   change(files.sensor, [](recording::Recording& log) {
@@ -590,6 +634,11 @@ TEST_F(Hand, RequestsThatCannotBeMetAreRefusedInWords) {
   refuses("a_adc", [](Request& r) { r.map = parse_map("index=c_adc:index_deg"); });  // what there is
   refuses("never changes", [&](Request& r) {
     r.pairs = {write("s", {30, 7}, [](std::vector<double>& angle) { angle.assign(angle.size(), 40); })};
+  });
+  refuses("is it in another unit", [&](Request& r) {
+    r.pairs = {write("mdeg", {30, 7}, [](std::vector<double>& angle) {
+      for (double& v : angle) v *= 1000;
+    })};
   });
   refuses("takes deg", [](Request& r) {
     r.initial = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");

@@ -42,21 +42,6 @@ constexpr double kFewCounts = 64;            // readings below: a board's steps 
 constexpr double kMostCounts = 32767. / 32;  // that a board holds
 constexpr double kTwelveBits = 4095;         // of larger counts a model is one for a PC
 
-// Why this candidate cannot be worn; empty: it can.
-std::string refusal_of(const model::Model& model, double drift_deg) {
-  if (drift_deg > kMostDrift_deg) {
-    return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute", drift_deg);
-  }
-  const model::Model board = model::folded(model).model;
-  if (!std::ranges::all_of(board.inputs, model::holds_readings)) return "";
-  try {
-    model::check_fixed(board);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 void require_moving(const std::vector<Session>& sessions, const JointMap& joint) {
   const Stack stack(sessions);
   for (Eigen::Index s = 0; s < stack.input.cols(); ++s) {
@@ -67,7 +52,7 @@ void require_moving(const std::vector<Session>& sessions, const JointMap& joint)
   }
 }
 
-std::string refusal_of(const JointFit& chain) {
+std::string chain_refusal(const JointFit& chain) {
   return refusal_of(chain.model, chain.creeps ? 0 : chain.hold_drift_deg);
 }
 
@@ -254,7 +239,7 @@ std::string chain_refusal(const JointFit& chain, const JointFit& best) {
     return smaller ? "its loss over the folds is larger"
                    : "no better than the best by more than a standard error";
   if (!(chain.cross_validated_deg <= most_deg)) return "errs more than the best";
-  const std::string out = refusal_of(chain);
+  const std::string out = chain_refusal(chain);
   return out.empty() ? imprecision_of(chain.model) : out;
 }
 
@@ -319,7 +304,7 @@ JointFit better(JointFit several, JointFit one, const std::string& name) {
 
 JointFit fit_one_chain(const Chain& chain, const Task& task, const std::optional<Initial>& initial) {
   JointFit out = fit_chain(chain, task, initial);
-  if (const std::string refusal = refusal_of(out); !refusal.empty())
+  if (const std::string refusal = chain_refusal(out); !refusal.empty())
     throw io::JobError("{}: {} cannot be worn: {}; try fewer poles, or a sum of curves", task.joint.joint,
                        text_of(chain), refusal);
   out.rows = {out.row()};
@@ -399,7 +384,7 @@ JointFit fit_mixed(const Task& task, const std::string& structure, const std::op
   out.covariance.conservativeResizeLike(Eigen::MatrixXd::Zero(all, all));
   CandidateRow& row = *std::ranges::find(out.rows, true, &CandidateRow::chosen);
   row.parameters = out.effective;
-  row.refusal = refusal_of(out.model, 0);
+  row.refusal = refusal_of(out.model);
   if (row.refusal.empty()) row.refusal = imprecision_of(out.model);
   return out;
 }
@@ -447,13 +432,26 @@ CandidateRow JointFit::row() const {
   return out;
 }
 
-double scale_to_counts(model::Input& input, double shift) {
+std::string refusal_of(const model::Model& model, double drift_deg) {
+  if (drift_deg > kMostDrift_deg) {
+    return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute", drift_deg);
+  }
+  const model::Model board = model::folded(model).model;
+  if (!std::ranges::all_of(board.inputs, model::holds_readings)) return "";
+  try {
+    model::check_fixed(board);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+double scale_to_counts(model::Input& input, double share) {
   const double most = std::max(std::abs(input.valid_min), std::abs(input.valid_max));
   const bool counts = input.unit == "count";
-  if (!(most > 0) || (most >= (counts ? 0 : kFewCounts) && most <= kMostCounts) ||
-      (counts && most > kTwelveBits))
-    return 1;
-  const double gain = std::exp2(std::floor(std::log2(kMostCounts / (most + shift))));
+  const bool is_held = !(most > 0) || (most >= (counts ? 0 : kFewCounts) && most <= kMostCounts) ||
+                       (counts && most > kTwelveBits);
+  const double gain = share * (is_held ? 1 : std::exp2(std::floor(std::log2(kMostCounts / most))));
   if (!counts) {
     input.valid_min *= gain;
     input.valid_max *= gain;

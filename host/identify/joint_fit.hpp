@@ -88,10 +88,13 @@ JointFit fit_chain(const Chain& wanted, const Task& task, const std::optional<In
 // itself holds still its error may wander by half as much again.
 std::string creep_refusal(const JointFit& one, const JointFit& still, const std::vector<Session>& sessions);
 
+// Why such a model cannot be worn; empty: it can.
+std::string refusal_of(const model::Model& model, double drift_deg = 0);
+
 // What brings readings in volts, kilohms, ohms or counts of more than ten bits to about what a board's converter counts, for in
 // steps of that size it computes: a power of two, which rounds nothing. The range of `input` passes it too, but of counts, whose
-// converter's rails stay where they are. `shift`: by which what comes behind moves them, in their unit.
-double scale_to_counts(model::Input& input, double shift = 0);
+// converter's rails stay where they are. `share` of that, where what comes behind goes beyond the readings.
+double scale_to_counts(model::Input& input, double share = 1);
 
 // `inputs` with the joint's own alone.
 model::Model own_inputs(model::Model inputs, const JointMap& joint);

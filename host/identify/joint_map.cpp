@@ -224,6 +224,7 @@ recording::Pair load_pair(SourceFiles files, bool clock_is_known) {
       recording::read_angle(files.reference, files.output,
                             recording::times_of_reference(files.sensor, files.reference, files.time)),
       files.output};
+  recording::unwrap(pair.sensor, pair.input);
   recording::to_degrees(pair.reference, pair.output, files.output_unit);
   return pair;
 }

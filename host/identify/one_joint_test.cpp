@@ -38,6 +38,15 @@ INSTANTIATE_TEST_SUITE_P(Logs, AppliedIsScored,
                                          Drawn{120, 7, 100, 14}, Drawn{120, 7, 100, 14, true},
                                          Drawn{120, 7, 9, 2, true, true}));
 
+TEST_F(Hand, ASensorNearItsConvertersTopIsFittedAsOneInItsMiddle) {
+  const PairFiles files = write("high", {60, 7});
+  Request r = request({files});
+  r.structure = "hysteresis(2) > curve(10) > lti(2) > saturation";
+  const double middle_deg = identify_files(r, {}).joints[0].holdout.rmse_deg;
+  change_readings(files.sensor, [](double u) { return u + 340; });
+  EXPECT_NEAR(identify_files(r, {}).joints[0].holdout.rmse_deg, middle_deg, 0.05 * middle_deg);
+}
+
 TEST_F(Hand, TwoLogsOfOneMachineHaveOneClock) {
   const PairFiles logs = write("one", {30, 7});
   const auto set_clock = [](const recording::Log& file, double ahead_s) {  // of the log's own

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <numeric>
 
 #include "host/identify/robust.hpp"
@@ -86,6 +87,15 @@ Turns turns_of(std::span<const double> readings, double turn) {
     out.there_and_back = std::max(out.there_and_back, shorter);
   }
   return out;
+}
+
+void turn_into_range(const model::Model& model, std::span<double> readings) {
+  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+    const model::Input& input = model.inputs[i];
+    if (input.unit != "deg" && input.unit != "rad") continue;
+    const double turn = input.unit == "deg" ? 360 : 2 * std::numbers::pi;
+    readings[i] -= turn * std::round((readings[i] - (input.valid_min + input.valid_max) / 2) / turn);
+  }
 }
 
 model::Spread spread_of(std::vector<double> readings, std::span<const double> shares) {

@@ -25,6 +25,9 @@ struct Turns {
   double there_and_back = 0;  // the farthest that the readings went one way and then the other
 };
 
+// Readings in degrees or radians, by whole turns brought to the middle of what the model knows of each input.
+void turn_into_range(const model::Model& model, std::span<double> readings);
+
 // The reading that each share of them does not exceed, straight between neighbours.
 model::Spread spread_of(std::vector<double> readings, std::span<const double> shares);
 

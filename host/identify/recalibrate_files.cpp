@@ -45,7 +45,9 @@ recording::Recording read_log(const recording::Log& path, const RecalibrationFil
   std::vector<double> row(model.inputs.size());
   for (std::size_t k = 0; k < log.t_s.size(); ++k) {
     for (std::size_t i = 0; i < row.size(); ++i) row[i] = log.columns[i].value[k];
+    turn_into_range(model, row);
     of.ranges.add(row);
+    for (std::size_t i = 0; i < row.size(); ++i) log.columns[i].value[k] = row[i];
   }
   for (std::size_t i = 0; i < row.size(); ++i) log.columns[i].name = model.inputs[i].name;
   return log;

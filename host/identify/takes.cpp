@@ -24,12 +24,16 @@ std::vector<Take> read_trials(const PairFiles& files, const Options& options) {
     one.files = files;
     for (const std::string& sensor : sensors) {
       recording::state_unit(one.sensor, sensor, options.input_unit);
+      recording::unwrap(one.sensor, sensor);
       recording::require_change(one.sensor, sensor, "is the sensor plugged in?");
     }
   }
   for (const JointMap& joint : options.map) {
     std::vector<recording::Recording> trials = recording::angle_segments(
         files.reference, joint.reference, recording::times_of_reference(files.sensor, files.reference, time));
+    // Beside a clock that was reset the other one may have run on: its log goes with each trial.
+    if (out.size() == 1) out.resize(trials.size(), Take(out.front()));
+    if (trials.size() == 1) trials.resize(out.size(), recording::Recording(trials.front()));
     if (trials.size() != out.size())
       throw io::InputError("{} trials in {}, {} in {}: they must be as many", out.size(),
                            files.sensor.string(), trials.size(), files.reference.string());
@@ -37,18 +41,24 @@ std::vector<Take> read_trials(const PairFiles& files, const Options& options) {
       out[i].reference.push_back(std::move(trials[i]));
       recording::to_degrees(out[i].reference.back(), joint.reference, options.output_unit);
       recording::require_change(out[i].reference.back(), joint.reference, "does the camera see the marks?");
+      const auto& angle = out[i].reference.back().column(joint.reference).value;
+      if (const auto far =
+              std::ranges::find_if(angle, [](double v) { return std::abs(v) > model::kMaxAngle_deg; });
+          far != angle.end())
+        throw io::InputError(
+            "{}: column \"{}\" reads {:g} degrees: is it in another unit? Write it in degrees",
+            files.reference.string(), joint.reference, *far);
     }
   }
   return out;
 }
 
 void add_warnings(const Take& take, std::vector<std::string>& warnings) {
-  warnings.insert(warnings.end(), take.sensor.warnings.begin(), take.sensor.warnings.end());
-  for (const recording::Recording& reference : take.reference) {
-    for (const std::string& warning : reference.warnings) {
-      if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);
-    }
-  }
+  std::vector<std::string> all = take.sensor.warnings;
+  for (const recording::Recording& r : take.reference)
+    all.insert(all.end(), r.warnings.begin(), r.warnings.end());
+  for (const std::string& warning : all)
+    if (std::ranges::find(warnings, warning) == warnings.end()) warnings.push_back(warning);
 }
 
 }  // namespace

@@ -87,8 +87,10 @@ Wiring wiring_of(const Model& model) {
   const auto& names = finger_names();
   for (std::size_t i = 0; i < kFingers; ++i) out.joint[i] = joint_of(model, names[i]);
   if (std::ranges::none_of(out.joint, [](const auto& joint) { return joint.has_value(); })) {
-    throw io::InputError("none of the model's joints is a finger's ({}): a board moves {}",
-                         model.joints.front().name, fmt::join(names, ", "));
+    throw io::InputError(
+        "none of the model's joints is a finger's ({}): a board moves {}; identify it as one of them: "
+        "--map index=SENSOR:ANGLE",
+        model.joints.front().name, fmt::join(names, ", "));
   }
   add_strips(model, graph, out);
   for (std::size_t f = 0; f < kFingers; ++f) {

@@ -333,7 +333,10 @@ bool is_greeting(const std::vector<std::string>& cells) {
 TimeName read_time_name(std::string_view column) {
   constexpr const char* kNames =
       "t time times timestamps date datetime clock elapsed elapsedtime timems elapsedtimein relativetime "
-      "systime systemtime sampletime localtime xvalue zeit uhrzeit datum zeitstempel temps heure horodatage "
+      "systime systemtime sampletime localtime sensortime hosttime frametime logtime receivetime "
+      "sampletimefine xvalue "
+      "unixtime posixtime epochtime epoch epoc utc utctime timeelapsed secondselapsed timeunix zeit uhrzeit "
+      "datum zeitstempel temps heure horodatage "
       "tiempo hora tempo ora tijd tid czas zaman masa waktu aika cas čas idő время Время 時間 時刻 时间 "
       "時間戳 时间戳 시간";
   const NameAndUnit cut = cut_name(column);

@@ -110,28 +110,6 @@ void require_rows(const Recording& r, const std::string& column) {
   if (r.t_s.size() < 2) throw JobError("{}: {} has hardly any reading", r.source, column);
 }
 
-// An angle that jumps by a turn at the end of one goes on; its middle is then within half a turn of where it jumps.
-void unwrap(Recording& recording, Column& column) {
-  constexpr double kWrap_deg = 270;
-  std::vector<double>& angle = column.value;
-  const auto [low, high] = std::ranges::minmax(angle);
-  const double seam = low < 0 ? 180 : 0;
-  if (!(high - low >= kWrap_deg && high - low <= 360)) return;
-  const auto jumps = [](double a, double b) { return std::abs(b - a) >= kWrap_deg; };
-  const auto first = std::ranges::adjacent_find(angle, jumps);
-  if (first == angle.end()) return;
-  const double first_s = recording.t_s[static_cast<std::size_t>(first - angle.begin()) + 1];
-  for (std::size_t k = 1; k < angle.size(); ++k)
-    angle[k] -= 360 * std::round((angle[k] - angle[k - 1]) / 360);
-  const auto [least, most] = std::ranges::minmax(angle);
-  const double off = 360 * std::round(((least + most) / 2 - seam) / 360);
-  for (double& v : angle) v -= off;
-  recording.warnings.push_back(
-      fmt::format("{}: column \"{}\" jumps by a turn, first at {:.2f} s: it is taken to go on there, from "
-                  "{:.4g} to {:.4g} deg",
-                  recording.source, column.name, first_s, least - off, most - off));
-}
-
 // Where the offset was given, the signals need not tell it; why they do not is a warning.
 std::optional<Alignment> find_alignment(Pair& pair, bool given, std::vector<std::string>& warnings) {
   const Series sensor = pair.sensor.series(pair.input);
@@ -300,7 +278,39 @@ void to_degrees(Recording& recording, const std::string& name, const std::string
     recording.warnings.push_back(
         fmt::format("{}: column \"{}\" is in radians and was converted to degrees", recording.source, name));
   }
-  unwrap(recording, column);
+  unwrap(recording, name);
+}
+
+void unwrap(Recording& recording, const std::string& name) {
+  constexpr double kWrap = 0.75;  // of a turn
+  Column& column = recording.column(name);
+  if (column.unit != "deg" && column.unit != "rad") return;
+  const double turn = column.unit == "deg" ? 360 : 2 * std::numbers::pi;
+  double low = HUGE_VAL, high = -HUGE_VAL, last = NAN;
+  std::optional<double> first_s;
+  for (std::size_t k = 0; k < column.value.size(); ++k) {
+    const double v = column.value[k];
+    if (std::isnan(v)) continue;
+    low = std::min(low, v);
+    high = std::max(high, v);
+    if (!first_s && std::abs(v - last) >= kWrap * turn) first_s = recording.t_s[k];
+    last = v;
+  }
+  if (!first_s || high - low > turn) return;
+  const double seam = low < 0 ? turn / 2 : 0;
+  low = HUGE_VAL, high = -HUGE_VAL;
+  for (double& v : column.value) {
+    if (std::isnan(v)) continue;
+    last = v -= turn * std::round((v - last) / turn);
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  const double off = turn * std::round(((low + high) / 2 - seam) / turn);
+  for (double& v : column.value) v -= off;
+  recording.warnings.push_back(
+      fmt::format("{}: column \"{}\" jumps by a turn, first at {:.2f} s: it is taken to go on there, from "
+                  "{:.4g} to {:.4g} {}",
+                  recording.source, column.name, *first_s, low - off, high - off, column.unit));
 }
 
 void state_unit(Recording& recording, const std::string& column, const std::string& stated) {

@@ -74,6 +74,10 @@ void to_degrees(Recording& recording, const std::string& column, const std::stri
 // io::InputError for a unit that is none, or a word against the column's.
 void state_unit(Recording& recording, const std::string& column, const std::string& stated);
 
+// A column of degrees or radians that jumps by a turn at the end of one goes on; its middle is then within half a turn of where it
+// jumps. Missing values stay.
+void unwrap(Recording& recording, const std::string& column);
+
 // Throws io::InputError for what is no rate, no offset between two clocks, or no lead.
 void check_clock(double rate_hz, std::optional<double> clock_offset_s, double lead_s);
 

@@ -87,7 +87,7 @@ TEST(Pair, AnAngleInAUnitThatNobodyKnowsIsRefusedByName) {
     return io::refusal_of([&] { to_degrees(r, name, ""); });
   };
   for (const char* name : {"angle_grad", "angle (grad)", "angle_mrad", "angle [gon]", "angle (%)",
-                           "angle_percent", "angle turn"})
+                           "angle_percent", "angle turn", "qx", "quat_w"})
     EXPECT_NE(refusal(name).find("deg or rad"), std::string::npos) << name;
   for (const char* name : {"angle", "index_deg", "angle (deg)", "SensorA1", "turn_deg", "grad"})
     EXPECT_EQ(refusal(name), "accepted") << name;

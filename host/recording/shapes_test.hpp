@@ -314,6 +314,8 @@ inline const std::vector<Shape> kShapes = {
     {"SecondsAndMicroseconds", "tv_sec,tv_usec,flex\n7,950000,10\n8,0,11\n8,50000,12\n", "are one time"},
     {"StampOfRos", "f.header.stamp,flex\n" + three("1700000000@000000,#\n"), "ns since 1970"},
     {"FrenchTime", "Temps (ms);flex\n" + three("^;#\n")},
+    {"UnixTime", "unix_time,flex\n" + three("~,#\n")},
+    {"ElapsedOfAnApp", "seconds_elapsed,flex\n" + three("~,#\n")},
     {"JapaneseTime", "時間,flex\n" + three("~,#\n")},
     {"LabView",
      "LabVIEW Measurement\t\nTime\t13:00:17.1\n***End_of_Header***\t\nY_Unit_Label\tVolts\nX0\t0.0\n"

@@ -103,6 +103,7 @@ std::string unknown_angle_unit(std::string_view column) {
   const std::string unit = cut_name(column).unit;
   if (!unit.empty()) return known_unit(unit) ? "" : unit;
   const std::string text = lower(trimmed(column));
+  if (is_one_of(text, "qw qx qy qz q0 q1 q2 q3 quat_w quat_x quat_y quat_z")) return "parts of a quaternion";
   const std::string last = text.substr(text.find_last_of("_ ") + 1);
   return last.size() < text.size() && is_one_of(last, "grad gon mrad turn turns percent %") ? last : "";
 }

@@ -20,7 +20,7 @@ bool is_unit(std::string_view text);  // one of those, or of time
 std::string without_unit(std::string_view column);
 
 // What the column's name states as the unit of an angle though it is none that Flexor knows: anything in brackets, or grad gon
-// mrad turn percent at the end. Empty: nothing of that kind.
+// mrad turn percent at the end, or a quaternion's. Empty: nothing of that kind.
 std::string unknown_angle_unit(std::string_view column);
 
 // Seconds in a unit of time (s ms us ns, min; "millis", "sec" ...); none where it is no unit of time.

@@ -83,6 +83,7 @@ TwinSource::TwinSource(TwinOptions options)
       wearer_(twin::draw_variation(input_.parameters, twin::seed_of(input_.seed, kTrial)), input_.motion),
       unit_(options.unit),
       reading_(twin::Divider(input_.parameters).reading(unit_, "of the glove")) {
+  tally_.lost = 0;
   facts.why_not_written = "the twin has no board: start flexor live --boards";
   facts.rate_hz = options.rate_hz;
   facts.lead_s = kLead_s;

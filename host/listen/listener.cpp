@@ -61,10 +61,6 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
   decoder_->push(heard_, now_s(), before);
 }
 
-double Listener::now_s() const {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-}
-
 // Listens at the port's present rate until the bytes are known. A board that waits, or has not heard yet that it is asked for
 // readings, may just have been started by the port's opening.
 std::optional<Guess> Listener::hear(double longest_s) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -39,7 +38,6 @@ class Listener : public Source {
   Event wait(double timeout_s, std::vector<Sample>& out) override;
   const std::vector<std::string>& columns() const override { return decoder_->columns(); }
   const Tally& tally() const override { return decoder_->tally(); }
-  double now_s() const override;
   std::string says() const override;
   bool takes_models() const override { return format() == Format::frames && options_.readings; }
   bool is_compensated() const override { return format() == Format::frames && !options_.readings; }
@@ -61,7 +59,6 @@ class Listener : public Source {
   void ask_for_readings();
 
   ListenerOptions options_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::unique_ptr<io::SerialPort> port_;
   std::unique_ptr<Decoder> decoder_;
   std::optional<link::HandEnd> hand_;

@@ -237,15 +237,11 @@ study::BenchView Bench::view() const {
   const HandStatus status = simulation_.hand_status();
   out.now_ms = world.now_ms();
   out.port = port_ ? terminal_ : "";
-  out.is_open = port_ && port_->is_open();
   out.motion = motion_;
-  if (const auto start_ms = wearer_.start_ms())
-    out.motion_s = static_cast<double>(world.now_ms() - *start_ms) / 1000;
   for (int i = 0; i < twin::kFingers; ++i) {
     const auto finger = static_cast<std::size_t>(i);
     out.finger_deg[finger] = world.finger_deg(i);
     out.joint_deg[finger] = world.joint_deg(i);
-    out.duty[finger] = simulation_.hand().duty(i);
     out.fault[finger] = status.fault[i];
   }
   out.counts = counts_;

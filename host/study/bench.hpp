@@ -40,18 +40,15 @@ struct BenchChange {
 struct BenchView {
   std::int64_t now_ms = 0;  // simulated, since the boards were switched on
   std::string port;         // empty: unplugged
-  bool is_open = false;     // somebody has the port open
   std::string motion;
-  std::optional<double> motion_s;  // since its t = 0; negative before; none: at rest
   std::array<double, kFingers> finger_deg{};
   std::array<double, kFingers> joint_deg{};  // of the bionic hand
-  std::array<double, kFingers> duty{};       // -1 to 1 of the supply
   std::array<int, kFingers> fault{};         // hand::Fault
   std::array<int, kFingers> counts{};        // the glove's last conversions
 };
 
 FLEXOR_PIPE(BenchChange, ms, slip_deg, drift_deg_per_min, noise_counts, loss, motion, restart, unplugged)
-FLEXOR_PIPE(BenchView, now_ms, port, is_open, motion, motion_s, finger_deg, joint_deg, duty, fault, counts)
+FLEXOR_PIPE(BenchView, now_ms, port, motion, finger_deg, joint_deg, fault, counts)
 
 // The old Nanos', 57600 baud, of Debian's package.
 inline constexpr const char* kBootloader =

@@ -1,8 +1,6 @@
 // Jobs: commands of `flexor` in processes of their own, one at a time.
-#include <fmt/format.h>
 
 #include "apps/live/live.hpp"
-#include "host/io/io.hpp"
 
 namespace flexor::live {
 

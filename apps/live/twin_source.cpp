@@ -189,8 +189,8 @@ listen::Event TwinSource::wait(double timeout_s, std::vector<listen::Sample>& ou
   return listen::Event::samples;
 }
 
-WornNow TwinSource::now() const {
-  WornNow out;
+study::BenchView TwinSource::now() const {
+  study::BenchView out;
   for (int i = 0; i < twin::kFingers; ++i) {
     out.finger_deg[static_cast<std::size_t>(i)] = run_->world.finger_deg(i);
     out.joint_deg[static_cast<std::size_t>(i)] = run_->world.joint_deg(i);

@@ -45,7 +45,7 @@ class TwinSource : public WornGlove {
   void play(const std::string& motion, double pace) override;
   std::optional<double> begun_s() const override;
 
-  WornNow now() const override;
+  study::BenchView now() const override;
   // Integral of the absolute error in a motion of its own, all fingers, deg s; with glove and hand as they are now, on any thread.
   std::function<double(const twin::Motion&)> score_on() const;
   Score score() override;

@@ -75,10 +75,7 @@ std::shared_ptr<WornGlove> worn_boards() {
   study::BenchOptions options;
   options.model = of_counts(study::compensator("published-hw", kBoardsRate_hz).model, options.parameters);
   options.port_link = boards->folder.path() / "glove";
-  study::BenchChange begin;
-  begin.motion = "ordinary";
-  const study::Bench& bench =
-      boards->source.emplace(io::program_beside(kBoards), options, begin, true).bench();
+  const study::Bench& bench = boards->source.emplace(io::program_beside(kBoards), options, true).bench();
   WornFacts& facts = boards->source->facts;
   if (const deploy::Key& key = bench.key()) {
     facts.key_file = (boards->folder.path() / "pair.key").string();

@@ -25,16 +25,17 @@ void run(Options& o) {
   o.bench.parameters = twin_parameters(o.twin);
   o.bench.model = study::compensator(o.model, o.rate_hz).model;
   study::Bench bench(io::program_beside(kBoardsWorker), o.bench);
+  const std::string no_bootloader = study::why_no_bootloader();
   io::StopOnSignal stop;
   if (!o.key.empty()) deploy::write_key(o.key, *bench.key());
   print({{{"port", bench.port()},
           {"key", o.key.empty() ? Json(nullptr) : Json(o.key)},
-          {"bootloader", bench.has_bootloader()},
+          {"bootloader", no_bootloader.empty()},
           {"rate_hz", o.rate_hz},
           {"seed", o.bench.seed}},
          fmt::format("a glove is at {0}: flexor monitor --port {0}\n", bench.port())},
         o.json);
-  if (!o.json && !bench.has_bootloader()) log(study::why_no_bootloader());
+  if (!o.json && !no_bootloader.empty()) log(no_bootloader);
   const study::BenchChange on = {.worn = {.slip_deg = o.slip_deg}, .motion = o.motion};
   const study::BenchView begin = bench.advance(on);
   while (!*stop.flag()) {

@@ -83,7 +83,7 @@ std::shared_ptr<WornGlove> worn_boards() {
   }
   facts.has_boards = true;
   facts.port = bench.port();
-  facts.why_not_written = bench.has_bootloader() ? "" : study::why_no_bootloader();
+  facts.why_not_written = study::why_no_bootloader();
   facts.rate_hz = kBoardsRate_hz;
   facts.lead_s = kBoardsLead_s;
   return {boards, &*boards->source};

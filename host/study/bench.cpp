@@ -25,18 +25,17 @@ std::optional<twin::Motion> bench_motion(const std::string& name) {
       name);
 }
 
-std::string why_no_bootloader(const fs::path& hex) {
-  if (fs::exists(hex)) return "";
+std::string why_no_bootloader() {
+  if (fs::exists(kBootloader)) return "";
   return "the simulated glove has no bootloader, through which models and firmware are written, since "
          "Debian's package arduino-core-avr is not installed: install it, and start this command again";
 }
 
 Bench::Bench(fs::path program, const BenchOptions& options)
     : glove_(glove_of(options)), worker_(std::move(program)) {
-  has_bootloader_ = fs::exists(kBootloader);
   const twin::TrialInput input{options.parameters, short_motion(), options.model, options.seed};
   Json arguments = {{"glove", glove_}, {"input", input}};
-  if (has_bootloader_) arguments["bootloader"] = io::bytes_to_json(kBootloader);
+  if (why_no_bootloader().empty()) arguments["bootloader"] = io::bytes_to_json(kBootloader);
   const fs::path& link = options.port_link;
   if (!link.empty()) arguments["link"] = io::bytes_to_json(fs::absolute(link).string());
   const Json opened = worker_.run("bench_open", arguments);

@@ -55,7 +55,7 @@ FLEXOR_PIPE(BenchView, now_ms, finger_deg, joint_deg, fault, counts)
 inline constexpr const char* kBootloader =
     "/usr/share/arduino/hardware/arduino/avr/bootloaders/atmega/ATmegaBOOT_168_atmega328.hex";
 // Why a simulated glove has no bootloader, with the mend; "": it has.
-std::string why_no_bootloader(const std::filesystem::path& hex = kBootloader);
+std::string why_no_bootloader();
 
 struct BenchOptions {
   twin::Parameters parameters = {};
@@ -75,7 +75,6 @@ class Bench {
   // As it is opened: the link, or the pseudo-terminal.
   const std::string& port() const { return port_; }
   const deploy::Key& key() const { return glove_.key; }
-  bool has_bootloader() const { return has_bootloader_; }
 
   // 20 ms of simulated time and, but for at most 50 ms that it lags behind, as much real time.
   BenchView advance(const BenchChange& change);
@@ -87,7 +86,6 @@ class Bench {
 
  private:
   deploy::Glove glove_;
-  bool has_bootloader_ = false;
   std::mutex mutex_;
   io::Worker worker_;
   std::string port_;

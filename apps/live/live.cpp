@@ -108,7 +108,8 @@ void Live::hear_hand() {
   }
   server_->send_all(rows.bytes());
   guard_recording([&] {
-    for (const listen::Sample& sample : samples) recording_->add_hand(sample, glove_->hand->columns());
+    for (const listen::Sample& sample : samples)
+      recording_->add_hand(sample, glove_->hand->source->columns());
   });
 }
 

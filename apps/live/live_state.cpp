@@ -196,7 +196,7 @@ Live::Json Live::hand_state() const {
   return {{"names", model::finger_names()},
           {"open_deg", twin::Parameters().hand_lower_deg},
           {"status", hand ? hand->status(now_s()) : "simulated"},
-          {"port", hand ? Json(hand->path()) : Json(nullptr)},
+          {"port", hand ? Json(hand->path) : Json(nullptr)},
           {"faults", faults},
           {"board", hand ? hand->board_faults() : ""}};
 }

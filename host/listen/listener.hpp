@@ -21,8 +21,8 @@ struct ListenerOptions {
   unsigned baud = 0;                  // 0: to be found
   std::optional<Format> format = {};  // none: to be found
   bool readings = false;              // of Flexor's gloves: readings instead of angles, which are asked for
-  bool angles_will_do = false;        // with `readings`: of what gives none within seconds, what it gives
-  bool waiting_hand_will_do = false;  // a hand that waits for its glove: its samples come with the glove
+  // With `readings`: of what gives none within seconds, what it gives; a hand that waits for its glove, whose samples come later.
+  bool any_will_do = false;
   std::optional<link::Key> key = {};  // of the pair: the glove is challenged, as its hand does
   std::shared_ptr<const std::atomic<bool>> stop = {};  // set: finding ends at once, with an io::InputError
 };

@@ -1,4 +1,5 @@
 #include "apps/cli/commands.hpp"
+#include "host/identify/apply.hpp"
 #include "host/identify/recalibrate_files.hpp"
 #include "host/io/output.hpp"
 

@@ -53,7 +53,7 @@ Bench::Bench(BenchSetup setup)
     simulation_.glove().put_bootloader(
         deploy::read_intel_hex(setup_.bootloader, deploy::kAtmega328p.flash_bytes));
   connect();
-  plug_in();
+  if (!setup_.link.empty()) link_.emplace(point(setup_.link, terminal()));
   while (simulation_.world().now_ms() < 0) step();
 }
 
@@ -62,8 +62,8 @@ void Bench::connect() {
     return wearer_.angle(finger, t_ms);
   };
   simulation_.on_air = [this](Cycles, std::uint8_t byte) {  // the glove's UART has begun to send it
-    if (port_ && port_->is_open() && is_heard_ && said_.size() < kMostSaid)
-      said_ += static_cast<char>(port_->on_the_wire(byte, simulation_.glove().baud()));
+    if (port_.is_open() && is_heard_ && said_.size() < kMostSaid)
+      said_ += static_cast<char>(port_.on_the_wire(byte, simulation_.glove().baud()));
   };
   simulation_.on_glove_air = [this](Cycles end, std::uint8_t byte) {
     if (program_runs_) radio_.push_back({end, byte});
@@ -74,23 +74,11 @@ void Bench::connect() {
   };
   simulation_.glove().on_bite = [this](Cycles) { program_runs_ = false; };
   simulation_.on_strip = [this](std::int64_t, int finger, int counts) {
-    if (noise_counts_ != 0) counts += static_cast<int>(std::lround(noise_counts_ * noise_.normal()));
+    if (worn_.noise_counts != 0)
+      counts += static_cast<int>(std::lround(worn_.noise_counts * noise_.normal()));
     // Nothing is read of what a strip has after the converter's end.
     return counts_[static_cast<std::size_t>(finger)] = std::clamp(counts, 0, twin::kAdcTop);
   };
-}
-
-void Bench::plug_in() {
-  port_.emplace();
-  terminal_ = port_->name();
-  if (!setup_.link.empty()) link_.emplace(point(setup_.link, terminal_));
-}
-
-void Bench::unplug() {
-  link_.reset();
-  port_.reset();
-  typed_.clear();
-  said_.clear();
 }
 
 void Bench::play(const std::string& motion) {
@@ -104,20 +92,16 @@ void Bench::play(const std::string& motion) {
 }
 
 void Bench::change(const study::BenchChange& c) {
-  slip_deg_ = c.slip_deg.value_or(slip_deg_);
-  drift_deg_per_min_ = c.drift_deg_per_min.value_or(drift_deg_per_min_);
-  noise_counts_ = c.noise_counts.value_or(noise_counts_);
-  if (c.loss) setup_.input.parameters.loss = std::min(1.0, radio_loss_ + *c.loss);
+  worn_ = c.worn;
+  setup_.input.parameters.loss = std::min(1.0, radio_loss_ + worn_.loss);
   const std::string motion = c.motion.value_or(motion_);
   if (motion != motion_ || c.restart) play(motion);
-  if (!c.unplugged) return;
-  if (*c.unplugged && port_) unplug();
-  if (!*c.unplugged && !port_) plug_in();
 }
 
 study::BenchView Bench::advance(const study::BenchChange& c) {
+  constexpr int kLasts_ms = 20;
   change(c);
-  for (int ms = 0; ms < c.ms; ++ms) {
+  for (int ms = 0; ms < kLasts_ms; ++ms) {
     look_at_port();
     step();
     due_ = std::max(due_ + std::chrono::milliseconds(1), Clock::now() - kMostBehind);
@@ -127,16 +111,15 @@ study::BenchView Bench::advance(const study::BenchChange& c) {
 }
 
 void Bench::step() {
-  drifted_deg_ += drift_deg_per_min_ / 60000;
-  for (int i = 0; i < twin::kFingers; ++i) simulation_.world().shift_strip(i, slip_deg_ + drifted_deg_);
+  drifted_deg_ += worn_.drift_deg_per_min / 60000;
+  for (int i = 0; i < twin::kFingers; ++i) simulation_.world().shift_strip(i, worn_.slip_deg + drifted_deg_);
   feed_glove();
   simulation_.glove_has_radio = program_runs_;
   simulation_.step();
 }
 
 void Bench::look_at_port() {
-  if (!port_) return;
-  if (port_->was_opened()) {
+  if (port_.was_opened()) {
     simulation_.glove().reset();
     program_runs_ = false;
     typed_.clear();
@@ -145,8 +128,8 @@ void Bench::look_at_port() {
   }
   const double baud = simulation_.glove().baud();
   if (typed_.empty()) typed_until_ = std::max(typed_until_, simulation_.glove().now());
-  for (const std::uint8_t byte : port_->read()) typed_.push_back(port_->on_the_wire(byte, baud));
-  said_.erase(0, port_->write(said_));
+  for (const std::uint8_t byte : port_.read()) typed_.push_back(port_.on_the_wire(byte, baud));
+  said_.erase(0, port_.write(said_));
 }
 
 // What is complete at the glove's pin in the next millisecond, in order.
@@ -210,7 +193,7 @@ std::vector<double> Bench::score(const std::vector<int>& gestures, const io::Job
   is_heard_ = false;
   const std::shared_ptr<void> heard(nullptr, [this, motion = motion_](void*) {
     is_heard_ = true;
-    if (port_) (void)port_->read();
+    (void)port_.read();
     due_ = Clock::now();
     play(motion);
   });
@@ -236,16 +219,10 @@ study::BenchView Bench::view() const {
   const twin::World& world = simulation_.world();
   const HandStatus status = simulation_.hand_status();
   out.now_ms = world.now_ms();
-  out.port = port_ ? terminal_ : "";
-  out.is_open = port_ && port_->is_open();
-  out.motion = motion_;
-  if (const auto start_ms = wearer_.start_ms())
-    out.motion_s = static_cast<double>(world.now_ms() - *start_ms) / 1000;
   for (int i = 0; i < twin::kFingers; ++i) {
     const auto finger = static_cast<std::size_t>(i);
     out.finger_deg[finger] = world.finger_deg(i);
     out.joint_deg[finger] = world.joint_deg(i);
-    out.duty[finger] = simulation_.hand().duty(i);
     out.fault[finger] = status.fault[i];
   }
   out.counts = counts_;

@@ -34,7 +34,7 @@ class Bench {
   // Throws io::InputError, io::JobError.
   explicit Bench(BenchSetup setup);
 
-  const std::string& terminal() const { return terminal_; }
+  const std::string& terminal() const { return port_.name(); }
   study::BenchView advance(const study::BenchChange& change);
   std::vector<double> score(const std::vector<int>& gestures, const io::JobProgress& progress);
 
@@ -46,8 +46,6 @@ class Bench {
   };
 
   void connect();
-  void plug_in();
-  void unplug();
   void play(const std::string& motion);
   void change(const study::BenchChange& change);
   void step();
@@ -65,14 +63,11 @@ class Bench {
   twin::Random noise_;
   std::string motion_ = "rest";
   std::array<int, twin::kFingers> counts_{};
-  double slip_deg_ = 0;
-  double drift_deg_per_min_ = 0;
+  study::WornChange worn_;
   double drifted_deg_ = 0;
-  double noise_counts_ = 0;
 
-  std::optional<UsbPort> port_;
+  UsbPort port_;
   std::optional<io::Temporary> link_;
-  std::string terminal_;
   bool program_runs_ = false;       // not the bootloader
   Cycles sampled_ = 0;              // the glove, last
   bool is_heard_ = true;            // by the PC

@@ -1,4 +1,4 @@
-// The bench as its users meet it: `flexor` in other processes speaks with a glove on a pseudo-terminal that a thread here
+// The bench as its users meet it: `flexor` in another process speaks with a glove on a pseudo-terminal that a thread here
 // keeps worn.
 #include "host/study/bench.hpp"
 
@@ -22,7 +22,6 @@ namespace flexor::cosim {
 namespace {
 
 namespace fs = std::filesystem;
-using study::BenchChange;
 using study::BenchView;
 
 constexpr std::size_t kThumb = 0;
@@ -34,44 +33,10 @@ study::BenchOptions options() {
   return out;
 }
 
-// Worn by a thread until the end; what was seen each 20 ms.
-class Worn {
- public:
-  explicit Worn(const study::BenchOptions& o, const std::string& motion = "ordinary")
-      : bench(fs::absolute(FLEXOR_COSIM), o) {
-    BenchChange first;
-    first.motion = motion;
-    change(first);
-    thread_ = std::jthread([this](const std::stop_token& stop) {
-      while (!stop.stop_requested()) change({});
-    });
-  }
-  BenchView change(const BenchChange& what) {
-    const BenchView view = bench.advance(what);
-    const std::lock_guard lock(mutex_);
-    views_.push_back(view);
-    return view;
-  }
-  std::vector<BenchView> views() const {
-    const std::lock_guard lock(mutex_);
-    return views_;
-  }
-
-  study::Bench bench;
-
- private:
-  mutable std::mutex mutex_;
-  std::vector<BenchView> views_;
-  std::jthread thread_;
-};
-
 class Bench : public testing::Test {
  protected:
   void SetUp() override { FLEXOR_NEEDS_TERMINALS(); }
   fs::path file(const char* name) const { return folder_.path() / name; }
-  std::vector<std::string> record(const Worn& worn) const {
-    return {"record", file("log.csv"), "--port", worn.bench.port(), "--readings", "--for", "6"};
-  }
   io::TemporaryFolder folder_;
 };
 
@@ -84,12 +49,17 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 TEST_F(Bench, RecordSeesReadingsThatFollowTheFingersAndTheHandGoesOn) {
-  Worn worn(options(), "calibration");
-  const nlohmann::json said = json_of(record(worn));
+  study::Bench bench(fs::absolute(FLEXOR_COSIM), options());
+  std::vector<BenchView> views = {bench.advance({.motion = "calibration"})};  // each 20 ms
+  std::jthread worn([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) views.push_back(bench.advance({}));
+  });
+  const nlohmann::json said =
+      json_of({"record", file("log.csv"), "--port", bench.port(), "--readings", "--for", "6"});
+  worn = {};
   EXPECT_EQ(said.at("torn"), 0);
   const recording::Recording log = recording::read_csv(file("log.csv"), {"thumb_count", "index_count"});
   EXPECT_GT(log.t_s.size(), 45U) << "10 Hz";
-  const std::vector<BenchView> views = worn.views();
   std::map<std::pair<int, int>, double> finger_deg;
   for (const BenchView& view : views)
     finger_deg.try_emplace({view.counts[kThumb], view.counts[kIndex]}, view.finger_deg[kThumb]);
@@ -125,34 +95,11 @@ TEST_F(Bench, ALinkWhoseTerminalIsThereIsAnothers) {
   EXPECT_TRUE(fs::exists(file("glove")));
 }
 
-TEST_F(Bench, IsUnpluggedAndPluggedInAgainUnderTheSameName) {
-  study::BenchOptions o = options();
-  o.port_link = file("glove");
-  Worn worn(o);
-  EXPECT_EQ(worn.bench.port(), file("glove").string());
-  std::jthread plug([&] {
-    std::this_thread::sleep_for(std::chrono::seconds(4));
-    BenchChange out;
-    out.unplugged = true;
-    EXPECT_EQ(worn.change(out).port, "");
-    EXPECT_FALSE(fs::exists(fs::symlink_status(file("glove"))));
-    std::this_thread::sleep_for(std::chrono::seconds(1));
-    BenchChange in;
-    in.unplugged = false;
-    EXPECT_EQ(worn.change(in).port, file("glove").string());
-  });
-  const nlohmann::json said = json_of(record(worn));
-  EXPECT_EQ(said.at("unplugged"), 1);
-  EXPECT_GT(said.at("rows"), 15);
-  EXPECT_LT(said.at("rows"), 55);
-}
-
 TEST_F(Bench, AScoreThatIsStoppedLeavesTheBenchAsItWas) {
   study::Bench bench(fs::absolute(FLEXOR_COSIM), options());
   EXPECT_THROW((void)bench.score({1, 2, 3, 4, 5, 6}, [](std::size_t, std::size_t) { return false; }),
                io::Cancelled);
   const BenchView before = bench.advance({});
-  EXPECT_EQ(before.motion, "rest");
   EXPECT_EQ(bench.advance({}).now_ms, before.now_ms + 20);
 }
 

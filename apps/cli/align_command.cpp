@@ -1,7 +1,3 @@
-#include <fmt/format.h>
-
-#include <filesystem>
-
 #include "apps/cli/commands.hpp"
 #include "host/identify/joint_map.hpp"
 #include "host/recording/csv.hpp"

@@ -1,14 +1,10 @@
-#include <fmt/format.h>
-
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "apps/cli/commands.hpp"
 #include "host/identify/apply.hpp"
-#include "host/io/io.hpp"
 #include "host/model/standard_error.hpp"
 
 namespace flexor::cli::apply_command {

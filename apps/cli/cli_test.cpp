@@ -1,5 +1,4 @@
 // The program as its users run it: exit codes, one clear line for bad input, nothing half-written.
-#include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <cmath>

@@ -1,16 +1,16 @@
-// The commands of `flexor`. Each adds itself to the parser; parsing runs it.
+// The commands of `flexor`. Each adds itself to the parser; parsing runs it. What this includes, a command does not include again.
 #pragma once
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
 
+#include "host/io/json.hpp"
 #include "host/io/worker.hpp"
 #include "host/recording/time.hpp"
 #include "host/study/boards.hpp"

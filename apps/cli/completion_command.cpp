@@ -1,4 +1,3 @@
-
 #include "apps/cli/commands.hpp"
 
 namespace flexor::cli::completion_command {

@@ -1,6 +1,3 @@
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 
 #include "apps/cli/commands.hpp"
@@ -14,10 +11,8 @@
 #include "host/deploy/pair_key.hpp"
 #include "host/identify/apply.hpp"
 #include "host/identify/map_check.hpp"
-#include "host/io/json.hpp"
 #include "host/recording/csv.hpp"
 #include "host/report/render.hpp"
-#include "host/study/boards.hpp"
 
 namespace flexor::cli::deploy_command {
 

@@ -1,13 +1,7 @@
-#include <fmt/format.h>
-
-#include <optional>
-
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/io/interrupt.hpp"
-#include "host/io/json.hpp"
 #include "host/report/render.hpp"
-#include "host/study/boards.hpp"
 #include "host/study/cohort.hpp"
 #include "host/study/rendered_cameras.hpp"
 #include "host/study/results.hpp"

@@ -187,17 +187,6 @@ TEST_F(ExperimentFaults, StoppedItSaysWhatIsKeptAndGoesOnFromThere) {
   }
 }
 
-TEST_F(ExperimentFaults, StoppedOnBoardsItGoesOnFromThere) {
-  const pid_t child =
-      start("experiment --engine avr --gestures 4 --compensators published-hw --trials 40 --out run");
-  ASSERT_TRUE(until([&] { return lines(content(path("run/trials.csv"))) > 1; }));
-  ::kill(child, SIGINT);
-  const Finished r = wait(child);
-  EXPECT_EQ(r.signal, SIGINT);
-  EXPECT_NE(last_line(r.err).find("of 40 trials are kept in"), std::string::npos) << r.err;
-  EXPECT_EQ(std::distance(fs::directory_iterator(path("tmp")), {}), 0) << "temporary files are left";
-}
-
 // No file may grow beyond 64 KB: writes fail half way, as on a full disk.
 TEST_F(ExperimentFaults, WithoutRoomItStopsAndLosesNothing) {
   const std::string many = "experiment --gestures 4 --compensators raw --trials 600 --out ";

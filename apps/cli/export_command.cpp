@@ -1,15 +1,7 @@
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
-#include <optional>
-
 #include "apps/cli/commands.hpp"
 #include "host/deploy/compensator_text.hpp"
 #include "host/export/joint_state.hpp"
-#include "host/io/io.hpp"
-#include "host/io/json.hpp"
 #include "host/model/matlab.hpp"
-#include "host/recording/time.hpp"
 
 namespace flexor::cli::export_command {
 

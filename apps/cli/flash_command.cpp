@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <chrono>
 #include <random>
 
@@ -8,7 +6,6 @@
 #include "host/deploy/images.hpp"
 #include "host/deploy/send_pages.hpp"
 #include "host/io/interrupt.hpp"
-#include "host/io/io.hpp"
 
 namespace flexor::cli::flash_command {
 

@@ -4,7 +4,7 @@
 
 #include "apps/cli/command_test.hpp"
 #include "host/io/process.hpp"
-#include "host/io/terminal_test.hpp"
+#include "host/listen/test_board.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::cli {
@@ -80,6 +80,29 @@ TEST_F(From, TheTwinsGlove) {
     EXPECT_GT(*std::ranges::min_element(column.value), 0);
     EXPECT_LT(*std::ranges::max_element(column.value), 1023);
   }
+}
+
+TEST_F(From, APortThatGoesAndComesBackIsRecordedOn) {
+  FLEXOR_NEEDS_TERMINALS();
+  std::optional<listen::Board> board;
+  const auto plug = [&] {
+    board.emplace([](const std::string&) { return "1,2,3\n"; });
+    fs::create_symlink(board->port(), path("port"));
+  };
+  plug();
+  const pid_t child = start("record x.csv --port " + path("port") + " --for 6 --json");
+  const auto wait_for = [](const std::function<bool()>& holds) {
+    for (int k = 0; k < 3000 && !holds(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  };
+  wait_for([&] { return lines(content(path("x.csv"))) > 10; });
+  fs::remove(path("port"));
+  board.reset();
+  wait_for([&] { return content(path("stderr")).find("gone") != std::string::npos; });
+  const std::ptrdiff_t before = lines(content(path("x.csv")));
+  plug();
+  const auto said = json_of(wait(child));
+  EXPECT_EQ(said.at("unplugged"), 1);
+  EXPECT_GT(said.at("rows"), before + 10);
 }
 
 TEST_F(From, AVideoOfAHand) {

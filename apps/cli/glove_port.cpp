@@ -1,10 +1,5 @@
 #include "apps/cli/glove_port.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
-#include <filesystem>
-
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "apps/live/bench_source.hpp"
@@ -12,7 +7,6 @@
 #include "apps/live/twin_source.hpp"
 #include "host/deploy/flash.hpp"
 #include "host/deploy/pair_key.hpp"
-#include "host/io/json.hpp"
 #include "host/listen/replay_source.hpp"
 #include "host/recording/recording.hpp"
 #include "host/study/published.hpp"
@@ -51,8 +45,7 @@ std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
   if (o.from == "boards") {  // as `flexor twin wear` has them
     const model::Model model = study::compensator("published-hw", study::kPublishedRate_hz).model;
     return std::make_unique<live::BenchSource>(io::program_beside(kBoardsWorker),
-                                               study::BenchOptions{.model = model},
-                                               study::BenchChange{.motion = "ordinary"}, o.listener.readings);
+                                               study::BenchOptions{.model = model}, o.listener.readings);
   }
   if (o.from == "twin") return std::make_unique<live::TwinSource>();
   if (o.from == "poses") {

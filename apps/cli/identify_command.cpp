@@ -1,10 +1,4 @@
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <chrono>
-#include <filesystem>
-#include <functional>
-#include <optional>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
@@ -14,7 +8,6 @@
 #include "host/identify/joint_map.hpp"
 #include "host/io/folder_lock.hpp"
 #include "host/io/interrupt.hpp"
-#include "host/io/json.hpp"
 #include "host/io/output.hpp"
 #include "host/recording/csv.hpp"
 #include "host/report/render.hpp"

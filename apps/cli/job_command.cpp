@@ -1,12 +1,7 @@
-#include <fmt/format.h>
-
-#include <map>
 #include <sstream>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/job.hpp"
-#include "host/io/io.hpp"
-#include "host/io/json.hpp"
 
 namespace flexor::cli {
 namespace job_command {

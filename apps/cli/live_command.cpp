@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <cstdlib>
 
 #include "apps/cli/commands.hpp"
@@ -7,8 +5,6 @@
 #include "host/export/joint_state.hpp"
 #include "host/export/opengloves.hpp"
 #include "host/io/interrupt.hpp"
-#include "host/io/io.hpp"
-#include "host/io/json.hpp"
 
 namespace flexor::cli::live_command {
 

@@ -6,8 +6,6 @@
 
 #include <fcntl.h>
 #include <cstdio>
-#include <filesystem>
-#include <string>
 #include <vector>
 
 int wmain(int argc, wchar_t** argv) {

@@ -1,10 +1,7 @@
-#include <fmt/format.h>
-
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/deploy/pair.hpp"
 #include "host/deploy/pair_key.hpp"
-#include "host/io/io.hpp"
 
 namespace flexor::cli::pair_command {
 

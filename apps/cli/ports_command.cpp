@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/deploy/send_pages.hpp"

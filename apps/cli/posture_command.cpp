@@ -1,11 +1,7 @@
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <array>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
-#include "host/io/json.hpp"
 #include "host/io/output.hpp"
 #include "host/posture/complete_file.hpp"
 

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
@@ -11,14 +9,11 @@
 #include <set>
 #include <sstream>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/job.hpp"
 #include "host/io/interrupt.hpp"
-#include "host/io/io.hpp"
-#include "host/io/json.hpp"
 #include "host/io/posix.hpp"
 #include "host/io/process.hpp"
 

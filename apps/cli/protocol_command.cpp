@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -7,7 +5,6 @@
 #include <thread>
 
 #include "apps/cli/commands.hpp"
-#include "host/io/json.hpp"
 #include "host/io/posix.hpp"
 #include "host/study/catalogue.hpp"
 

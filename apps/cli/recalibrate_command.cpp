@@ -1,8 +1,6 @@
-#include <fmt/format.h>
-
 #include "apps/cli/commands.hpp"
+#include "host/identify/apply.hpp"
 #include "host/identify/recalibrate_files.hpp"
-#include "host/io/io.hpp"
 #include "host/io/output.hpp"
 
 namespace flexor::cli::recalibrate_command {

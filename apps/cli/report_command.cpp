@@ -1,8 +1,3 @@
-#include <fmt/format.h>
-
-#include <filesystem>
-#include <optional>
-
 #include "apps/cli/commands.hpp"
 #include "host/io/folder_lock.hpp"
 #include "host/report/render.hpp"

@@ -1,6 +1,4 @@
 #include "apps/cli/commands.hpp"
-#include "host/io/io.hpp"
-#include "host/io/json.hpp"
 #include "host/model/hardware.hpp"
 
 namespace flexor::cli::show_command {

@@ -1,15 +1,11 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <charconv>
-#include <optional>
 #include <set>
 
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/io/folder_lock.hpp"
 #include "host/io/interrupt.hpp"
-#include "host/io/json.hpp"
 #include "host/report/page.hpp"
 #include "host/report/render.hpp"
 #include "host/study/builtin.hpp"

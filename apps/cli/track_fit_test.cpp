@@ -1,5 +1,4 @@
 // A joint file that does not fit the video gives no angles instead of zeros.
-#include <fmt/format.h>
 
 #include "apps/cli/command_test.hpp"
 #include "host/recording/csv.hpp"

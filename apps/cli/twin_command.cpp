@@ -1,8 +1,3 @@
-#include <fmt/format.h>
-
-#include <filesystem>
-#include <nlohmann/json.hpp>
-
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/study/glove_recording.hpp"

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "apps/cli/commands.hpp"
@@ -22,24 +20,24 @@ struct Options {
 };
 
 void run(Options& o) {
-  constexpr int kStep_ms = 20;
   if (!std::isfinite(o.slip_deg)) throw io::InputError("--slip must be a number of degrees");
   (void)study::bench_motion(o.motion);
   o.bench.parameters = twin_parameters(o.twin);
   o.bench.model = study::compensator(o.model, o.rate_hz).model;
   study::Bench bench(io::program_beside(kBoardsWorker), o.bench);
+  const std::string no_bootloader = study::why_no_bootloader();
   io::StopOnSignal stop;
   if (!o.key.empty()) deploy::write_key(o.key, *bench.key());
   print({{{"port", bench.port()},
           {"key", o.key.empty() ? Json(nullptr) : Json(o.key)},
-          {"bootloader", bench.has_bootloader()},
+          {"bootloader", no_bootloader.empty()},
           {"rate_hz", o.rate_hz},
           {"seed", o.bench.seed}},
          fmt::format("a glove is at {0}: flexor monitor --port {0}\n", bench.port())},
         o.json);
-  if (!o.json && !bench.has_bootloader()) log(study::why_no_bootloader());
-  const study::BenchChange on = {.ms = kStep_ms};
-  const study::BenchView begin = bench.advance({.ms = kStep_ms, .slip_deg = o.slip_deg, .motion = o.motion});
+  if (!o.json && !no_bootloader.empty()) log(no_bootloader);
+  const study::BenchChange on = {.worn = {.slip_deg = o.slip_deg}, .motion = o.motion};
+  const study::BenchView begin = bench.advance(on);
   while (!*stop.flag()) {
     const study::BenchView now = bench.advance(on);
     if (o.for_s > 0 && static_cast<double>(now.now_ms - begin.now_ms) >= 1000 * o.for_s) return;

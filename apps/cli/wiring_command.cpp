@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include "apps/cli/commands.hpp"
 #include "host/deploy/wiring.hpp"
 #include "host/io/folder_lock.hpp"

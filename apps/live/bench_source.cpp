@@ -4,10 +4,9 @@
 
 namespace flexor::live {
 
-BenchSource::BenchSource(const std::filesystem::path& program, study::BenchOptions options,
-                         const study::BenchChange& begin, bool readings)
-    : bench_(program, options), next_(begin) {
-  view_ = bench_.advance(std::exchange(next_, {}));
+BenchSource::BenchSource(const std::filesystem::path& program, const study::BenchOptions& options,
+                         bool readings)
+    : bench_(program, options), view_(bench_.advance(next_)) {
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
   listen::ListenerOptions listening;
   listening.port = bench_.port();
@@ -22,7 +21,8 @@ void BenchSource::advance() {
   study::BenchChange change;
   {
     const std::lock_guard lock(mutex_);
-    change = std::exchange(next_, {});
+    change = next_;
+    next_.restart = false;
   }
   study::BenchView view = bench_.advance(change);
   const std::lock_guard lock(mutex_);
@@ -49,10 +49,7 @@ void BenchSource::run(const std::stop_token& stop) {
 
 void BenchSource::set(const WornChange& change) {
   const std::lock_guard lock(mutex_);
-  next_.slip_deg = change.slip_deg;
-  next_.drift_deg_per_min = change.drift_deg_per_min;
-  next_.noise_counts = change.noise_counts;
-  next_.loss = change.loss;
+  next_.worn = change;
 }
 
 void BenchSource::play(const std::string& motion, double) {
@@ -62,15 +59,9 @@ void BenchSource::play(const std::string& motion, double) {
   next_.restart = true;
 }
 
-WornNow BenchSource::now() const {
+study::BenchView BenchSource::now() const {
   const std::lock_guard lock(mutex_);
-  WornNow out;
-  for (std::size_t f = 0; f < twin::kFingers; ++f) {
-    out.finger_deg[f] = view_.finger_deg[f];
-    out.joint_deg[f] = view_.joint_deg[f];
-    if (view_.fault[f] != 0) out.fault[f] = "fault " + std::to_string(view_.fault[f]);
-  }
-  return out;
+  return view_;
 }
 
 listen::Event BenchSource::wait(double timeout_s, std::vector<listen::Sample>& out) {

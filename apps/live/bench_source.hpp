@@ -12,16 +12,14 @@
 #include "apps/live/worn_glove.hpp"
 #include "host/io/io.hpp"
 #include "host/listen/listener.hpp"
-#include "host/study/bench.hpp"
 
 namespace flexor::live {
 
 class BenchSource : public WornGlove {
  public:
-  // `begin` is what is so from the start, the motion above all; takes as long as a Listener. `readings` as of
-  // listen::ListenerOptions. Throws as study::Bench and listen::Listener.
-  BenchSource(const std::filesystem::path& program, study::BenchOptions options,
-              const study::BenchChange& begin, bool readings);
+  // In ordinary motion; takes as long as a Listener. `readings` as of listen::ListenerOptions. Throws as study::Bench and
+  // listen::Listener.
+  BenchSource(const std::filesystem::path& program, const study::BenchOptions& options, bool readings);
 
   // Throws what went wrong with the boards meanwhile.
   listen::Event wait(double timeout_s, std::vector<listen::Sample>& out) override;
@@ -37,7 +35,7 @@ class BenchSource : public WornGlove {
   void set(const WornChange& change) override;
   void play(const std::string& motion, double pace) override;
   // As it was at most 20 ms ago, or before a score.
-  WornNow now() const override;
+  study::BenchView now() const override;
   std::optional<double> begun_s() const override { return 0; }
   void load(const model::Model&) override { throw io::InputError("the boards take models at their port"); }
   Score score() override;  // study::Bench::score, of the boards with all that they were told before
@@ -50,7 +48,7 @@ class BenchSource : public WornGlove {
   study::Bench bench_;
   std::mutex turn_;
   mutable std::mutex mutex_;
-  study::BenchChange next_;
+  study::BenchChange next_ = {.motion = "ordinary"};
   study::BenchView view_;
   std::exception_ptr fault_;
   std::unique_ptr<listen::Listener> listener_;

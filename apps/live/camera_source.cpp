@@ -45,11 +45,6 @@ listen::Sample CameraSource::sample_of(const SeenRow& row) {
   return out;
 }
 
-double CameraSource::now_s() const {
-  if (clock_) return clock_();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-}
-
 listen::Event CameraSource::wait(double timeout_s, std::vector<listen::Sample>& out) {
   if (!coming_.valid()) return listen::Event::ended;
   const std::chrono::duration<double> wait(timeout_s);

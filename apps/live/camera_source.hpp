@@ -5,7 +5,6 @@
 // the picture was taken.
 #pragma once
 
-#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <future>
@@ -27,9 +26,7 @@ class CameraSource : public listen::Source {
 
   // Throws what went wrong with the camera meanwhile. ended: of a file.
   listen::Event wait(double timeout_s, std::vector<listen::Sample>& out) override;
-  const std::vector<std::string>& columns() const override { return columns_; }
-  const listen::Tally& tally() const override { return tally_; }
-  double now_s() const override;
+  double now_s() const override { return clock_ ? clock_() : Source::now_s(); }
   std::string says() const override { return says_; }
 
  private:
@@ -44,12 +41,9 @@ class CameraSource : public listen::Source {
   std::string says_;
   Camera camera_;
   std::function<double()> clock_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  std::vector<std::string> columns_;
   std::vector<double> last_deg_;
   double behind_s_;  // the host's clock less the pictures', by the picture that came soonest
   double last_host_s_ = 0;
-  listen::Tally tally_;
   std::future<Came> coming_;  // none at the end; last, so that it ends first: within the time of a picture
 };
 

@@ -122,7 +122,7 @@ bool GlovePort::hear(std::vector<listen::Sample>& out) {
 void GlovePort::let_go() {
   watch(-1);
   if (source_) source_->let_go();
-  if (hand) hand->let_go();
+  if (hand) hand->source->let_go();
 }
 
 void GlovePort::play(std::shared_ptr<listen::ReplaySource> source) {
@@ -192,7 +192,7 @@ void GlovePort::look() {
 
 std::vector<std::string> GlovePort::free(std::vector<std::string> ports) const {
   std::erase_if(ports, [this](const std::string& path) {
-    return (source_ && is_same_port(path, port())) || (hand && is_same_port(path, hand->path()));
+    return (source_ && is_same_port(path, port())) || (hand && is_same_port(path, hand->path));
   });
   return ports;
 }
@@ -202,8 +202,7 @@ void GlovePort::listen_to(std::vector<std::string> paths, bool is_chosen) {
   listen::ListenerOptions options;
   options.baud = options_.baud;
   options.readings = true;
-  options.angles_will_do = true;
-  options.waiting_hand_will_do = true;
+  options.any_will_do = true;
   // Of a file it may be another by now; standard input is read once.
   if (std::filesystem::is_regular_file(options_.key)) key_ = deploy::load_key(options_.key);
   options.key = key_;
@@ -211,7 +210,7 @@ void GlovePort::listen_to(std::vector<std::string> paths, bool is_chosen) {
   for (const std::string& path : paths) {
     const bool is_over = is_chosen && (replay() || state_ == DeviceState::gone);
     if (source_ && (is_over || is_same_port(path, port()))) detach();
-    if (hand && is_same_port(path, hand->path())) hand.reset();
+    if (hand && is_same_port(path, hand->path)) hand.reset();
   }
   if (!source_) {
     port_ = paths.front();

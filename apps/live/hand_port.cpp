@@ -9,15 +9,12 @@ constexpr double kHandSilent_s = 2;  // it speaks several times a second
 
 }  // namespace
 
-HandPort::HandPort(std::shared_ptr<listen::Source> source, std::string path, double begin_s)
-    : source_(std::move(source)),
-      path_(std::move(path)),
-      begin_s_(begin_s),
-      newest_s_(begin_s - kHandSilent_s) {}
+HandPort::HandPort(std::shared_ptr<listen::Source> from, std::string at, double begin_s)
+    : source(std::move(from)), path(std::move(at)), begin_s_(begin_s), newest_s_(begin_s - kHandSilent_s) {}
 
 std::vector<listen::Sample> HandPort::poll() {
   std::vector<listen::Sample> out;
-  const listen::Event event = source_->wait(0, out);
+  const listen::Event event = source->wait(0, out);
   if (event == listen::Event::gone) is_gone_ = true;
   if (event == listen::Event::back) is_gone_ = false;
   for (listen::Sample& sample : out) sample.host_s += begin_s_;

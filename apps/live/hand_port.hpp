@@ -13,27 +13,23 @@ namespace flexor::live {
 
 class HandPort {
  public:
-  // `source` gives a hand's telemetry (listen::Format::hand); `begin_s`: the server's clock when its own was 0.
-  HandPort(std::shared_ptr<listen::Source> source, std::string path, double begin_s);
+  // `from` gives a hand's telemetry (listen::Format::hand); `begin_s`: the server's clock when its own was 0.
+  HandPort(std::shared_ptr<listen::Source> from, std::string at, double begin_s);
 
   // Samples that came since the last time, on the server's clock; never waits.
   std::vector<listen::Sample> poll();
-  // Another program may have the port, until the next poll().
-  void let_go() { source_->let_go(); }
-
-  const std::string& path() const { return path_; }
-  const std::vector<std::string>& columns() const { return source_->columns(); }
   // connected; gone: unplugged; waits: for its glove, and says nothing of its fingers.
   const char* status(double now_s) const;
   // Of the newest sample, in words; "": nothing.
   std::array<std::string, twin::kFingers> faults() const;
   std::string board_faults() const { return remark(3 * twin::kFingers); }
 
+  const std::shared_ptr<listen::Source> source;
+  const std::string path;
+
  private:
   std::string remark(std::size_t column) const;
 
-  std::shared_ptr<listen::Source> source_;
-  std::string path_;
   double begin_s_;
   bool is_gone_ = false;
   listen::Sample newest_;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/io/io.hpp"
-
 namespace flexor::live {
 namespace {
 
@@ -110,7 +108,8 @@ void Live::hear_hand() {
   }
   server_->send_all(rows.bytes());
   guard_recording([&] {
-    for (const listen::Sample& sample : samples) recording_->add_hand(sample, glove_->hand->columns());
+    for (const listen::Sample& sample : samples)
+      recording_->add_hand(sample, glove_->hand->source->columns());
   });
 }
 
@@ -219,7 +218,7 @@ void Live::look_at_worn() {
   const double now = now_s();
   if (now - worn_sent_s_ < kDrawEvery_s / 2) return;
   worn_sent_s_ = now;
-  const WornNow worn = options_.worn->now();
+  const study::BenchView worn = options_.worn->now();
   Rows rows(Kind::hand, twin::kFingers);
   rows.add(now, std::vector<double>(twin::kFingers, NAN), worn.joint_deg);
   server_->send_all(rows.bytes());

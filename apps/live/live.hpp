@@ -5,17 +5,6 @@
 // (hand_view.hpp).
 #pragma once
 
-#include <atomic>
-#include <chrono>
-#include <deque>
-#include <filesystem>
-#include <functional>
-#include <map>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "apps/live/anew.hpp"
 #include "apps/live/calibration.hpp"
 #include "apps/live/camera_feed.hpp"

@@ -4,7 +4,6 @@
 
 #include "apps/live/camera.hpp"
 #include "apps/live/live.hpp"
-#include "host/io/io.hpp"
 
 namespace flexor::live {
 namespace {

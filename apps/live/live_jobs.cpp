@@ -1,8 +1,6 @@
 // Jobs: commands of `flexor` in processes of their own, one at a time.
-#include <fmt/format.h>
 
 #include "apps/live/live.hpp"
-#include "host/io/io.hpp"
 
 namespace flexor::live {
 
@@ -86,7 +84,7 @@ void Live::flash(io::JsonReader& parts) {
   if (!model_) throw Refusal("no_model");
   if (options_.worn && !options_.worn->facts.why_not_written.empty())
     throw io::InputError(options_.worn->facts.why_not_written);
-  const std::string hand = glove_->hand ? glove_->hand->path() : "";
+  const std::string hand = glove_->hand ? glove_->hand->path : "";
   const std::string port = parts.has("port") ? parts.text("port") : board == "hand" ? hand : glove_->port();
   if (port.empty()) throw Refusal("no_board", {{"board", board}});
   // One folder for good, so that the pair keeps its key; the server does not show it.

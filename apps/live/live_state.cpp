@@ -1,5 +1,4 @@
 // The state that a page shows.
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +6,6 @@
 #include "apps/live/camera.hpp"
 #include "apps/live/live.hpp"
 #include "host/deploy/flash.hpp"
-#include "host/io/json.hpp"
 
 namespace flexor::live {
 namespace {
@@ -189,11 +187,17 @@ Live::Json Live::state() const {
 Live::Json Live::hand_state() const {
   const std::optional<HandPort>& hand = glove_->hand;
   if (!hand && !options_.worn) return nullptr;
+  std::array<std::string, twin::kFingers> faults;
+  if (hand) faults = hand->faults();
+  for (std::size_t f = 0; !hand && f < faults.size(); ++f) {
+    const int fault = options_.worn->now().fault[f];
+    if (fault != 0) faults[f] = fmt::format("fault {}", fault);
+  }
   return {{"names", model::finger_names()},
           {"open_deg", twin::Parameters().hand_lower_deg},
           {"status", hand ? hand->status(now_s()) : "simulated"},
-          {"port", hand ? Json(hand->path()) : Json(nullptr)},
-          {"faults", hand ? hand->faults() : options_.worn->now().fault},
+          {"port", hand ? Json(hand->path) : Json(nullptr)},
+          {"faults", faults},
           {"board", hand ? hand->board_faults() : ""}};
 }
 

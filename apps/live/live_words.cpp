@@ -1,10 +1,8 @@
-
 #include <algorithm>
 #include <cmath>
 
 #include "apps/live/live.hpp"
 #include "host/io/beneath.hpp"
-#include "host/io/io.hpp"
 
 namespace flexor::live {
 namespace {

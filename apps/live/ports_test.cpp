@@ -8,7 +8,6 @@
 #include "apps/live/program_test.hpp"
 #include "host/io/terminal_test.hpp"
 #include "host/listen/test_board.hpp"
-#include "host/study/bench.hpp"
 
 namespace flexor::live {
 namespace ports_test {
@@ -174,14 +173,6 @@ TEST_F(Ports, RowsThatFitNoLongerAreShownAndReportedAtTheStop) {
   const Json stopped = state_when([](const Json& s) { return s["last"].is_object(); });
   EXPECT_FALSE(stopped["last"]["ok"].get<bool>());
   EXPECT_TRUE(says(stopped["last"]["text"], "left out")) << stopped["last"];
-}
-
-TEST(Demo, AMissingBootloaderIsNamedByItsPackage) {
-  const io::TemporaryFolder folder;
-  const std::filesystem::path hex = folder.path() / "boot.hex";
-  EXPECT_TRUE(says(study::why_no_bootloader(hex), "arduino-core-avr"));
-  io::write_file(hex, "");
-  EXPECT_EQ(study::why_no_bootloader(hex), "");
 }
 
 // Plugged in one after the other; neither port was named.

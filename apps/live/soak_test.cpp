@@ -1,7 +1,5 @@
 // A glove at a port for as long as FLEXOR_SOAK_S says (script/soak live), pulled out and plugged in again, with four tabs that
 // read and one that never does: what reaches the recording, how late the tabs hear it, what it costs.
-#include <termios.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -9,19 +7,18 @@
 #include <cstring>
 #include <fstream>
 #include <mutex>
-#include <optional>
 #include <sstream>
 
 #include "apps/live/program_test.hpp"
-#include "host/io/terminal_test.hpp"
+#include "host/listen/test_board.hpp"
 #include "host/recording/csv.hpp"
 
 namespace flexor::live {
 namespace soak_test {
 
-using Clock = std::chrono::steady_clock;
-
-double now_s() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 double soak_s() {
   const char* text = std::getenv("FLEXOR_SOAK_S");
@@ -32,32 +29,24 @@ constexpr int kChannels = 5;
 constexpr int kWrap = 100000;  // of the first channel, which counts the rows
 
 // A glove that says a line of five numbers `rate_hz` times a second, at a path that stays.
-class Board {
+class Glove {
  public:
-  Board(std::filesystem::path port, double rate_hz) : port_(std::move(port)), rate_hz_(rate_hz) { plug(); }
-  ~Board() { unplug(); }
+  Glove(std::filesystem::path port, double rate_hz) : port_(std::move(port)), rate_hz_(rate_hz) { plug(); }
 
   void plug() {
-    line_.emplace();
-    // Held open: what was written before anybody listens stays in the line, and raw.
-    held_ = open(line_->name().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
-    termios raw{};
-    tcgetattr(held_, &raw);
-    cfmakeraw(&raw);
-    tcsetattr(held_, TCSANOW, &raw);
-    put("thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n");
-    std::filesystem::create_symlink(line_->name(), port_);
-    thread_ = std::jthread([this](const std::stop_token& stop) { say(stop); });
+    is_on_ = is_new_ = true;
+    const auto says = [this, begin_s = now_s(), first = rows()](const std::string&) {
+      return is_on_ ? until(first + static_cast<std::uint64_t>(rate_hz_ * (now_s() - begin_s))) : "";
+    };
+    board_.emplace(says);
+    std::filesystem::create_symlink(board_->port(), port_);
   }
   // At the end of a line that has been read: what is lost then is nobody's but the board's.
   void unplug() {
-    if (!line_) return;
-    thread_.request_stop();
-    thread_.join();
+    is_on_ = false;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     std::filesystem::remove(port_);
-    close(held_);
-    line_.reset();
+    board_.reset();
   }
   std::uint64_t rows() const { return rows_; }
   // When the row that counts `count` was written, of the last ones; NaN: too long ago.
@@ -67,49 +56,37 @@ class Board {
   }
 
  private:
-  void put(std::string_view text) const {
-    while (!text.empty()) {
-      const auto count = write(line_->master(), text.data(), text.size());
-      if (count > 0) text.remove_prefix(static_cast<std::size_t>(count));
+  std::string until(std::uint64_t rows) {
+    const std::lock_guard lock(mutex_);
+    std::string text =
+        std::exchange(is_new_, false) ? "thumb_deg,index_deg,middle_deg,ring_deg,pinky_deg\n" : "";
+    for (; rows_ < rows; ++rows_) {
+      const int count = static_cast<int>(rows_ % kWrap);
+      const double t_s = static_cast<double>(rows_) / rate_hz_;
+      text += std::to_string(count);
+      for (int k = 1; k < kChannels; ++k)
+        text += ',' + std::to_string(std::lround(500 + 300 * std::sin(t_s * k)));
+      text += '\n';
+      written_[static_cast<std::size_t>(count) % written_.size()] = now_s();
     }
-  }
-  void say(const std::stop_token& stop) {
-    const auto begin = Clock::now();
-    const double together = std::max(1.0, rate_hz_ / 1000);  // a thousand writes a second are enough
-    for (double said = 0; !stop.stop_requested(); said += together) {
-      std::string text;
-      {
-        const std::lock_guard lock(mutex_);
-        for (int i = 0; i < static_cast<int>(together); ++i, ++rows_) {
-          const int count = static_cast<int>(rows_ % kWrap);
-          const double t_s = static_cast<double>(rows_) / rate_hz_;
-          text += std::to_string(count);
-          for (int k = 1; k < kChannels; ++k)
-            text += ',' + std::to_string(std::lround(500 + 300 * std::sin(t_s * k)));
-          text += '\n';
-          written_[static_cast<std::size_t>(count) % written_.size()] = now_s();
-        }
-      }
-      put(text);
-      std::this_thread::sleep_until(begin + std::chrono::duration<double>((said + together) / rate_hz_));
-    }
+    return text;
   }
 
   std::filesystem::path port_;
   double rate_hz_;
-  std::optional<io::Terminal> line_;
-  int held_ = -1;
+  bool is_new_ = true;  // its header comes first
+  std::atomic<bool> is_on_ = false;
   std::atomic<std::uint64_t> rows_ = 0;
   mutable std::mutex mutex_;
   std::array<double, 8192> written_{};
-  std::jthread thread_;
+  std::optional<listen::Board> board_;
 };
 
 // A tab that reads: how late each row is, and how many came.
 class Reader {
  public:
-  Reader(const Place& place, const Board& board)
-      : tab_(place), thread_([this, &board](const std::stop_token& stop) { read(stop, board); }) {}
+  Reader(const Place& place, const Glove& glove)
+      : tab_(place), thread_([this, &glove](const std::stop_token& stop) { read(stop, glove); }) {}
   void stop() {
     thread_.request_stop();
     if (thread_.joinable()) thread_.join();
@@ -119,7 +96,7 @@ class Reader {
   bool dropped = false;
 
  private:
-  void read(const std::stop_token& stop, const Board& board) {
+  void read(const std::stop_token& stop, const Glove& glove) {
     constexpr std::size_t kRow = 8 + kChannels * 8;
     while (!stop.stop_requested()) {
       const auto [opcode, bytes] = tab_.hear(1);
@@ -134,7 +111,7 @@ class Reader {
         std::memcpy(&count, bytes.data() + at + 8, sizeof count);
         std::memcpy(&angle_deg, bytes.data() + at + 8 + 4 * kChannels, sizeof angle_deg);
         angles += std::isfinite(angle_deg) ? 1 : 0;
-        if (late_s.size() < 1000000) late_s.push_back(heard_s - board.written_s(static_cast<int>(count)));
+        if (late_s.size() < 1000000) late_s.push_back(heard_s - glove.written_s(static_cast<int>(count)));
       }
     }
   }
@@ -205,13 +182,13 @@ class LiveSoak : public Program {
 
 Soaked LiveSoak::soak(double rate_hz, double seconds, double replug_every_s) {
   const auto port = folder_.path() / "port";
-  Board board(port, rate_hz);
+  Glove glove(port, rate_hz);
   begin({"--port", port.string(), "--model", FLEXOR_SOURCE_DIR "/models/published_hw.json"});
   std::ifstream("/proc/thread-self/children") >> child_;
   Soaked out;
   state_when([](const Json& s) { return s.value("/fingers/0/name"_json_pointer, "") != std::string(); });
   std::vector<std::unique_ptr<Reader>> readers;
-  for (int i = 0; i < 4; ++i) readers.push_back(std::make_unique<Reader>(*place_, board));
+  for (int i = 0; i < 4; ++i) readers.push_back(std::make_unique<Reader>(*place_, glove));
   auto never_reads = std::make_unique<Tab>(*place_, "", 4096);
   EXPECT_TRUE(asked("record.start"));
   std::this_thread::sleep_for(std::chrono::duration<double>(std::min(20.0, seconds / 4)));
@@ -223,15 +200,15 @@ Soaked LiveSoak::soak(double rate_hz, double seconds, double replug_every_s) {
     if (out.memory_mb == 0 && now_s() > begin_s + seconds / 2) out.memory_mb = memory_mb();
     if (replug_every_s <= 0 || now_s() < replug_s) continue;
     replug_s += replug_every_s;
-    board.unplug();
+    glove.unplug();
     std::this_thread::sleep_for(std::chrono::milliseconds(700));
-    board.plug();
+    glove.plug();
     never_reads = std::make_unique<Tab>(*place_, "", 4096);  // the one before was dropped
     ++out.replugged;
   }
   out.processor_share = (processor_s() - used_s) / (now_s() - begin_s);
   out.memory_more_mb = memory_mb() - out.memory_mb;
-  board.unplug();
+  glove.unplug();
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   EXPECT_TRUE(asked("record.stop"));
   for (auto& reader : readers) {
@@ -242,7 +219,7 @@ Soaked LiveSoak::soak(double rate_hz, double seconds, double replug_every_s) {
   }
   std::sort(out.late_s.begin(), out.late_s.end());
   out.log = read_log(folder_.path() / "sessions");
-  out.said = board.rows();
+  out.said = glove.rows();
   return out;
 }
 

@@ -83,6 +83,7 @@ TwinSource::TwinSource(TwinOptions options)
       wearer_(twin::draw_variation(input_.parameters, twin::seed_of(input_.seed, kTrial)), input_.motion),
       unit_(options.unit),
       reading_(twin::Divider(input_.parameters).reading(unit_, "of the glove")) {
+  tally_.lost = 0;
   facts.why_not_written = "the twin has no board: start flexor live --boards";
   facts.rate_hz = options.rate_hz;
   facts.lead_s = kLead_s;
@@ -188,8 +189,8 @@ listen::Event TwinSource::wait(double timeout_s, std::vector<listen::Sample>& ou
   return listen::Event::samples;
 }
 
-WornNow TwinSource::now() const {
-  WornNow out;
+study::BenchView TwinSource::now() const {
+  study::BenchView out;
   for (int i = 0; i < twin::kFingers; ++i) {
     out.finger_deg[static_cast<std::size_t>(i)] = run_->world.finger_deg(i);
     out.joint_deg[static_cast<std::size_t>(i)] = run_->world.joint_deg(i);

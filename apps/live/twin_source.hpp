@@ -5,7 +5,6 @@
 // simulation's: it keeps pace with the wall, and stands while nobody waits for samples. For one thread.
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -33,8 +32,6 @@ class TwinSource : public WornGlove {
 
   // One sample at most.
   listen::Event wait(double timeout_s, std::vector<listen::Sample>& out) override;
-  const std::vector<std::string>& columns() const override { return columns_; }
-  const listen::Tally& tally() const override { return tally_; }
   double now_s() const override { return static_cast<double>(now_ms_) / 1000; }
   std::string says() const override;
 
@@ -48,7 +45,7 @@ class TwinSource : public WornGlove {
   void play(const std::string& motion, double pace) override;
   std::optional<double> begun_s() const override;
 
-  WornNow now() const override;
+  study::BenchView now() const override;
   // Integral of the absolute error in a motion of its own, all fingers, deg s; with glove and hand as they are now, on any thread.
   std::function<double(const twin::Motion&)> score_on() const;
   Score score() override;
@@ -66,16 +63,13 @@ class TwinSource : public WornGlove {
   double pace_;
   twin::Wearer wearer_;
   std::unique_ptr<Run> run_;
-  std::vector<std::string> columns_;
   std::string unit_;
   std::function<double(double counts)> reading_;
-  listen::Tally tally_{.lost = 0};
   WornChange set_;
   double drifted_deg_ = 0;
   bool is_joining_ = false;
   std::int64_t now_ms_ = 0;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  double start_s_ = 0;  // now_s() then
+  double start_s_ = 0;  // now_s() at start_
 };
 
 }  // namespace flexor::live

@@ -265,17 +265,5 @@ TEST_F(Words, AJobEndsWithTheServer) {
   EXPECT_TRUE(soon([&] { return !runs(); }));
 }
 
-TEST_F(Words, ARecordingIsWholeAfterAKill) {
-  five_fingers();
-  done({{"do", "record.start"}});
-  const Json grown =
-      state_when([](const Json& s) { return s.at("recording").is_object() && s["recording"]["rows"] > 250; });
-  const std::string name = grown["recording"]["file"].get<std::string>();
-  process_.reset();
-  const std::string text = io::read_file(folder_.path() / "sessions" / name);
-  EXPECT_EQ(text.back(), '\n');
-  EXPECT_GT(std::count(text.begin(), text.end(), '\n'), 100);
-}
-
 }  // namespace words_test
 }  // namespace flexor::live

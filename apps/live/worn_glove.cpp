@@ -75,10 +75,7 @@ std::shared_ptr<WornGlove> worn_boards() {
   study::BenchOptions options;
   options.model = of_counts(study::compensator("published-hw", kBoardsRate_hz).model, options.parameters);
   options.port_link = boards->folder.path() / "glove";
-  study::BenchChange begin;
-  begin.motion = "ordinary";
-  const study::Bench& bench =
-      boards->source.emplace(io::program_beside(kBoards), options, begin, true).bench();
+  const study::Bench& bench = boards->source.emplace(io::program_beside(kBoards), options, true).bench();
   WornFacts& facts = boards->source->facts;
   if (const deploy::Key& key = bench.key()) {
     facts.key_file = (boards->folder.path() / "pair.key").string();
@@ -86,7 +83,7 @@ std::shared_ptr<WornGlove> worn_boards() {
   }
   facts.has_boards = true;
   facts.port = bench.port();
-  facts.why_not_written = bench.has_bootloader() ? "" : study::why_no_bootloader();
+  facts.why_not_written = study::why_no_bootloader();
   facts.rate_hz = kBoardsRate_hz;
   facts.lead_s = kBoardsLead_s;
   return {boards, &*boards->source};

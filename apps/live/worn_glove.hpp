@@ -2,33 +2,18 @@
 // glove alone.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "apps/live/jobs.hpp"
-#include "host/io/pipe_json.hpp"
 #include "host/listen/source.hpp"
-#include "host/twin/parameters.hpp"
+#include "host/study/bench.hpp"
 
 namespace flexor::live {
 
-struct WornChange {
-  double slip_deg = 0;           // by which the glove is re-donned, at every finger
-  double drift_deg_per_min = 0;  // at every finger, from now on
-  double noise_counts = 0;       // standard deviation, on top of the sensor's own
-  double loss = 0;               // share of the radio's frames and, without boards, of the samples
-};
-
-FLEXOR_PIPE(WornChange, slip_deg, drift_deg_per_min, noise_counts, loss)
-
-struct WornNow {
-  twin::PerFinger finger_deg{};
-  twin::PerFinger joint_deg{};  // of the bionic hand
-  std::array<std::string, twin::kFingers> fault;
-};
+using study::WornChange;
 
 struct WornFacts {
   bool has_boards = false;
@@ -46,7 +31,7 @@ class WornGlove : public listen::Source {
   // A motion by name (study::bench_motion), from its start, again and again; without boards at so many times the wall's pace, where
   // the machine can. Throws io::InputError.
   virtual void play(const std::string& motion, double pace) = 0;
-  virtual WornNow now() const = 0;
+  virtual study::BenchView now() const = 0;  // its angles, and the hand's faults
   // When the motion that was asked for last began; none: it has not yet.
   virtual std::optional<double> begun_s() const = 0;
   // Into the glove; without boards. Throws io::InputError where it does not run there.

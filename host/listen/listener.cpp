@@ -61,10 +61,6 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
   decoder_->push(heard_, now_s(), before);
 }
 
-double Listener::now_s() const {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-}
-
 // Listens at the port's present rate until the bytes are known. A board that waits, or has not heard yet that it is asked for
 // readings, may just have been started by the port's opening.
 std::optional<Guess> Listener::hear(double longest_s) {
@@ -97,14 +93,14 @@ void Listener::find(const std::function<void(const std::string&)>& says) {
     says(fmt::format("listening at {} baud", rate));
     if (rate != rates.front() && !port_->set_baud(rate)) continue;
     const std::optional<Guess> heard = hear(rate == rates.front() ? kAfterReset_s : kEachRate_s);
-    const bool will_do = heard && heard->format == Format::hand && options_.waiting_hand_will_do;
+    const bool will_do = heard && heard->format == Format::hand && options_.any_will_do;
     if (heard && heard->samples == 0 && !will_do)
       throw io::InputError(options_.port + (heard->format == Format::hand ? kHandWaits : kWaits));
     if (is_told && !heard && heard_bytes_ > 0) return;
     if (heard && (!options_.format || *options_.format == heard->format)) {
       options_.baud = rate;
       options_.format = heard->format;
-      if (options_.angles_will_do) options_.readings = heard->readings;
+      if (options_.any_will_do) options_.readings = heard->readings;
       return;
     }
     if (heard_bytes_ == 0)  // at a wrong rate something would come

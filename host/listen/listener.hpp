@@ -2,7 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -22,8 +21,8 @@ struct ListenerOptions {
   unsigned baud = 0;                  // 0: to be found
   std::optional<Format> format = {};  // none: to be found
   bool readings = false;              // of Flexor's gloves: readings instead of angles, which are asked for
-  bool angles_will_do = false;        // with `readings`: of what gives none within seconds, what it gives
-  bool waiting_hand_will_do = false;  // a hand that waits for its glove: its samples come with the glove
+  // With `readings`: of what gives none within seconds, what it gives; a hand that waits for its glove, whose samples come later.
+  bool any_will_do = false;
   std::optional<link::Key> key = {};  // of the pair: the glove is challenged, as its hand does
   std::shared_ptr<const std::atomic<bool>> stop = {};  // set: finding ends at once, with an io::InputError
 };
@@ -39,7 +38,6 @@ class Listener : public Source {
   Event wait(double timeout_s, std::vector<Sample>& out) override;
   const std::vector<std::string>& columns() const override { return decoder_->columns(); }
   const Tally& tally() const override { return decoder_->tally(); }
-  double now_s() const override;
   std::string says() const override;
   bool takes_models() const override { return format() == Format::frames && options_.readings; }
   bool is_compensated() const override { return format() == Format::frames && !options_.readings; }
@@ -61,7 +59,6 @@ class Listener : public Source {
   void ask_for_readings();
 
   ListenerOptions options_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::unique_ptr<io::SerialPort> port_;
   std::unique_ptr<Decoder> decoder_;
   std::optional<link::HandEnd> hand_;

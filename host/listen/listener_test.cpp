@@ -174,7 +174,7 @@ TEST(Listening, TakesAnglesWhereNoReadingsComeAndTheyWillDo) {
   for (const bool gives_readings : {false, true}) {
     FramesGlove says({}, gives_readings);
     Board glove(std::ref(says));
-    Listener listener({.port = glove.port(), .readings = true, .angles_will_do = true}, kQuiet);
+    Listener listener({.port = glove.port(), .readings = true, .any_will_do = true}, kQuiet);
     EXPECT_GT(listen_for(listener, 0.3).size(), 10U);
     EXPECT_EQ(listener.columns().front(), gives_readings ? "thumb_count" : "thumb_deg");
     EXPECT_EQ(listener.is_compensated(), !gives_readings);

@@ -27,10 +27,6 @@ ReplaySource::ReplaySource(const std::filesystem::path& file, double speed,
   start_ = std::chrono::steady_clock::now();  // what reading the file took is no part of it
 }
 
-double ReplaySource::now_s() const {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-}
-
 std::string ReplaySource::says() const {
   return fmt::format("{}: {} rows in {:.1f} s", name_, recording_.t_s.size(), duration_s());
 }

@@ -1,7 +1,6 @@
 // A recording that is played again, at its own speed: rows as samples when their time has come.
 #pragma once
 
-#include <chrono>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -22,9 +21,6 @@ class ReplaySource : public Source {
 
   // ended: every row was given; wait() does not wait then. host_s is the instant at which a row was due.
   Event wait(double timeout_s, std::vector<Sample>& out) override;
-  const std::vector<std::string>& columns() const override { return columns_; }
-  const Tally& tally() const override { return tally_; }
-  double now_s() const override;
   std::string says() const override;
 
   // Where it is, from 0 at the first row to duration_s() at the last.
@@ -43,14 +39,11 @@ class ReplaySource : public Source {
 
   std::string name_;
   double speed_;
-  std::vector<std::string> columns_;
   recording::Recording recording_;  // since its first row
   std::size_t next_ = 0;
   bool paused_ = false;
-  std::chrono::steady_clock::time_point start_;
   double from_s_ = 0;      // the position ...
   double from_now_s_ = 0;  // ... at this time of now_s()
-  Tally tally_;
 };
 
 }  // namespace flexor::listen

@@ -1,6 +1,7 @@
 // Where samples come from: a serial port, a file that is played again, a simulated glove, a camera.
 #pragma once
 
+#include <chrono>
 #include <string>
 #include <vector>
 
@@ -22,9 +23,12 @@ class Source {
   // Waits for samples, `timeout_s` at most; appends them.
   virtual Event wait(double timeout_s, std::vector<Sample>& out) = 0;
   // Names with units; the same for good from the first sample on.
-  virtual const std::vector<std::string>& columns() const = 0;
-  virtual const Tally& tally() const = 0;
-  virtual double now_s() const = 0;      // the clock of Sample::host_s: since the source was made
+  virtual const std::vector<std::string>& columns() const { return columns_; }
+  virtual const Tally& tally() const { return tally_; }
+  // The clock of Sample::host_s: since the source was made.
+  virtual double now_s() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
   virtual std::string says() const = 0;  // what it is, in a few words: "frames at 115200 baud"
   // A glove with Flexor's firmware, into which models can be sent.
   virtual bool takes_models() const { return false; }
@@ -36,6 +40,11 @@ class Source {
   virtual void let_go() {}
   // Readable once wait() has something to do; -1: there is no such descriptor now, ask every 5 ms.
   virtual int descriptor() const { return -1; }
+
+ protected:
+  std::vector<std::string> columns_;
+  Tally tally_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace flexor::listen

@@ -4,6 +4,7 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -32,7 +33,9 @@ class Board {
     thread_ = std::jthread([this, says = std::move(says)](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
         const std::string text = says(heard());
-        (void)!write(line_.master(), text.data(), text.size());
+        for (std::size_t put = 0; put < text.size() && !stop.stop_requested();)
+          put += static_cast<std::size_t>(
+              std::max<ssize_t>(0, write(line_.master(), text.data() + put, text.size() - put)));
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
       }
     });

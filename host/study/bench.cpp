@@ -25,20 +25,21 @@ std::optional<twin::Motion> bench_motion(const std::string& name) {
       name);
 }
 
-std::string why_no_bootloader(const fs::path& hex) {
-  if (fs::exists(hex)) return "";
+std::string why_no_bootloader() {
+  if (fs::exists(kBootloader)) return "";
   return "the simulated glove has no bootloader, through which models and firmware are written, since "
          "Debian's package arduino-core-avr is not installed: install it, and start this command again";
 }
 
 Bench::Bench(fs::path program, const BenchOptions& options)
-    : glove_(glove_of(options)), link_(options.port_link), worker_(std::move(program)) {
-  has_bootloader_ = fs::exists(kBootloader);
+    : glove_(glove_of(options)), worker_(std::move(program)) {
   const twin::TrialInput input{options.parameters, short_motion(), options.model, options.seed};
   Json arguments = {{"glove", glove_}, {"input", input}};
-  if (has_bootloader_) arguments["bootloader"] = io::bytes_to_json(kBootloader);
-  if (!link_.empty()) arguments["link"] = io::bytes_to_json(fs::absolute(link_).string());
-  terminal_ = worker_.run("bench_open", arguments).at("port").get<std::string>();
+  if (why_no_bootloader().empty()) arguments["bootloader"] = io::bytes_to_json(kBootloader);
+  const fs::path& link = options.port_link;
+  if (!link.empty()) arguments["link"] = io::bytes_to_json(fs::absolute(link).string());
+  const Json opened = worker_.run("bench_open", arguments);
+  port_ = link.empty() ? opened.at("port").get<std::string>() : link.string();
 }
 
 Bench::~Bench() {
@@ -49,20 +50,9 @@ Bench::~Bench() {
   }
 }
 
-std::string Bench::port() const {
-  if (!link_.empty()) return link_.string();  // for good: nobody waits for the boards' turn
-  const std::lock_guard lock(mutex_);
-  return terminal_;
-}
-
 BenchView Bench::advance(const BenchChange& change) {
   const std::lock_guard lock(mutex_);
-  BenchView view = worker_.run("bench_advance", change).get<BenchView>();
-  if (!view.port.empty()) {
-    terminal_ = view.port;
-    if (!link_.empty()) view.port = link_.string();
-  }
-  return view;
+  return worker_.run("bench_advance", change).get<BenchView>();
 }
 
 std::vector<double> Bench::score(const std::vector<int>& gestures, const io::JobProgress& progress) {

@@ -24,47 +24,44 @@ namespace flexor::study {
 // "rest", "bends", "calibration", "held", "ordinary", "protocol" or "1" to "6"; none: rest. Throws io::InputError, listing them.
 std::optional<twin::Motion> bench_motion(const std::string& name);
 
-// What is to change before the next milliseconds; what is left out stays as it is.
+// What goes wrong with a glove that is worn, beside the configuration's.
+struct WornChange {
+  double slip_deg = 0;           // each strip, the same way, beside what the donning drew
+  double drift_deg_per_min = 0;  // each strip, the same way, from now on
+  double noise_counts = 0;       // standard deviation of each reading
+  double loss = 0;               // share of the radio's frames, both ways; without boards of the samples, too
+};
+FLEXOR_PIPE(WornChange, slip_deg, drift_deg_per_min, noise_counts, loss)
+
+// How it goes on.
 struct BenchChange {
-  int ms = 20;
-  std::optional<double> slip_deg = {};  // each strip, the same way, beside what the donning drew
-  std::optional<double> drift_deg_per_min =
-      {};  // each strip, the same way, from now on, beside the configuration's
-  std::optional<double> noise_counts = {};  // standard deviation of each reading, beside the configuration's
-  std::optional<double> loss = {};          // share of frames, both ways, beside the configuration's
-  std::optional<std::string> motion = {};   // bench_motion(); another one begins anew
-  bool restart = false;                     // and so does the same one
-  std::optional<bool> unplugged = {};       // the port is not there
+  WornChange worn = {};
+  std::optional<std::string> motion = {};  // bench_motion(); another one begins anew; none: as before
+  bool restart = false;                    // the same one begins anew, too
 };
 
 struct BenchView {
   std::int64_t now_ms = 0;  // simulated, since the boards were switched on
-  std::string port;         // empty: unplugged
-  bool is_open = false;     // somebody has the port open
-  std::string motion;
-  std::optional<double> motion_s;  // since its t = 0; negative before; none: at rest
   std::array<double, kFingers> finger_deg{};
   std::array<double, kFingers> joint_deg{};  // of the bionic hand
-  std::array<double, kFingers> duty{};       // -1 to 1 of the supply
   std::array<int, kFingers> fault{};         // hand::Fault
   std::array<int, kFingers> counts{};        // the glove's last conversions
 };
 
-FLEXOR_PIPE(BenchChange, ms, slip_deg, drift_deg_per_min, noise_counts, loss, motion, restart, unplugged)
-FLEXOR_PIPE(BenchView, now_ms, port, is_open, motion, motion_s, finger_deg, joint_deg, duty, fault, counts)
+FLEXOR_PIPE(BenchChange, worn, motion, restart)
+FLEXOR_PIPE(BenchView, now_ms, finger_deg, joint_deg, fault, counts)
 
 // The old Nanos', 57600 baud, of Debian's package.
 inline constexpr const char* kBootloader =
     "/usr/share/arduino/hardware/arduino/avr/bootloaders/atmega/ATmegaBOOT_168_atmega328.hex";
 // Why a simulated glove has no bootloader, with the mend; "": it has.
-std::string why_no_bootloader(const std::filesystem::path& hex = kBootloader);
+std::string why_no_bootloader();
 
 struct BenchOptions {
   twin::Parameters parameters = {};
   model::Model model;      // five fingers; the glove's first
   std::uint64_t seed = 1;  // whoever wears it is that of the experiment's trial 0 with this seed
-  std::filesystem::path port_link =
-      {};  // a name for the port that stays; empty: the pseudo-terminal's own, which changes
+  std::filesystem::path port_link = {};  // a name for the port; empty: the pseudo-terminal's own
 };
 
 // Calls may come from any thread; one waits for another.
@@ -75,12 +72,11 @@ class Bench {
   Bench(std::filesystem::path program, const BenchOptions& options);
   ~Bench();
 
-  // As it is opened: the link, or the pseudo-terminal; of that the last where it is unplugged.
-  std::string port() const;
+  // As it is opened: the link, or the pseudo-terminal.
+  const std::string& port() const { return port_; }
   const deploy::Key& key() const { return glove_.key; }
-  bool has_bootloader() const { return has_bootloader_; }
 
-  // So much simulated time and, but for at most 50 ms that it lags behind, as much real time.
+  // 20 ms of simulated time and, but for at most 50 ms that it lags behind, as much real time.
   BenchView advance(const BenchChange& change);
 
   // Integral of the absolute error of each of these gestures, all fingers, deg s, as the experiment has it, on the boards
@@ -90,11 +86,9 @@ class Bench {
 
  private:
   deploy::Glove glove_;
-  bool has_bootloader_ = false;
-  std::filesystem::path link_;
-  mutable std::mutex mutex_;
-  std::string terminal_;
+  std::mutex mutex_;
   io::Worker worker_;
+  std::string port_;
 };
 
 }  // namespace flexor::study

@@ -143,15 +143,14 @@ interface SegmentedOptions<T> {
   values: readonly T[];
   pressed: T | null | undefined;
   pick: (value: T) => void;
-  hidden?: boolean;
   write?: (value: T) => string;
 }
 
 // Buttons of which one is pressed.
 export function Segmented<T extends string | number>(options: SegmentedOptions<T>) {
-  const { name, test, values, pressed, pick, hidden, write = (value: T) => title(String(value)) } = options;
+  const { name, test, values, pressed, pick, write = (value: T) => title(String(value)) } = options;
   return (
-    <div class="segmented" role="group" aria-label={name} hidden={hidden}>
+    <div class="segmented" role="group" aria-label={name}>
       {values.map((value) => (
         <button
           key={value}
@@ -206,13 +205,12 @@ interface TableOptions {
   caption: string;
   columns: readonly string[]; // an empty name is a column without a heading
   kind?: string;
-  hidden?: boolean;
   children: ComponentChildren; // rows
 }
 
-export function Table({ test, caption, columns, kind = '', hidden, children }: TableOptions) {
+export function Table({ test, caption, columns, kind = '', children }: TableOptions) {
   return (
-    <table class={`table ${kind}`} data-testid={test} hidden={hidden}>
+    <table class={`table ${kind}`} data-testid={test}>
       <caption>{caption}</caption>
       <thead>
         <tr>{columns.map((name) => (name === '' ? <td /> : <th scope="col">{name}</th>))}</tr>

@@ -15,11 +15,6 @@ describe('words', () => {
     expect(refusalWords('motion_too_short', { seconds: 12.3, least_s: 30 })).toContain('12 s so far, 30 s');
     expect(refusalWords('a.csv: no number')).toBe('a.csv: no number');
   });
-  it('are other ones without marks', () => {
-    expect(askWords('turn', calibration({}))).toContain('every mark');
-    expect(askWords('turn', calibration({ reference: 'markerless' }))).toContain('from the side');
-    expect(askWords('failed', calibration({ failed: 'no angle' }))).toContain('no angle');
-  });
   it('name the fingers that a model does not follow', () => {
     const finger = { error_deg: 40, line_deg: 5, baseline: 'line', baseline_deg: 5, fit_percent: -60, reference_error_deg: null };
     const fingers = [{ name: 'index', verdict: 'better' as const }, { name: 'ring', verdict: 'astray' as const }];

@@ -27,15 +27,13 @@ bool is_angle(const recording::Column& c) {
 
 // The only column, or the only one in degrees.
 std::string pick(const recording::Recording& r, const char* option) {
-  if (r.columns.size() == 1) return r.columns.front().name;
-  std::vector<std::string> angles;
-  for (const auto& c : r.columns) {
-    if (is_angle(c)) angles.push_back(c.name);
-  }
+  std::vector<std::string> names, angles;
+  for (const auto& c : r.columns) (is_angle(c) ? angles : names).push_back(c.name);
   if (angles.size() == 1) return angles.front();
-  std::string names;
-  for (const auto& c : r.columns) names += (names.empty() ? "" : ", ") + c.name;
-  throw io::InputError("{}: which column? give {}; there are: {}", r.source, option, names);
+  names.insert(names.begin(), angles.begin(), angles.end());
+  if (names.size() == 1) return names.front();
+  throw io::InputError("{}: which column? give {}; there are: {}", r.source, option,
+                       recording::listed(names));
 }
 
 // Measured and estimated column: those that were named, else all angles that both files have by one name, else the only ones.

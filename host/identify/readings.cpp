@@ -94,6 +94,7 @@ void turn_into_range(const model::Model& model, std::span<double> readings) {
     const model::Input& input = model.inputs[i];
     if (input.unit != "deg" && input.unit != "rad") continue;
     const double turn = input.unit == "deg" ? 360 : 2 * std::numbers::pi;
+    if (input.valid_max - input.valid_min > turn) continue;
     readings[i] -= turn * std::round((readings[i] - (input.valid_min + input.valid_max) / 2) / turn);
   }
 }

@@ -286,31 +286,26 @@ void unwrap(Recording& recording, const std::string& name) {
   Column& column = recording.column(name);
   if (column.unit != "deg" && column.unit != "rad") return;
   const double turn = column.unit == "deg" ? 360 : 2 * std::numbers::pi;
-  double low = HUGE_VAL, high = -HUGE_VAL, last = NAN;
-  std::optional<double> first_s;
-  for (std::size_t k = 0; k < column.value.size(); ++k) {
-    const double v = column.value[k];
-    if (std::isnan(v)) continue;
-    low = std::min(low, v);
-    high = std::max(high, v);
-    if (!first_s && std::abs(v - last) >= kWrap * turn) first_s = recording.t_s[k];
-    last = v;
-  }
-  if (!first_s || high - low > turn) return;
-  const double seam = low < 0 ? turn / 2 : 0;
-  low = HUGE_VAL, high = -HUGE_VAL;
-  for (double& v : column.value) {
-    if (std::isnan(v)) continue;
-    last = v -= turn * std::round((v - last) / turn);
-    low = std::min(low, v);
-    high = std::max(high, v);
-  }
-  const double off = turn * std::round(((low + high) / 2 - seam) / turn);
-  for (double& v : column.value) v -= off;
-  recording.warnings.push_back(
-      fmt::format("{}: column \"{}\" jumps by a turn, first at {:.2f} s: it is taken to go on there, from "
-                  "{:.4g} to {:.4g} {}",
-                  recording.source, column.name, *first_s, low - off, high - off, column.unit));
+  std::vector<double>& angle = column.value;
+  std::vector<std::size_t> seen;
+  for (std::size_t k = 0; k < angle.size(); ++k)
+    if (!std::isnan(angle[k])) seen.push_back(k);
+  const auto at = [&](std::size_t k) { return angle[k]; };
+  const auto jump = std::ranges::adjacent_find(
+      seen, [&](std::size_t a, std::size_t b) { return std::abs(angle[b] - angle[a]) >= kWrap * turn; });
+  if (jump == seen.end()) return;
+  const auto [low, high] = std::ranges::minmax(seen, {}, at);
+  if (angle[high] - angle[low] > turn) return;
+  const double seam = angle[low] < 0 ? turn / 2 : 0;
+  for (std::size_t i = 1; i < seen.size(); ++i)
+    angle[seen[i]] -= turn * std::round((angle[seen[i]] - angle[seen[i - 1]]) / turn);
+  const auto [least, most] = std::ranges::minmax(seen, {}, at);
+  const double off = turn * std::round(((angle[least] + angle[most]) / 2 - seam) / turn);
+  for (double& v : angle) v -= off;
+  recording.warnings.push_back(fmt::format(
+      "{}: column \"{}\" jumps by a turn, first at {:.2f} s: it is taken to go on there, from {:.4g} to "
+      "{:.4g} {}",
+      recording.source, name, recording.t_s[*(jump + 1)], angle[least], angle[most], column.unit));
 }
 
 void state_unit(Recording& recording, const std::string& column, const std::string& stated) {

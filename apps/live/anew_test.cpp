@@ -1,4 +1,4 @@
-#include "apps/live/anew.hpp"
+#include "apps/live/recorder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -35,6 +35,19 @@ identify::Recalibration answer(const model::Model& model) {
 
 std::string verdict(const AnewResult& result, std::size_t finger) {
   return result.fingers.at(finger).at("verdict").get<std::string>();
+}
+
+TEST(AnewStep, EachEventInEachStep) {
+  using enum AnewStep;
+  const std::vector<std::pair<AnewEvent, std::vector<AnewStep>>> rows = {
+      {AnewEvent::starts, {motion, motion, fits, answer}},
+      {AnewEvent::moved, {none, fits, fits, answer}},
+      {AnewEvent::fitted, {none, motion, answer, answer}},
+      {AnewEvent::ends, {none, none, none, none}}};
+  for (const auto& [event, next] : rows) {
+    for (const AnewStep step : {none, motion, fits, answer})
+      EXPECT_EQ(after(step, event), next[static_cast<std::size_t>(step)]);
+  }
 }
 
 TEST(Anew, SaysOfEachFingerWhatCameOfItsOwnSensor) {

@@ -7,7 +7,7 @@
 #include <span>
 #include <sstream>
 
-#include "apps/live/refusal.hpp"
+#include "apps/live/words.hpp"
 #include "host/identify/identify.hpp"
 #include "host/io/beneath.hpp"
 #include "host/io/io.hpp"

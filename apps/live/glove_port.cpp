@@ -1,5 +1,7 @@
 #include "apps/live/glove_port.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 
 #include "host/deploy/flash.hpp"
@@ -54,17 +56,76 @@ const char* name_of(DeviceState state) {
   return kNames.at(static_cast<std::size_t>(state));
 }
 
-GlovePort::GlovePort(PortOptions options, Server& server, Calls calls)
-    : options_(std::move(options)), server_(server), calls_(std::move(calls)) {
+GlovePort::GlovePort(Context& context, Calls calls)
+    : context_(context), options_(context.options), calls_(std::move(calls)) {
   if (!options_.key.empty()) key_ = deploy::load_key(options_.key);
+  context_.words.add(
+      {{"device.connect",
+        {{"job_runs", "recording_runs", "calibration_has_glove"},
+         [this](io::JsonReader& parts) { connect(parts.text("port")); }}},
+       {"device.leave",
+        {{"job_runs", "calibration_is_open", "recording_runs"}, [this](io::JsonReader&) { leave(); }}},
+       {"replay.open",
+        {{"job_runs", "calibration_is_open", "recording_runs"},
+         [this](io::JsonReader& parts) {
+           const std::string name = parts.text("session") + "/" + parts.text("file");
+           play(context_.sessions.file(name, kMostLogBytes), name);
+         }}},
+       {"replay.play", {{"no_replay"}, [this](io::JsonReader& parts) { replay()->pause(!is_on(parts)); }}}},
+      {{"no_replay", [this] { return !replay(); }},
+       // to which models are fitted
+       {"no_readings", [this] { return source_ && source_->is_compensated(); }}});
 }
 
 listen::ReplaySource* GlovePort::replay() const {
   return state_ == DeviceState::replay ? static_cast<listen::ReplaySource*>(source_.get()) : nullptr;
 }
 
-std::optional<listen::Misfit> GlovePort::misfit() const {
-  return source_ && state_ != DeviceState::gone ? source_->tally().misfit : std::nullopt;
+std::string GlovePort::misfit() const {
+  if (!source_ || is_gone() || !source_->tally().misfit) return "";
+  return fmt::format(
+      "Nothing is shown or recorded: {}. Mend the glove's program, or stop and choose the port again.",
+      listen::misfit_in_words(*source_->tally().misfit));
+}
+
+std::string GlovePort::id(const std::vector<std::string>& columns) const {
+  const bool is_named = port().find("/by-id/") != std::string::npos;
+  std::string out = is_named                      ? std::filesystem::path(port()).filename().string()
+                    : state_ == DeviceState::worn ? options_.worn->facts.name()
+                                                  : "glove";
+  for (const std::string& column : columns) out += " " + column;
+  return out;
+}
+
+void GlovePort::write(Json& state) const {
+  const bool is_worn = state_ == DeviceState::worn;
+  std::string format = source_ ? source_->says() : "";
+  if (source_ && source_->is_compensated()) format += ": angles, compensated on the glove";
+  state["device"] = {{"status", is_worn ? options_.worn->facts.name() : name_of(state_)},
+                     {"name", !is_worn                          ? "glove"
+                              : options_.worn->facts.has_boards ? "both boards, simulated"
+                                                                : "the twin's glove"},
+                     {"port", port()},
+                     {"format", format},
+                     {"says", misfit().empty() ? says_ : misfit()}};
+  if (hand) state["hand"] = hand->state(context_.now_s());
+  if (const listen::ReplaySource* source = replay())
+    state["replay"] = {{"file", replayed_},
+                       {"t_s", source->position_s()},
+                       {"of_s", source->duration_s()},
+                       {"playing", source->is_playing()}};
+}
+
+Json GlovePort::wrong() const {
+  if (is_gone()) return {{"kind", "gone"}};
+  if (!misfit().empty()) return {{"kind", "misfit"}, {"why", misfit()}};
+  return nullptr;
+}
+
+Json GlovePort::next() const {
+  if (state_ == DeviceState::listening || state_ == DeviceState::doubtful) return {{"kind", "listening"}};
+  if (state_ == DeviceState::misunderstood) return {{"kind", "misunderstood"}, {"why", says_}};
+  return source_ ? Json(nullptr) : Json{{"kind", "plug_in"}};
 }
 
 void GlovePort::become(DeviceEvent event, std::string says) {
@@ -77,7 +138,7 @@ void GlovePort::attach(std::shared_ptr<listen::Source> source, const std::string
     throw io::InputError("{} columns: the page shows {} at most", source->columns().size(), kMostColumns);
   detach();
   source_ = std::move(source);
-  begin_s_ = calls_.now_s() - source_->now_s();
+  begin_s_ = context_.now_s() - source_->now_s();
   port_ = port;
   become(event, source_->says());
   watch(source_->descriptor());
@@ -95,7 +156,7 @@ void GlovePort::watch(int descriptor) {
   if (descriptor == watched_) return;
   watched_ = descriptor;
   watch_.reset();
-  if (watched_ >= 0) watch_ = server_.watch(watched_, calls_.is_readable);
+  if (watched_ >= 0) watch_ = context_.server.watch(watched_, calls_.is_readable);
 }
 
 bool GlovePort::hear(std::vector<listen::Sample>& out) {
@@ -125,14 +186,17 @@ void GlovePort::let_go() {
   if (hand) hand->source->let_go();
 }
 
-void GlovePort::play(std::shared_ptr<listen::ReplaySource> source) {
+void GlovePort::play(const std::filesystem::path& file, const std::string& name) {
+  auto source = std::make_shared<listen::ReplaySource>(file);
   end_search();
   attach(std::move(source), std::string(port_), DeviceEvent::plays);
+  replayed_ = name;
 }
 
 void GlovePort::leave() {
   end_search();
   const bool is_replay = replay() != nullptr;
+  if (is_replay && options_.worn) return attach(options_.worn, options_.worn->facts.port, DeviceEvent::wears);
   detach();
   if (is_replay) {
     if (!port_.empty()) listen_to({port_}, false);
@@ -150,7 +214,10 @@ std::vector<std::string> GlovePort::named() const {
   return out;
 }
 
-void GlovePort::connect_named() {
+void GlovePort::begin() {
+  if (options_.worn) return connect("auto");
+  if (!options_.recording.empty())
+    return play(options_.recording, io::to_utf8(options_.recording.filename().string()));
   if (options_.port != "auto") options_.port = deploy::choose_port(options_.port);
   if (!options_.hand.empty()) options_.hand = deploy::choose_port(options_.hand);
   const std::vector<std::string> paths = named();
@@ -160,6 +227,10 @@ void GlovePort::connect_named() {
 }
 
 void GlovePort::connect(const std::string& port) {
+  if (options_.worn) {
+    if (port != options_.worn->facts.port && port != "auto") throw Refusal("twin_wears");
+    return attach(options_.worn, options_.worn->facts.port, DeviceEvent::wears);
+  }
   if (port.empty()) throw io::InputError("no port is chosen: plug the glove in, and choose its port");
   const std::vector<std::string> ports = free(io::serial_ports(options_.devices));
   const bool any = port == "auto" && !ports.empty() && ports.size() <= kMostTried;
@@ -172,8 +243,8 @@ void GlovePort::look() {
   if (state_ == DeviceState::replay || state_ == DeviceState::left || (source_ && hand) || search_stops_)
     return;
   std::vector<std::string> silent;
-  if (calls_.now_s() - named_tried_s_ >= kNamedEvery_s) {
-    named_tried_s_ = calls_.now_s();
+  if (context_.now_s() - named_tried_s_ >= kNamedEvery_s) {
+    named_tried_s_ = context_.now_s();
     silent = free(named());
     std::erase_if(silent, [this](const std::string& path) {
       const bool has_place = path == options_.hand ? !hand : !source_;
@@ -223,7 +294,7 @@ void GlovePort::search(std::vector<std::string> paths, listen::ListenerOptions o
   options.stop = search_stops_ = std::make_shared<std::atomic<bool>>(false);
   // What an older search posted is forgotten.
   const auto post = [this, stops = search_stops_](std::function<void()> work) {
-    calls_.post([this, stops, work = std::move(work)] {
+    context_.post("port", [this, stops, work = std::move(work)] {
       if (stops == search_stops_) work();
     });
   };
@@ -262,15 +333,15 @@ void GlovePort::searched() {
 
 void GlovePort::found_nothing(const std::string& why, bool is_chosen) {
   if (!source_) return become(DeviceEvent::misunderstands, why);
-  if (is_chosen) calls_.failed(why);
+  if (is_chosen) context_.ended("port", false, why);
 }
 
 // What is chosen takes the place of who is there.
 void GlovePort::found(const std::string& path, std::shared_ptr<listen::Listener> listener, bool is_chosen) {
   if (listener->format() == listen::Format::hand) {
-    if (is_chosen || !hand) hand.emplace(listener, path, calls_.now_s() - listener->now_s());
+    if (is_chosen || !hand) hand.emplace(listener, path, context_.now_s() - listener->now_s());
   } else if (path == options_.hand) {
-    if (is_chosen) calls_.failed(path + ": --hand names a glove's port");
+    if (is_chosen) context_.ended("port", false, path + ": --hand names a glove's port");
   } else if (is_chosen || !source_) {
     attach(std::move(listener), path, DeviceEvent::speaks);
   }

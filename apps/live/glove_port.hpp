@@ -11,8 +11,8 @@
 #include <thread>
 #include <vector>
 
+#include "apps/live/context.hpp"
 #include "apps/live/hand_port.hpp"
-#include "apps/live/server.hpp"
 #include "host/listen/listener.hpp"
 #include "host/listen/replay_source.hpp"
 #include "host/listen/source.hpp"
@@ -38,43 +38,32 @@ DeviceState after(DeviceState state, DeviceEvent event);
 // As SOCKET.md has it, but for gloves of the twin.
 const char* name_of(DeviceState state);
 
-struct PortOptions {
-  std::string port = "auto";  // of the glove: what there is, also when it is plugged in later; or a path
-  std::filesystem::path devices = "/dev";  // where ports are
-  std::string hand;                        // the hand's; empty: with `port` auto, what there is
-  unsigned baud = 0;                       // 0: found by listening
-  std::string key;                         // file of the pair's key; empty: none
-};
-
 // On the server's thread.
 class GlovePort {
  public:
   struct Calls {
-    std::function<double()> now_s;      // the server's clock
     std::function<void()> is_readable;  // hear() has something to give
     std::function<void()> drops;        // the source has gone for good
-    std::function<void(const std::string& why)> failed;
-    std::function<void(std::function<void()>)> post;  // from any thread, onto the server's
   };
 
-  // Throws io::InputError where the key cannot be read.
-  GlovePort(PortOptions options, Server& server, Calls calls);
+  // Adds its words. Throws io::InputError where the key cannot be read.
+  GlovePort(Context& context, Calls calls);
   ~GlovePort() { end_search(); }
 
   DeviceState state() const { return state_; }
-  const std::string& says() const { return says_; }
   std::string port() const { return state_ == DeviceState::replay ? "" : port_; }
   listen::Source* source() const { return source_.get(); }  // null: none
   listen::ReplaySource* replay() const;                     // null: it is none
-  std::optional<listen::Misfit> misfit() const;             // why nothing of what comes is taken
+  std::string misfit() const;                               // why nothing of what comes is taken; "": it is
+  bool is_gone() const { return state_ == DeviceState::gone; }
+  // By which it is known again: its columns and, where the system has one, the name of its adapter.
+  std::string id(const std::vector<std::string>& columns) const;
+  void write(Json& state) const;
+  Json wrong() const;  // what to do, as SOCKET.md has it: of what went wrong; null: nothing did
+  Json next() const;   // likewise, until a glove is heard
 
-  void connect_named();                   // the ports of the options; throws io::InputError
-  void connect(const std::string& port);  // chosen by a person; throws io::InputError
-  void look();                            // for what has been plugged in
-  void leave();                           // the glove; a replay: back to who was there
-  // In place of who is there. Throws io::InputError.
-  void attach(std::shared_ptr<listen::Source> source, const std::string& port, DeviceEvent event);
-  void play(std::shared_ptr<listen::ReplaySource> source);
+  void begin();   // as the options say. Throws io::InputError
+  void look();    // for what has been plugged in
   void let_go();  // for another program's sake, until the next hear()
   // Appends what came, on the server's clock; whether more may be ready. Never waits.
   bool hear(std::vector<listen::Sample>& out);
@@ -82,6 +71,11 @@ class GlovePort {
   std::optional<HandPort> hand;
 
  private:
+  void connect(const std::string& port);  // chosen by a person; throws io::InputError
+  void leave();                           // the glove; a replay: back to who was there
+  // In place of who is there. Throws io::InputError.
+  void attach(std::shared_ptr<listen::Source> source, const std::string& port, DeviceEvent event);
+  void play(const std::filesystem::path& file, const std::string& name);
   std::vector<std::string> named() const;
   std::vector<std::string> free(std::vector<std::string> ports) const;
   void listen_to(std::vector<std::string> paths, bool is_chosen);
@@ -94,13 +88,14 @@ class GlovePort {
   void detach();
   void watch(int descriptor);
 
-  PortOptions options_;
-  Server& server_;
+  Context& context_;
+  LiveOptions& options_;
   Calls calls_;
   decltype(listen::ListenerOptions::key) key_;
   DeviceState state_ = DeviceState::none;
   std::string says_;
-  std::string port_;  // the glove's, also while a recording is played again
+  std::string port_;      // the glove's, also while a recording is played again
+  std::string replayed_;  // what that is called
   std::shared_ptr<listen::Source> source_;
   double begin_s_ = 0;  // the server's clock when the source's was 0
   int watched_ = -1;

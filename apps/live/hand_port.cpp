@@ -2,12 +2,25 @@
 
 #include <utility>
 
+#include "host/model/model.hpp"
+#include "host/twin/parameters.hpp"
+
 namespace flexor::live {
 namespace {
 
 constexpr double kHandSilent_s = 2;  // it speaks several times a second
 
 }  // namespace
+
+Json hand_state(const char* status, const Json& port, const std::vector<std::string>& faults,
+                const std::string& board) {
+  return {{"names", model::finger_names()},
+          {"open_deg", twin::Parameters().hand_lower_deg},
+          {"status", status},
+          {"port", port},
+          {"faults", faults},
+          {"board", board}};
+}
 
 HandPort::HandPort(std::shared_ptr<listen::Source> from, std::string at, double begin_s)
     : source(std::move(from)), path(std::move(at)), begin_s_(begin_s), newest_s_(begin_s - kHandSilent_s) {}
@@ -24,19 +37,18 @@ std::vector<listen::Sample> HandPort::poll() {
   return out;
 }
 
-const char* HandPort::status(double now_s) const {
-  if (is_gone_) return "gone";
-  return now_s - newest_s_ < kHandSilent_s ? "connected" : "waits";
-}
-
 std::string HandPort::remark(std::size_t column) const {
   return column < newest_.remark.size() ? newest_.remark[column] : "";
 }
 
-std::array<std::string, twin::kFingers> HandPort::faults() const {
-  std::array<std::string, twin::kFingers> out;
-  for (std::size_t f = 0; f < out.size(); ++f) out[f] = remark(2 * twin::kFingers + f);
-  return out;
+Json HandPort::state(double now_s) const {
+  std::vector<std::string> faults;
+  for (std::size_t f = 0; f < twin::kFingers; ++f) faults.push_back(remark(2 * twin::kFingers + f));
+  // It waits for its glove where it says nothing of its fingers.
+  return hand_state(is_gone_                            ? "gone"
+                    : now_s - newest_s_ < kHandSilent_s ? "connected"
+                                                        : "waits",
+                    path, faults, remark(3 * twin::kFingers));
 }
 
 }  // namespace flexor::live

@@ -1,15 +1,18 @@
 // The bionic hand at a port of its own, beside the glove: what it says of its fingers.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "host/io/json.hpp"
 #include "host/listen/source.hpp"
-#include "host/twin/parameters.hpp"
 
 namespace flexor::live {
+
+// As SOCKET.md has it.
+Json hand_state(const char* status, const Json& port, const std::vector<std::string>& faults,
+                const std::string& board);
 
 class HandPort {
  public:
@@ -18,11 +21,7 @@ class HandPort {
 
   // Samples that came since the last time, on the server's clock; never waits.
   std::vector<listen::Sample> poll();
-  // connected; gone: unplugged; waits: for its glove, and says nothing of its fingers.
-  const char* status(double now_s) const;
-  // Of the newest sample, in words; "": nothing.
-  std::array<std::string, twin::kFingers> faults() const;
-  std::string board_faults() const { return remark(3 * twin::kFingers); }
+  Json state(double now_s) const;
 
   const std::shared_ptr<listen::Source> source;
   const std::string path;

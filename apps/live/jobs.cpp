@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "apps/live/refusal.hpp"
+#include "apps/live/words.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::live {

@@ -180,6 +180,11 @@ Session Sessions::create(const std::string& person, const std::string& side, con
   return s;
 }
 
+fs::path Sessions::file(const std::string& relative, std::uint64_t most_bytes) const {
+  (void)io::FileBeneath(root_, relative, most_bytes);
+  return root_ / relative;
+}
+
 void Sessions::remove(const Session& session) const {
   std::error_code error;
   fs::remove_all(folder(session), error);

@@ -64,6 +64,8 @@ class Sessions {
   // Its session.json. Throws io::InputError, io::JobError.
   void save(const Session& session) const;
   std::filesystem::path folder(const Session& session) const { return root_ / session.name; }
+  // A file within, whatever the text holds. Throws io::InputError where there is none, or one of more bytes.
+  std::filesystem::path file(const std::string& relative, std::uint64_t most_bytes) const;
 
   // The model that was accepted last for this glove; of `person` alone where one is named.
   std::optional<Session> newest_with_model(const std::string& glove) const;

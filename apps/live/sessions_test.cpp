@@ -7,7 +7,7 @@
 #include <set>
 #include <thread>
 
-#include "apps/live/session_recording.hpp"
+#include "apps/live/recorder.hpp"
 #include "host/io/io.hpp"
 #include "host/io/json.hpp"
 

@@ -22,6 +22,7 @@ struct WornFacts {
   std::string why_not_written = {};  // its board, through a bootloader, with the mend; "": it can be
   double rate_hz = 0;                // at which a model runs
   double lead_s = 0;                 // by which the hand comes after the reading
+  const char* name() const { return has_boards ? "boards" : "twin"; }
 };
 
 // What the glove says, on the clock of everything that comes from here.

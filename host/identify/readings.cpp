@@ -95,7 +95,8 @@ void turn_into_range(const model::Model& model, std::span<double> readings) {
     if (input.unit != "deg" && input.unit != "rad") continue;
     const double turn = input.unit == "deg" ? 360 : 2 * std::numbers::pi;
     if (input.valid_max - input.valid_min > turn) continue;
-    readings[i] -= turn * std::round((readings[i] - (input.valid_min + input.valid_max) / 2) / turn);
+    const double turns = std::round((readings[i] - (input.valid_min + input.valid_max) / 2) / turn);
+    if (std::abs(turns) <= 1) readings[i] -= turn * turns;
   }
 }
 

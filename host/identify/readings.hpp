@@ -25,8 +25,8 @@ struct Turns {
   double there_and_back = 0;  // the farthest that the readings went one way and then the other
 };
 
-// Readings in degrees or radians, by whole turns brought to the middle of what the model knows of each input, where that is at
-// most a turn.
+// Readings in degrees or radians, by one turn brought to the middle of what the model knows of each input, where that is at most
+// a turn. What lies farther off is no angle that wrapped.
 void turn_into_range(const model::Model& model, std::span<double> readings);
 
 // The reading that each share of them does not exceed, straight between neighbours.

@@ -1,5 +1,5 @@
 // A guided calibration, step by step: what to do now, what the motion has shown so far, and the files that it leaves in its
-// session. It knows no sockets and starts no programs; live_calibration.cpp does what it asks for.
+// session. It knows no sockets and starts no programs; calibration_session.hpp does what it asks for.
 //
 //   glove      a glove that gives readings is heard
 //   reference  the camera sees the marks (or there is none)

@@ -11,11 +11,6 @@ namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(50);
 
-bool flexes_negatively(std::string_view joint) {
-  if (joint.starts_with("thumb")) return false;
-  return joint.ends_with("_mcp") || joint.ends_with("_pip") || joint.ends_with("_dip");
-}
-
 }  // namespace
 
 std::vector<HandInput> hand_inputs(const model::Model& model) {
@@ -34,8 +29,7 @@ std::vector<HandInput> hand_inputs(const model::Model& model) {
     const model::Ends ends = model::ends(model, model.joints[j]);
     input.open_deg = ends.open_deg;
     const bool falls = ends.fist_deg < ends.open_deg;
-    const bool is_negative = flexes_negatively(posture::kJointNames[static_cast<std::size_t>(*joint)]);
-    input.sign = falls == is_negative ? 1 : -1;
+    input.sign = falls == posture::flexes(*joint) ? 1 : -1;
     out.push_back(input);
   }
   return out;
@@ -71,7 +65,7 @@ WholeHand HandView::complete(const Newest& newest) {
     if (std::isfinite(reading)) estimate.angle_deg[inputs_[i].input.joints.front()] = reading;
   }
   for (int j = 0; j < posture::kJoints; ++j) {
-    if (flexes_negatively(posture::kJointNames[static_cast<std::size_t>(j)])) estimate.angle_deg[j] *= -1;
+    if (posture::flexes(j)) estimate.angle_deg[j] *= -1;
   }
   return {newest.host_s, estimate.angle_deg, estimate.se_deg};
 }

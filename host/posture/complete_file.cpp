@@ -69,12 +69,6 @@ struct Plan {
   }
 };
 
-// Joints whose flexion has a sign: MCP, PIP, DIP and the thumb's IP.
-bool flexes(int joint) {
-  constexpr std::array kEnds = {"_mcp", "_pip", "_dip", "_ip"};
-  return std::ranges::any_of(kEnds, [&](const char* end) { return joint_name(joint).ends_with(end); });
-}
-
 void require_one_sign(const Plan& plan, const Input& bend) {
   for (const int joint : bend.joints) {
     if (plan.sign[joint] == plan.sign[bend.joints.front()]) continue;

@@ -22,6 +22,11 @@ using Hand = Eigen::Array<double, kJoints, 1>;                 // degrees
 using Hands = Eigen::Matrix<double, Eigen::Dynamic, kJoints>;  // a hand in each row
 
 inline std::string_view joint_name(int joint) { return kJointNames[static_cast<std::size_t>(joint)]; }
+// Whether its flexion is negative here: MCP, PIP, DIP and the thumb's IP.
+inline bool flexes(int joint) {
+  constexpr std::array kEnds = {"_mcp", "_pip", "_dip", "_ip"};
+  return std::ranges::any_of(kEnds, [&](const char* end) { return joint_name(joint).ends_with(end); });
+}
 // Empty: no such joint.
 inline std::optional<int> find_joint(std::string_view name) {
   const auto it = std::ranges::find(kJointNames, name);

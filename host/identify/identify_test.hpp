@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <functional>
 #include <random>
-#include <string>
 #include <tuple>
 
 #include "host/identify/identify.hpp"

@@ -340,6 +340,7 @@ inline const std::vector<Shape> kShapes = {
 
 inline const std::vector<Misshape> kMisshapes = {
     {"NoHeaderAndNoUnit", "0,10\n50,11\n100,12\n", "--time-unit ms", "column2"},
+    {"UnitBehindEachNumber", "t_s,angle\n0,4 deg\n0.05,5 deg\n0.1,6 deg\n", "column's name", "angle"},
     {"OneNameOverDecimalCommas", "flex\n1,5\n1,6\n1,7\n", "no time column"},
     {"LucidGlovesWithoutTime", "A10B323C446D350E360F511G511\nA11B323C446D350E360F511G511\n", "has no times",
      "thumb_count"},

@@ -1021,8 +1021,12 @@ bool TableReader::read_values(std::vector<double>& value, Problem& why) {
     value[i] = std::numeric_limits<double>::quiet_NaN();
     if (is_missing(cell)) continue;
     const auto number = read_number(cell, separator_);
+    const std::size_t digits = cell.find_last_of("0123456789") + 1;
     const char* fault =
-        number ? fault_of(cell, *number, last_[i]) : "is not a number; mend or remove the row";
+        number ? fault_of(cell, *number, last_[i])
+        : digits > 0 && known_unit(trimmed(cell.substr(digits)))
+            ? "has its unit behind it; write numbers alone, and the unit into the column's name, as angle_deg"
+            : "is not a number; mend or remove the row";
     if (fault != nullptr) {
       why.column = columns_[i];
       why.detail = fmt::format(fmt::runtime(number ? "{} {}" : "\"{}\" {}"), excerpt(cell), fault);

@@ -71,6 +71,7 @@ class Command : public testing::Test {
               const std::string& environment = "") const {
     const std::string command = environment + " exec " + quoted(fs::absolute(FLEXOR_PROGRAM).string()) + " " +
                                 arguments + " < " + quoted(input);
+    std::ofstream(path("stdout")), std::ofstream(path("stderr"));  // so that they hold no older one's
     const pid_t child = ::fork();
     if (child != 0) return child;
     ::setenv("TMPDIR", path("tmp").c_str(), 1);  // what a killed process leaves behind

@@ -61,7 +61,7 @@ void unwrap(std::string& line) {
   if ((text.starts_with("b'") && text.ends_with('\'')) || (text.starts_with("b\"") && text.ends_with('"'))) {
     text = text.substr(2, text.size() - 3);
     while (text.ends_with("\\r") || text.ends_with("\\n")) text.remove_suffix(2);
-    line = std::string(text);
+    text = line = std::string(text);
   }
   text.remove_suffix(text.ends_with("];") ? 1 : 0);
   const std::size_t kind = text.size() < 2 ? 4 : std::string_view("[<(|").find(text.front());

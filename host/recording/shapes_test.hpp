@@ -292,7 +292,7 @@ inline const std::vector<Shape> kShapes = {
     {"RowsOfMatlab", three("[~ # 310];\n"), "blanks", "column2"},
     {"RuleBelowTheNames", "t_s  flex\n---- ----\n" + three("~ #\n"), "blanks"},
     {"PythonsLogging", three("2026-05-01 13:00:17,@ - glove - INFO - #,310\n"), "", "column1"},
-    {"PythonsBytes", three("[13:00:17.@] b'#,310\\r\\n'\n"), "", "column1"},
+    {"PythonsBytes", three("[13:00:17.@] b'#,310,311,312,313,314,315\\r\\n'\n"), "", "column1"},
     {"SecondsSince1970BlankList", three("1777640417.@ #,310\n"), "", "column1"},
     {"EspIdfInColours", three("\x1b[0;32mI (1@) glove: flex=# b=7\x1b[0m\n")},
     {"EspIdfBelowOtherTags", "I (900) main: starts\n" + three("I (1@) glove: flex: #, b: 7\n"), "left out"},

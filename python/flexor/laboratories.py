@@ -250,15 +250,14 @@ def play(values: list[float], number: int, *, gestures: str = "1-6", trials: int
     what is predicted, none where the lag lies outside the search."""
     fitted, lead_s = core.fit_glove(_parameters(values), rate_hz, core.seed_of(glove_seed, number))
     compensators = [core.named_model(name, rate_hz) for name in PUBLISHED] + fitted
-    cells, shapes = [], None
+    found = {}
     for name, changes in [("", []), *((one.name, one.set) for one in core.changed_scenarios() if scenarios)]:
         plan = filled(core.Plan(), parameters=_parameters(values, changes), compensators=compensators, trials=trials, threads=1,
                       seed=core.seed_of(seed, number))
-        found = core.experiment(plan, gestures, rate_hz, "", None)
-        cells += [{"scenario": name, "gesture": cell["gesture"], "compensator": cell["compensator"],
-                   "error_deg_s": cell["total_error_deg_s"]["mean"]} for cell in found["cells"]]
-        shapes = found["shapes"] if shapes is None else shapes
-    return {"cells": cells, "lead_s": lead_s, "shapes": shapes}
+        found[name] = core.experiment(plan, gestures, rate_hz, "", None)
+    cells = [{"scenario": name, "gesture": cell["gesture"], "compensator": cell["compensator"],
+              "error_deg_s": cell["total_error_deg_s"]["mean"]} for name, one in found.items() for cell in one["cells"]]
+    return {"cells": cells, "lead_s": lead_s, "shapes": found[""]["shapes"]}
 
 
 def run(ensemble: dict[str, Any], *, out: Any = None, threads: int = 0, client: Any = None, progress: Show = None,
@@ -293,7 +292,7 @@ def _rows_of(folder: Path, identity: dict[str, Any]) -> list[dict[str, Any]]:
     mark, journal = folder / "run.json", folder / "laboratories.jsonl"
     if mark.exists() and json.loads(mark.read_text("utf-8")) != identity:
         raise InputError(f"{folder} has another run: another folder, or remove it")
-    mark.write_text(json.dumps(identity), "utf-8")
+    write_text(mark, json.dumps(identity))
     whole = journal.read_text("utf-8").rpartition("\n")[0].splitlines() if journal.exists() else []
     write_text(journal, "".join(line + "\n" for line in whole))
     return [json.loads(line) for line in whole]

@@ -166,10 +166,20 @@ void Stream::start_again(Row row) {
   resets_seen_.add(row);
   if (resets_ == Resets::refuse || too_often)
     throw InputError("{}: {}: time does not increase ({:g} s, then {:g} s, and it goes on from there): {}",
-                     source_.name(), row_name(row.line), last_s_, row.t_s, mend(too_often ? kSort : kCut));
+                     source_.name(), row_name(row.line), last_s_, row.t_s,
+                     mend(too_often || is_shuffled(row.t_s) ? kSort : kCut));
   shift_s_ += last_s_ + last_step_s_ - row.t_s;
   row.t_s = last_s_ + last_step_s_;
   accept(std::move(row));
+}
+
+// By the rows that follow, which are not needed any more.
+bool Stream::is_shuffled(double t_s) {
+  std::size_t rows = 0;
+  std::size_t back = 0;
+  for (Row row; source_.next(row); ++rows)
+    if (row.t_s < std::exchange(t_s, row.t_s)) ++back;
+  return 4 * back > rows;
 }
 
 void Stream::leave_out(const Row& row, Count& count) {

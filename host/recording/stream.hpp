@@ -100,6 +100,7 @@ class Stream {
   void start_again(Row row);
   void begin_segment(Row row);
   void leave_out(const Row& row, Count& count);
+  bool is_shuffled(double t_s);
   bool is_forgiven(std::size_t odd) const;
   std::string mend(std::string by_hand) const;  // of times that go back
   void check_unit() const;

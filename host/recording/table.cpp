@@ -394,6 +394,7 @@ class Finder : public TableState {
     }
     if (has_header_) {
       ++first_;
+      find_clock();
       cut_noise(header_[0]);
       if (time_in(header_[0], separator_)) header_[0] = "time";
       name_by_titles();
@@ -407,6 +408,29 @@ class Finder : public TableState {
     if (!has_header_)
       note(fmt::format("has no header: the columns are called column1 to column{} in their order",
                        header_.size()));
+  }
+
+  // Of three columns, unless each is all of the time in a unit of its own.
+  void find_clock() {
+    static constexpr std::array kParts = {"h hh hr hour hours", "m mm min mins minute minutes",
+                                          "s ss sec secs second seconds"};
+    const auto is_part = [](const std::string& name, const char* part) {
+      return is_one_of(name.substr(name.find_last_of("_ .") + 1), part);
+    };
+    const auto is_clock = [this](const std::string& cell) {
+      const auto time = time_in(cell, separator_);
+      return time && time->format == TimeFormat::clock;
+    };
+    const auto at_hour = std::search(header_.begin(), header_.end(), kParts.begin(), kParts.end(), is_part);
+    if (at_hour == header_.end()) return;
+    wants_more_ |= at(1) == nullptr;
+    clock_place_ = at_hour - header_.begin();
+    if (!std::ranges::all_of(cells_ahead(*clock_place_), is_clock)) return clock_place_.reset();
+    note(fmt::format("\"{}\" are one time", fmt::join(at_hour, at_hour + 3, "\", \"")));
+    cells_ = header_;
+    join_clock();
+    header_ = cells_;
+    header_[*clock_place_] = "time";
   }
 
   // Whether the next row has the same words among its numbers: A0 300 A1 310
@@ -864,6 +888,7 @@ class Finder : public TableState {
 void TableState::split_line(const std::string& text) {
   if (layout_ == Layout::table) {
     split(text, separator_, cells_);
+    if (clock_place_) join_clock();
     found_ = cells_.size();
     if (order_.empty() || found_ != order_.size()) return;
     const std::vector<std::string> cells = cells_;
@@ -886,6 +911,13 @@ void TableState::split_line(const std::string& text) {
     }
     cells_[static_cast<std::size_t>(column - header_.begin())] = labelled_.value[i];
   }
+}
+
+void TableState::join_clock() {
+  if (cells_.size() < *clock_place_ + 3) return;
+  const auto hour = cells_.begin() + static_cast<std::ptrdiff_t>(*clock_place_);
+  *hour += ":" + hour[1] + ":" + hour[2];
+  cells_.erase(hour + 1, hour + 3);
 }
 
 TableReader::TableReader(const TableOptions& options) : TableState(options) {
@@ -1024,7 +1056,7 @@ bool TableReader::read_values(std::vector<double>& value, Problem& why) {
     const std::size_t digits = cell.find_last_of("0123456789") + 1;
     const char* fault =
         number ? fault_of(cell, *number, last_[i])
-        : digits > 0 && known_unit(trimmed(cell.substr(digits)))
+        : digits > 0 && (known_unit(trimmed(cell.substr(digits))) || cell.ends_with('%'))
             ? "has its unit behind it; write numbers alone, and the unit into the column's name, as angle_deg"
             : "is not a number; mend or remove the row";
     if (fault != nullptr) {

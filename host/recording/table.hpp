@@ -108,6 +108,7 @@ class TableState {
   }
   void note(const std::string& text) { notes_.push_back(text); }
   void split_line(const std::string& text);
+  void join_clock();
   bool is_port() const { return options_.from == From::port; }
   bool is_pipe() const { return options_.from == From::pipe; }
   bool is_of_time(std::size_t place) const { return time_place_ == place || part_place_ == place; }
@@ -140,8 +141,9 @@ class TableState {
   std::vector<std::string> units_;
   std::vector<std::size_t> places_;
   std::optional<std::size_t> time_place_;
-  std::optional<std::size_t> part_place_;  // of the column with the rest of its seconds,
-  double part_s_ = 0;                      // in this unit
+  std::optional<std::size_t> clock_place_;  // hour, minute and second, three columns that are made one
+  std::optional<std::size_t> part_place_;   // of the column with the rest of its seconds,
+  double part_s_ = 0;                       // in this unit
   std::optional<std::size_t> segment_place_;
   bool labels_begin_ = false;     // a trial each, which goes on below them
   bool splits_by_clock_ = false;  // into trials

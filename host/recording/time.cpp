@@ -58,7 +58,13 @@ bool has_digits_alone(std::string_view text) {
   return text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-// Of the day, AM or PM behind it or not; 9:59:30:50 and 9:59:30::050 have 50 ms; 12-03-11 in file names; or 120311 and 120311123.
+// By name, which is left out: all of a log is in one.
+constexpr const char* kZones =
+    "z utc gmt cet cest met mest wet west eet eest bst msk ist jst kst sgt hkt aest aedt nzst nzdt est edt "
+    "cst "
+    "cdt mst mdt pst pdt";
+
+// Of the day, AM or PM or a zone behind it; 9:59:30:50 and 9:59:30::050 have 50 ms; 12-03-11 in file names; or 120311 and 120311123.
 bool take_clock(std::string_view& text, double& value_s) {
   std::array<double, 4> of{};  // hour, minute, second
   const char separator = take(text, "d:d:s", of.data()) ? ':' : take(text, "m-m-s", of.data()) ? '-' : '\0';
@@ -77,6 +83,9 @@ bool take_clock(std::string_view& text, double& value_s) {
     if (of[0] < 1 || of[0] > 12) return false;
     of[0] = (of[0] < 12 ? of[0] : 0) + (half == "pm" ? 12 : 0);
   }
+  const std::string_view behind = trimmed(text);
+  const std::size_t word = std::min(behind.find_first_of(" +-"), behind.size());
+  if (is_one_of(behind.substr(0, word), kZones)) text = behind.substr(word);
   value_s = of[0] * 3600 + of[1] * 60 + of[2] + thousandths.value_or(0) / 1000;
   return true;
 }
@@ -106,8 +115,6 @@ std::optional<Time> to_date(std::string_view text) {
   if (pattern == "n d" && take(text, "y", &year)) text = trimmed(text);
   if (year == 0) return text.empty() ? std::optional(Time{TimeFormat::clock, clock_s}) : std::nullopt;
   if (year < 100) year += 2000;
-  if (text == "Z") text = {};
-  if (text.starts_with("UTC") || text.starts_with("GMT")) text.remove_prefix(3);
   const double sign = text.starts_with('-') ? -1 : 1;
   if (!text.empty() && !take(text, sign < 0 ? "-m:m" : "+m:m", zone.data()) &&
       !take(text, sign < 0 ? "-mm" : "+mm", zone.data()))

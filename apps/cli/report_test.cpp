@@ -62,13 +62,13 @@ class ReportTest : public testing::Test {
   // Draws, takes away all that was drawn, and draws again.
   void expect_the_same_once_more() const {
     const auto saved = files();
-    report::render(folder_, nullptr, true);
+    report::render(folder_, true);
     const auto first = files();
     EXPECT_GT(first.size(), saved.size());
     for (const auto& [name, bytes] : first) {
       if (!saved.contains(name)) fs::remove(folder_ / name);
     }
-    report::render(folder_, nullptr, true);
+    report::render(folder_, true);
     EXPECT_EQ(files(), first);
     expect_no_harm(Json::parse(read("results.json")), Json::json_pointer());
     io::write_file(folder_ / "results.json", first.at("results.json"));
@@ -129,7 +129,7 @@ class HandReport : public ReportTest {
 
 TEST_F(HandReport, AnotherWithFewerJointsLeavesNoneOfTheOlderOne) {
   identify::save_results(result_, folder_);
-  report::render(folder_, nullptr, true);
+  report::render(folder_, true);
   io::write_file(folder_ / "notes-2.csv", "mine");
   report::clear_hand(folder_);
   result_.joints.pop_back();
@@ -277,7 +277,7 @@ TEST_F(ExperimentReport, NoTextOfASentFolderIsACommand) {
     for (const char* name : {"index_finger_deg", "index_hand_deg"}) trace.insert(trace.find(name) + 5, evil);
     io::write_file(entry.path(), trace);
   }
-  EXPECT_NO_THROW(report::render(folder_, nullptr, true));
+  EXPECT_NO_THROW(report::render(folder_, true));
   EXPECT_FALSE(fs::exists(proof));
   EXPECT_NE(read("response_1.svg").find("touch"), std::string::npos) << "it is shown";
 }

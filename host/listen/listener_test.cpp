@@ -102,7 +102,7 @@ TEST(Listening, EndsWithBothHeadersWhereAnotherGloveIsPluggedIn) {
   ASSERT_EQ(listen_until(listener, Event::back, out), Event::back);
   out.clear();
   EXPECT_EQ(
-      io::message_of<io::JobError>([&] { listen_for(listener, 2); }),
+      io::refusal_of<io::JobError>([&] { listen_for(listener, 2); }),
       socket.port() +
           ": another glove speaks: its columns are millis,ring,pinky, and they were millis,thumb,index");
   EXPECT_TRUE(out.empty());

@@ -291,14 +291,14 @@ TEST_F(Deploy, TheSensorsRailsLieHalfWayFromWhatTheModelTakes) {
 
 TEST_F(Deploy, RefusesAModelThatIntegersCannotFollow) {
   EXPECT_LT(fixed_point_error(glove().model, {}).worst_deg(), model::kFixedError_deg);
-  model::Model steep = glove().model;
-  std::vector<model::Channel> channels = model::channels(steep);
-  for (model::Channel& c : channels) {
+  model::Model steep;
+  steep.sample_period_s = 0.1;
+  for (model::Channel c : model::channels(glove().model)) {
     c.dead_zone.reset();
     c.input_curve = model::Curve{{890.01, 895.02}, {0, 100}};  // twenty degrees a count, and no bits to spare
     c.saturation = {0, 100};
+    model::add(steep, c);
   }
-  steep = model::with_channels(steep, channels);
   expect_refused([&] { (void)fixed_point_error(steep, {}); }, "more than the 0.0625 allowed");
 }
 

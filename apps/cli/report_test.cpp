@@ -16,6 +16,7 @@
 #include "host/recording/csv.hpp"
 #include "host/report/colours.hpp"
 #include "host/study/latency.hpp"
+#include "host/study/plan_test.hpp"
 #include "host/study/results.hpp"
 
 namespace flexor {
@@ -222,18 +223,7 @@ TEST_F(HandReport, PeersThatCouldNotBeFittedAndPausesAllOverAreSaid) {
   EXPECT_EQ(page.find("Residual check"), std::string::npos);
 }
 
-class ExperimentReport : public ReportTest {
- protected:
-  static study::Plan plan(const std::string& gestures) {
-    return {twin::Parameters(),
-            study::motions(gestures),
-            {study::compensator("raw", 10), study::compensator("published-hw", 10)},
-            3,
-            2,
-            2,
-            {}};
-  }
-};
+class ExperimentReport : public ReportTest {};
 
 study::Statistic statistic(std::initializer_list<double> values) {
   study::Statistic s;
@@ -242,7 +232,7 @@ study::Statistic statistic(std::initializer_list<double> values) {
 }
 
 TEST_F(ExperimentReport, IsDrawnFromWhatWasSaved) {
-  const study::Plan p = plan("2,4");
+  const study::Plan p = study::plan("2,4", 2);
   const study::Result r = study::run(p, {});
   study::save_results(p, r, {{{"as calibrated", {}}, r}}, folder_);
   expect_the_same_once_more();
@@ -265,7 +255,7 @@ TEST_F(ExperimentReport, IsDrawnFromWhatWasSaved) {
 }
 
 TEST_F(ExperimentReport, NoTextOfASentFolderIsACommand) {
-  const study::Plan p = plan("4");
+  const study::Plan p = study::plan("4", 2);
   study::save_results(p, study::run(p, {}), {}, folder_);
   const fs::path proof = folder_ / "proof";
   const std::string evil = "'; system(\"touch '" + proof.string() + "'\"); set ylabel 'x";
@@ -283,7 +273,7 @@ TEST_F(ExperimentReport, NoTextOfASentFolderIsACommand) {
 }
 
 TEST_F(ExperimentReport, ATraceThatWasCutOffIsRefusedInOneLine) {
-  const study::Plan p = plan("4");
+  const study::Plan p = study::plan("4", 2);
   study::save_results(p, study::run(p, {}), {}, folder_);
   const std::string trace = read("traces/motion1_compensator2.csv");
   for (const std::size_t bytes : {trace.find('\n') + 1, trace.find('\n', trace.size() / 2) + 1}) {
@@ -294,7 +284,7 @@ TEST_F(ExperimentReport, ATraceThatWasCutOffIsRefusedInOneLine) {
 
 // The article's 39.0 and 860 of gesture 4; what it has not is beside its Hammerstein-Wiener compensator.
 TEST_F(ExperimentReport, BeginsWithTheArticlesTableAndOursBesideIt) {
-  study::Plan p = plan("4");
+  study::Plan p = study::plan("4", 2);
   p.compensators.push_back(p.compensators[1]);
   p.compensators[2].name = "mine";
   study::Result r = study::run(p, {});
@@ -323,7 +313,7 @@ TEST_F(ExperimentReport, AColourBelongsToItsCompensatorNotToItsPlace) {
   const std::vector<std::string> many =
       colours_of({"raw", "a", "b", "c", "published-w", "d", "e", "f", "published-hw"});
   EXPECT_EQ(std::set<std::string>(many.begin(), many.end()).size(), many.size());
-  study::Plan p = plan("4");
+  study::Plan p = study::plan("4", 2);
   p.compensators = {study::compensator("published-hw", 10)};
   study::save_results(p, study::run(p, {}), {}, folder_);
   report::render(folder_);

@@ -10,22 +10,13 @@
 #include "host/model/correction.hpp"
 #include "host/study/boards.hpp"
 #include "host/study/glove_fit.hpp"
+#include "host/study/plan_test.hpp"
 #include "host/study/recalibrated.hpp"
 #include "host/study/results.hpp"
 
 namespace flexor::study {
 namespace {
 namespace fs = std::filesystem;
-
-Plan plan(const std::string& gestures, int trials, const fs::path& folder = {}) {
-  return {twin::Parameters(),
-          motions(gestures),
-          {compensator("raw", 10), compensator("published-hw", 10)},
-          3,
-          trials,
-          2,
-          folder};
-}
 
 TEST(Statistic, MeanAndStudentIntervalOfKnownNumbers) {
   Statistic s;
@@ -278,7 +269,7 @@ TEST(Trials, RealMotionStaysInsideTheHand) {
 // The published table: near it, in its order, and not suspiciously so.
 TEST(TwinFigures, TheTableComesOutAsPublished) {
   Plan p = plan("1-6", 64);
-  p.compensators = {compensator("raw", 10), compensator("published-w", 10), compensator("published-hw", 10)};
+  p.compensators = compensators({"raw", "published-w", "published-hw"}, 10);
   const Result r = run(p, {});
   EXPECT_GT(distances(r).fitted->log_rms, 0.15);
   EXPECT_LT(distances(r).fitted->log_rms, 0.35);

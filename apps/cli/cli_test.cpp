@@ -356,7 +356,9 @@ TEST_F(Cli, AButtonThatZeroesAGloveGoesWithARadioAndAModelThatKnowsItsPoses) {
 
 TEST_F(Cli, AGloveForVrWithoutAFingerIsRefusedUnlessAllowed) {
   const model::Model all = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
-  model::Model two = model::with_channels(all, {*model::channel(all, 1), *model::channel(all, 3)});
+  model::Model two;
+  two.sample_period_s = all.sample_period_s;
+  for (const std::size_t joint : {1U, 3U}) model::add(two, *model::channel(all, joint));
   two.inputs.push_back({"extra", "extra", "count", {}, 0, 1023});
   model::save(two, path("two.json"));
   const std::string command = "deploy two.json --output opengloves --out d";

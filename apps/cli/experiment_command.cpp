@@ -1,6 +1,5 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
-#include "host/io/interrupt.hpp"
 #include "host/report/render.hpp"
 #include "host/study/cohort.hpp"
 #include "host/study/rendered_cameras.hpp"
@@ -65,7 +64,7 @@ void draw(const study::Plan& plan, const study::Result& result,
   log("writing the report ...");
   try {
     study::save_results(plan, result, scenarios, plan.folder);
-    report::render(plan.folder, plan.stop);
+    report::render(plan.folder);
   } catch (const io::Cancelled&) {
     throw io::Cancelled("stopped: all trials are kept in {}, and the same command draws the report",
                         plan.folder.string());
@@ -110,8 +109,6 @@ struct Engines {
 
 // A shard that was stopped asks for another go (75, EX_TEMPFAIL): a queue gives it one.
 void play_until_stopped(Options& o) {
-  io::StopOnSignal stop;
-  o.plan.stop = stop.flag();
   try {
     play(o);
   } catch (const io::Cancelled& stopped) {

@@ -12,7 +12,7 @@ struct Options {
 Output run(const Options& o) {
   std::optional<io::FolderLock> lock;  // a run that goes on there would mix its results with these
   if (std::filesystem::exists(std::filesystem::path(o.folder) / "results.json")) lock.emplace(o.folder);
-  report::render(o.folder, nullptr, o.files);
+  report::render(o.folder, o.files);
   const std::string page = o.folder + "/report.html";
   return {{{"report", page}}, fmt::format("report   {}\n", page)};
 }

@@ -16,6 +16,7 @@
 #include "host/recording/csv.hpp"
 #include "host/report/colours.hpp"
 #include "host/study/latency.hpp"
+#include "host/study/plan_test.hpp"
 #include "host/study/results.hpp"
 
 namespace flexor {
@@ -62,13 +63,13 @@ class ReportTest : public testing::Test {
   // Draws, takes away all that was drawn, and draws again.
   void expect_the_same_once_more() const {
     const auto saved = files();
-    report::render(folder_, nullptr, true);
+    report::render(folder_, true);
     const auto first = files();
     EXPECT_GT(first.size(), saved.size());
     for (const auto& [name, bytes] : first) {
       if (!saved.contains(name)) fs::remove(folder_ / name);
     }
-    report::render(folder_, nullptr, true);
+    report::render(folder_, true);
     EXPECT_EQ(files(), first);
     expect_no_harm(Json::parse(read("results.json")), Json::json_pointer());
     io::write_file(folder_ / "results.json", first.at("results.json"));
@@ -129,7 +130,7 @@ class HandReport : public ReportTest {
 
 TEST_F(HandReport, AnotherWithFewerJointsLeavesNoneOfTheOlderOne) {
   identify::save_results(result_, folder_);
-  report::render(folder_, nullptr, true);
+  report::render(folder_, true);
   io::write_file(folder_ / "notes-2.csv", "mine");
   report::clear_hand(folder_);
   result_.joints.pop_back();
@@ -222,18 +223,7 @@ TEST_F(HandReport, PeersThatCouldNotBeFittedAndPausesAllOverAreSaid) {
   EXPECT_EQ(page.find("Residual check"), std::string::npos);
 }
 
-class ExperimentReport : public ReportTest {
- protected:
-  static study::Plan plan(const std::string& gestures) {
-    return {twin::Parameters(),
-            study::motions(gestures),
-            {study::compensator("raw", 10), study::compensator("published-hw", 10)},
-            3,
-            2,
-            2,
-            {}};
-  }
-};
+class ExperimentReport : public ReportTest {};
 
 study::Statistic statistic(std::initializer_list<double> values) {
   study::Statistic s;
@@ -242,7 +232,7 @@ study::Statistic statistic(std::initializer_list<double> values) {
 }
 
 TEST_F(ExperimentReport, IsDrawnFromWhatWasSaved) {
-  const study::Plan p = plan("2,4");
+  const study::Plan p = study::plan("2,4", 2);
   const study::Result r = study::run(p, {});
   study::save_results(p, r, {{{"as calibrated", {}}, r}}, folder_);
   expect_the_same_once_more();
@@ -265,7 +255,7 @@ TEST_F(ExperimentReport, IsDrawnFromWhatWasSaved) {
 }
 
 TEST_F(ExperimentReport, NoTextOfASentFolderIsACommand) {
-  const study::Plan p = plan("4");
+  const study::Plan p = study::plan("4", 2);
   study::save_results(p, study::run(p, {}), {}, folder_);
   const fs::path proof = folder_ / "proof";
   const std::string evil = "'; system(\"touch '" + proof.string() + "'\"); set ylabel 'x";
@@ -277,13 +267,13 @@ TEST_F(ExperimentReport, NoTextOfASentFolderIsACommand) {
     for (const char* name : {"index_finger_deg", "index_hand_deg"}) trace.insert(trace.find(name) + 5, evil);
     io::write_file(entry.path(), trace);
   }
-  EXPECT_NO_THROW(report::render(folder_, nullptr, true));
+  EXPECT_NO_THROW(report::render(folder_, true));
   EXPECT_FALSE(fs::exists(proof));
   EXPECT_NE(read("response_1.svg").find("touch"), std::string::npos) << "it is shown";
 }
 
 TEST_F(ExperimentReport, ATraceThatWasCutOffIsRefusedInOneLine) {
-  const study::Plan p = plan("4");
+  const study::Plan p = study::plan("4", 2);
   study::save_results(p, study::run(p, {}), {}, folder_);
   const std::string trace = read("traces/motion1_compensator2.csv");
   for (const std::size_t bytes : {trace.find('\n') + 1, trace.find('\n', trace.size() / 2) + 1}) {
@@ -294,7 +284,7 @@ TEST_F(ExperimentReport, ATraceThatWasCutOffIsRefusedInOneLine) {
 
 // The article's 39.0 and 860 of gesture 4; what it has not is beside its Hammerstein-Wiener compensator.
 TEST_F(ExperimentReport, BeginsWithTheArticlesTableAndOursBesideIt) {
-  study::Plan p = plan("4");
+  study::Plan p = study::plan("4", 2);
   p.compensators.push_back(p.compensators[1]);
   p.compensators[2].name = "mine";
   study::Result r = study::run(p, {});
@@ -323,7 +313,7 @@ TEST_F(ExperimentReport, AColourBelongsToItsCompensatorNotToItsPlace) {
   const std::vector<std::string> many =
       colours_of({"raw", "a", "b", "c", "published-w", "d", "e", "f", "published-hw"});
   EXPECT_EQ(std::set<std::string>(many.begin(), many.end()).size(), many.size());
-  study::Plan p = plan("4");
+  study::Plan p = study::plan("4", 2);
   p.compensators = {study::compensator("published-hw", 10)};
   study::save_results(p, study::run(p, {}), {}, folder_);
   report::render(folder_);

@@ -255,26 +255,23 @@ TEST_F(Deploy, CalibratesThroughTwoPointsOrMore) {
 TEST_F(Deploy, ReadsACalibrationAndRefusesABadOneByName) {
   const auto load = [&](const std::string& fingers) {
     io::write_file(folder_ / "c.json",
-                   R"({"schema": "flexor-calibration", "schema_version": 1, "fingers": )" + fingers + "}");
+                   R"({"schema": "flexor-calibration", "schema_version": 1, "fingers": {)" + fingers + "}}");
     return load_calibration(folder_ / "c.json").sensor;
   };
-  EXPECT_DOUBLE_EQ(load(R"({"pointer": {"counts": [400, 600], "value": [30, 110]}})")[1].value()(500), 70);
-  expect_refused([&] { load(R"({"ring": {"counts": [1], "value": [1]}})"); },
-                 "ring: needs at least two points");
-  expect_refused([&] { load(R"({"ring": {"counts": [5, 5], "value": [1, 2]}})"); }, "must increase");
-  expect_refused([&] { load(R"({"ring": {"counts": [5, 9, 12], "value": [1, 5, 2]}})"); }, "rise or fall");
-  expect_refused([&] { load(R"({"toe": {"counts": [1, 2], "value": [1, 2]}})"); },
-                 "c.json: unknown finger \"toe\"");
-  expect_refused([&] { load(R"({"ring": {"counts": [0, 5e-324], "value": [0, 1]}})"); },
-                 "c.json: ring: \"counts\" must increase by at least 0.001");
-  expect_refused([&] { load(R"({"ring": {"counts": [1, 2], "value": [-1e308, 1e308]}})"); },
-                 "c.json: ring: \"value\" is -1e+308; it must lie between -1e+09 and 1e+09");
-  expect_refused(
-      [&] {
-        load(R"({"ring": {"counts": [1, 2], "value": [1, 2]}, "pinky": {"counts": [1, 2], "value":
-                              [1, 2]}, "little": {"counts": [1, 2], "value": [3, 4]}})");
-      },
-      "c.json: pinky comes twice");
+  EXPECT_DOUBLE_EQ(load(R"("pointer": {"counts": [400, 600], "value": [30, 110]})")[1].value()(500), 70);
+  for (const auto& [fingers, why] : {
+           std::pair{R"("ring": {"counts": [1], "value": [1]})", "ring: needs at least two points"},
+           {R"("ring": {"counts": [5, 5], "value": [1, 2]})", "must increase"},
+           {R"("ring": {"counts": [5, 9, 12], "value": [1, 5, 2]})", "rise or fall"},
+           {R"("toe": {"counts": [1, 2], "value": [1, 2]})", "c.json: unknown finger \"toe\""},
+           {R"("ring": {"counts": [0, 5e-324], "value": [0, 1]})",
+            "c.json: ring: \"counts\" must increase by at least 0.001"},
+           {R"("ring": {"counts": [1, 2], "value": [-1e308, 1e308]})",
+            "c.json: ring: \"value\" is -1e+308; it must lie between -1e+09 and 1e+09"},
+           {R"("pinky": {"counts": [1, 2], "value": [1, 2]}, "little": {"counts": [1, 2], "value": [3, 4]})",
+            "c.json: pinky comes twice"},
+       })
+    expect_refused([&] { load(fingers); }, why);
 }
 
 TEST_F(Deploy, TheSensorsRailsLieHalfWayFromWhatTheModelTakes) {
@@ -291,14 +288,14 @@ TEST_F(Deploy, TheSensorsRailsLieHalfWayFromWhatTheModelTakes) {
 
 TEST_F(Deploy, RefusesAModelThatIntegersCannotFollow) {
   EXPECT_LT(fixed_point_error(glove().model, {}).worst_deg(), model::kFixedError_deg);
-  model::Model steep = glove().model;
-  std::vector<model::Channel> channels = model::channels(steep);
-  for (model::Channel& c : channels) {
+  model::Model steep;
+  steep.sample_period_s = 0.1;
+  for (model::Channel c : model::channels(glove().model)) {
     c.dead_zone.reset();
     c.input_curve = model::Curve{{890.01, 895.02}, {0, 100}};  // twenty degrees a count, and no bits to spare
     c.saturation = {0, 100};
+    model::add(steep, c);
   }
-  steep = model::with_channels(steep, channels);
   expect_refused([&] { (void)fixed_point_error(steep, {}); }, "more than the 0.0625 allowed");
 }
 

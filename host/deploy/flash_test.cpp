@@ -36,24 +36,19 @@ TEST(IntelHex, IsAsTheSpecificationSays) {
 TEST(IntelHex, WhatIsDamagedIsRefusedByLine) {
   const std::string data = ":10010000214601360121470136007EFE09D2190140\n";
   const std::string end = ":00000001FF\n";
-  expect_refused([&] { parse(data); }, "x.hex: is cut off");
-  expect_refused([&] { parse(end); }, "holds no program");
-  expect_refused([&] { parse(data + data + end); }, "line 2 writes address 0x100 a second time");
-  expect_refused([&] { parse(data + end + data); }, "line 3 goes on after its end");
-  expect_refused([&] { parse(":10010000214601360121470136007EFE09D2190141\n" + end); },
-                 "line 1 has a wrong checksum");
-  expect_refused([&] { parse(":107E0000214601360121470136007EFE09D21901C3\n" + end); }, "lies at 0x7e00");
-  expect_refused([&] { parse(":0100\n" + end); }, "no Intel HEX");
-  expect_refused([&] { parse(":020000000g00FE\n" + end); }, "no Intel HEX");
-  expect_refused(
-      [&] {
-        parse(
-            "\x7f"
-            "ELF\n");
-      },
-      "no Intel HEX");
-  expect_refused([&] { parse(":0300000000FE\n" + end); }, "has not the size");
-  expect_refused([&] { parse(":00000009F7\n" + end); }, "unknown type 9");
+  const std::vector<std::array<std::string, 2>> cases = {
+      {data, "x.hex: is cut off"},
+      {end, "holds no program"},
+      {data + data + end, "line 2 writes address 0x100 a second time"},
+      {data + end + data, "line 3 goes on after its end"},
+      {":10010000214601360121470136007EFE09D2190141\n" + end, "line 1 has a wrong checksum"},
+      {":107E0000214601360121470136007EFE09D21901C3\n" + end, "lies at 0x7e00"},
+      {":0100\n" + end, "no Intel HEX"},
+      {":020000000g00FE\n" + end, "no Intel HEX"},
+      {"\177ELF\n", "no Intel HEX"},
+      {":0300000000FE\n" + end, "has not the size"},
+      {":00000009F7\n" + end, "unknown type 9"}};
+  for (const auto& [text, why] : cases) expect_refused([&] { parse(text); }, why);
 }
 
 class Ports : public testing::Test {

@@ -5,6 +5,7 @@
 
 #include <cstring>
 
+#include "host/deploy/gloves_test.hpp"
 #include "host/deploy/images.hpp"
 #include "host/deploy/model_block.hpp"
 #include "host/deploy/pair_key.hpp"
@@ -14,31 +15,6 @@
 
 namespace flexor::deploy {
 namespace {
-
-// Five fingers, twelve knots, two curves and a lag each.
-Glove glove_of_curves(double height_deg) {
-  Glove glove;
-  glove.model.name = "curves";
-  glove.model.sample_period_s = 0.02;
-  for (const std::string& finger : model::finger_names()) {
-    glove.model.inputs.push_back({finger, finger, "count", finger, 300, 900});
-    model::Curve curve;
-    for (int k = 0; k < 12; ++k) {
-      curve.x.push_back(350 + 40 * k + k * k);
-      curve.y.push_back(height_deg * k / 12);
-    }
-    glove.model.blocks.push_back({{finger}, finger + " curve", curve});
-    std::ranges::reverse(curve.y);
-    glove.model.blocks.push_back({{finger}, finger + " motion", curve});
-    glove.model.blocks.push_back({{finger + " motion"}, finger + " lag", model::Lag{5}});
-    glove.model.blocks.push_back(
-        {{finger + " curve", finger + " lag"}, finger + " sum", model::Sum{{1, -0.5}, 40}});
-    glove.model.blocks.push_back({{finger + " sum"}, finger + " angle", model::Saturation{0, 120}});
-    glove.model.joints.push_back({finger, finger + " angle", 30, {}});
-  }
-  glove.sensor.fill(counts_as_they_are());
-  return glove;
-}
 
 // Erased.
 struct NoEeprom {
@@ -90,8 +66,8 @@ void for_each_loss(FlashContent& flash, const FlashContent& pages, const Visit& 
 }
 
 TEST(SendPages, PowerThatIsLostAnywhereLeavesTheOldModelOrTheNew) {
-  const Glove old = glove_of_curves(60);
-  const Glove now = glove_of_curves(90);
+  const Glove old = glove_of_shared_knots(12, 2, 60);
+  const Glove now = glove_of_shared_knots(12, 2, 90);
   ASSERT_NE(angle_of(old), angle_of(now));
   FlashContent before = glove_flash(old);
   before.bytes.resize(core::kDataEnd, 0xff);
@@ -144,13 +120,14 @@ void replace_settings(FlashContent flash, const FlashContent& wanted, const Chec
 }
 
 TEST(SendPages, PowerThatIsLostAnywhereLeavesTheOldSettingsOrTheNewAndTheModel) {
-  const Glove old = glove_of_curves(60);
+  const Glove old = glove_of_shared_knots(12, 2, 60);
   Glove now = old;
   now.output = Output::text;
   const int angle = angle_of(old);
   for (int model = 0; model < 3; ++model) {  // a board whose first copy runs, then its second, then its first
     FlashContent flash = glove_flash(old);
-    for (int k = 0; k < model; ++k) put(flash, pages_with_model(flash, glove_of_curves(61 + k), "the board"));
+    for (int k = 0; k < model; ++k)
+      put(flash, pages_with_model(flash, glove_of_shared_knots(12, 2, 61 + k), "the board"));
     FlashContent wanted = glove_flash(now);
     const int runs = angle_of(flash, old);
     replace_settings<glove::Settings>(flash, wanted, [&](const FlashContent& lost) {
@@ -171,14 +148,14 @@ TEST(SendPages, AHandsSettingsLikewise) {
 }
 
 TEST(SendPages, ABoardSaysWhatItHolds) {
-  const Glove glove = glove_of_curves(60);
+  const Glove glove = glove_of_shared_knots(12, 2, 60);
   FlashContent flash = glove_flash(glove);
   const std::optional<BoardContents> contents = contents_of(flash);
   ASSERT_TRUE(contents && contents->settings && contents->model);
   EXPECT_EQ(contents->board, link::BoardKind::glove);
   EXPECT_EQ(contents->version, contents_of(hand_flash({}))->version);
   EXPECT_TRUE(contents->is_our_image);
-  EXPECT_NE(contents_of(glove_flash(glove_of_curves(61)))->model, contents->model);
+  EXPECT_NE(contents_of(glove_flash(glove_of_shared_knots(12, 2, 61)))->model, contents->model);
   flash.bytes[0x1000] ^= 1;
   EXPECT_FALSE(contents_of(flash)->is_our_image);
   EXPECT_THROW((void)pages_with_blocks(flash, glove_flash(glove), "OUT"), io::InputError);
@@ -187,11 +164,11 @@ TEST(SendPages, ABoardSaysWhatItHolds) {
 }
 
 TEST(SendPages, TheNextOneGoesOverTheOldest) {
-  FlashContent flash = glove_flash(glove_of_curves(60));
+  FlashContent flash = glove_flash(glove_of_shared_knots(12, 2, 60));
   flash.bytes.resize(core::kDataEnd, 0xff);
   std::size_t last = 0;
   for (int k = 0; k < 70000; k += k < 4 ? 1 : 9001) {  // generations that wrap around, too
-    const Glove now = glove_of_curves(60 + k % 50);
+    const Glove now = glove_of_shared_knots(12, 2, 60 + k % 50);
     const FlashContent pages = pages_with_model(flash, now, "the board");
     EXPECT_NE(pages.begin, last);
     last = pages.begin;
@@ -201,7 +178,7 @@ TEST(SendPages, TheNextOneGoesOverTheOldest) {
 }
 
 TEST(SendPages, WhatDoesNotFitIsSaidWithTheMend) {
-  const Glove good = glove_of_curves(60);
+  const Glove good = glove_of_shared_knots(12, 2, 60);
   const auto says = [&](const FlashContent& flash, const Glove& glove, const std::string& what) {
     io::expect_refused([&] { (void)pages_with_model(flash, glove, "the board"); }, what);
   };

@@ -105,7 +105,7 @@ TEST(JointStateFile, AFullDiskLeavesWholeChunks) {
   std::uintmax_t whole = 0;
   const rlimit limit{20'000, before.rlim_max};
   ::setrlimit(RLIMIT_FSIZE, &limit);
-  const std::string refused = io::message_of<io::JobError>([&] {
+  const std::string refused = io::refusal_of<io::JobError>([&] {
     for (int i = 0; i < 10'000; ++i) {
       file.add(0.01 * i, angles);
       if (i % 100 == 1) whole = std::filesystem::file_size(place.beside("live.mcap"));

@@ -127,7 +127,7 @@ TEST(Fit, AGainAloneIsFoundWhereverTheDeadZoneEndedBefore) {
 
 TEST(Fit, RefusesTooFewSamplesAndSignalsThatDoNotMove) {
   const auto reason = [](const Data& data) {
-    return io::message_of<io::JobError>([&] { (void)fit(blocks_of("hw"), data); });
+    return io::refusal_of<io::JobError>([&] { (void)fit(blocks_of("hw"), data); });
   };
   Data few = example();
   few.weight.tail(few.weight.size() - 60).setZero();

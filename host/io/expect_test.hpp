@@ -16,7 +16,7 @@ inline void expect_line(const std::string& what, const std::string& words) {
 
 template <class Error = InputError, class Work>
 void expect_refused(const Work& work, const std::string& words) {
-  expect_line(message_of<Error>(work), words);
+  expect_line(refusal_of<Error>(work), words);
 }
 
 }  // namespace flexor::io

@@ -20,9 +20,10 @@ class Interrupt : public testing::Test {
  protected:
   Interrupt() { fs::create_directory(folder_ / "tmp"); }
 
-  // A process that does `work` as a command does, its TMPDIR in the test's folder.
+  // A process that does `work` as a command does, its TMPDIR in the test's folder; once `ready` is there.
   pid_t start(const std::function<void()>& work) const {
     const pid_t child = ::fork();
+    if (child != 0) wait_for(ready_);
     if (child != 0) return child;
     ::setenv("TMPDIR", (folder_ / "tmp").c_str(), 1);
     if (std::freopen((folder_ / "stderr").c_str(), "w", stderr) == nullptr) ::_exit(98);
@@ -53,13 +54,15 @@ class Interrupt : public testing::Test {
 
   std::ptrdiff_t temporaries() const { return std::distance(fs::directory_iterator(folder_ / "tmp"), {}); }
 
+  void be_ready() const { std::ofstream(ready_) << "x"; }
+
   const TemporaryFolder temporary_;
   const fs::path folder_ = temporary_.path();
+  const fs::path ready_ = folder_ / "ready";
 };
 
 TEST_F(Interrupt, WhoLooksCleansUpSaysSoAndDiesOfTheSignal) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    const fs::path ready = folder_ / ("ready" + std::to_string(signal));
     const pid_t child = start([&] {
       set_interruption_note("results so far are in x");
       const TemporaryFolder temporary;
@@ -67,43 +70,38 @@ TEST_F(Interrupt, WhoLooksCleansUpSaysSoAndDiesOfTheSignal) {
       write_file(temporary.path() / "a/b/c", "x");
       Output output(folder_ / "out");
       output.write(std::string(1 << 20, 'x'));
-      std::ofstream(ready) << "x";
+      be_ready();
       for (;;) go_on();
     });
-    wait_for(ready);
     ::kill(child, signal);
     EXPECT_EQ(signal_that_ended(child), signal);
     EXPECT_EQ(said(), "flexor: results so far are in x\n");
     EXPECT_EQ(temporaries(), 0);
-    fs::remove(ready);
+    fs::remove(ready_);
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 2) << "tmp and stderr";
   }
 }
 
 TEST_F(Interrupt, WhoDoesNotLookIsEndedSoon) {
-  const fs::path ready = folder_ / "ready";
   const pid_t child = start([&] {
-    std::ofstream(ready) << "x";
+    be_ready();
     for (;;) ::pause();
   });
-  wait_for(ready);
   ::kill(child, SIGHUP);
   EXPECT_EQ(signal_that_ended(child), SIGHUP);
   EXPECT_EQ(said(), "flexor: interrupted\n");
 }
 
 TEST_F(Interrupt, WhoHeedsTheFirstSignalIsEndedByTheSecond) {
-  const fs::path ready = folder_ / "ready";
   const fs::path heeded = folder_ / "heeded";
   const pid_t child = start([&] {
     const StopOnSignal stop;
-    std::ofstream(ready) << "x";
+    be_ready();
     while (!*stop.flag()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     go_on();
     std::ofstream(heeded) << "x";
     for (;;) ::pause();
   });
-  wait_for(ready);
   ::kill(child, SIGINT);
   wait_for(heeded);
   ::kill(child, SIGTERM);
@@ -111,14 +109,12 @@ TEST_F(Interrupt, WhoHeedsTheFirstSignalIsEndedByTheSecond) {
 }
 
 TEST_F(Interrupt, ASignalThatWasIgnoredStaysIgnored) {
-  const fs::path ready = folder_ / "ready";
   std::signal(SIGHUP, SIG_IGN);
   const pid_t child = start([&] {
-    std::ofstream(ready) << "x";
+    be_ready();
     for (;;) ::pause();
   });
   std::signal(SIGHUP, SIG_DFL);
-  wait_for(ready);
   ::kill(child, SIGHUP);
   ::kill(child, SIGTERM);
   EXPECT_EQ(signal_that_ended(child), SIGTERM);
@@ -127,7 +123,7 @@ TEST_F(Interrupt, ASignalThatWasIgnoredStaysIgnored) {
 TEST_F(Interrupt, AtAnyInstantNothingIsLeftBehind) {
   std::mt19937 random(1);
   for (int round = 0; round < 30; ++round) {
-    const fs::path file = folder_ / "out";
+    const fs::path file = ready_;
     const pid_t child = start([&] {
       for (;;) {
         const TemporaryFolder temporary;
@@ -135,7 +131,6 @@ TEST_F(Interrupt, AtAnyInstantNothingIsLeftBehind) {
         write_file(file, std::string(100000, 'a'));
       }
     });
-    wait_for(file);
     std::this_thread::sleep_for(std::chrono::microseconds(random() % 5000));
     ::kill(child, SIGINT);
     EXPECT_EQ(signal_that_ended(child), SIGINT);
@@ -148,16 +143,14 @@ TEST_F(Interrupt, AtAnyInstantNothingIsLeftBehind) {
 }
 
 TEST_F(Interrupt, AProgramThatRunsIsEndedToo) {
-  const fs::path ready = folder_ / "ready";
   const pid_t parent = start([&] {
     const Process sleeps("/bin/sleep", {"sleep", "1000"}, {});
     pid_t child = 0;
     std::ifstream("/proc/thread-self/children") >> child;
-    write_file(ready, std::to_string(child));
+    write_file(ready_, std::to_string(child));
     for (;;) go_on();
   });
-  wait_for(ready);
-  const pid_t grandchild = std::stoi(read_file(ready));
+  const pid_t grandchild = std::stoi(read_file(ready_));
   ::kill(parent, SIGINT);
   EXPECT_EQ(signal_that_ended(parent), SIGINT);
   EXPECT_NE(::kill(-grandchild, 0), 0) << "it still runs";

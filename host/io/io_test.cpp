@@ -44,8 +44,8 @@ TEST_F(Io, OnlyABoundedFileOfTheFolderIsRead) {
   EXPECT_EQ(FileBeneath(folder_, "in/file", 7).read(5, 100), "nt");
   EXPECT_EQ(FileBeneath(folder_, "in/file", 7).read(9, 1), "");
   for (const char* name : {"link", "fifo", "sparse", "../secret", "", ".", "none", "file/x"}) {
-    const std::string why = message_of<InputError>([&] { FileBeneath(folder_ / "in", name, 1000); });
-    EXPECT_NE(why, "no such error") << name;
+    const std::string why = refusal_of<InputError>([&] { FileBeneath(folder_ / "in", name, 1000); });
+    EXPECT_NE(why, "accepted") << name;
     EXPECT_EQ(why.find("content"), std::string::npos) << why;
   }
 }
@@ -89,7 +89,7 @@ TEST_F(Io, AFolderOfAnotherJobIsRefusedAlsoWhereThatWasCutOff) {
     write_file(folder.path() / name, text);
     EXPECT_NO_THROW(FolderLock(folder.path(), kind)) << name;
     for (const char* other : {"hand", "tracking"})
-      EXPECT_EQ(message_of<InputError>([&] { require_folder(folder.path(), other); }) == "no such error",
+      EXPECT_EQ(refusal_of<InputError>([&] { require_folder(folder.path(), other); }) == "accepted",
                 std::string(other) == kind)
           << name << " " << other;
   };

@@ -57,7 +57,7 @@ TEST(Json, ALongKeyIsShownWithoutCuttingALetterInTwo) {
 
 TEST(Json, AMessageStaysOneLineWhateverNamesADocumentHolds) {
   const auto json = parse_json(R"({"a\nb\u001b[2J\u0000c": 1})", "x.json");
-  EXPECT_EQ(message_of<InputError>([&] { JsonReader(json, "x.json").done(); }),
+  EXPECT_EQ(refusal_of<InputError>([&] { JsonReader(json, "x.json").done(); }),
             "x.json: unknown key \"a?b?[2J?c\"; known here: ");
 }
 

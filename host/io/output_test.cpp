@@ -109,7 +109,7 @@ TEST_F(Outputs, ADeviceIsWrittenIntoAndNeverReplaced) {
   fs::create_symlink("/dev/full", folder_ / "link");
   for (const fs::path& full : {fs::path("/dev/full"), folder_ / "link"}) {
     const std::string expected = full.string() + ": cannot be written: No space left on device";
-    EXPECT_EQ(message_of<JobError>([&] { write_file(full, "x"); }), expected);
+    EXPECT_EQ(refusal_of<JobError>([&] { write_file(full, "x"); }), expected);
   }
   EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
 }
@@ -221,7 +221,7 @@ TEST_F(Outputs, AWriteThatStopsHalfwayLeavesTheOldFileAndNothingElse) {
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   const rlimit small{1000, before.rlim_max};
   setrlimit(RLIMIT_FSIZE, &small);
-  const std::string message = message_of<JobError>([&] { write_file(file, std::string(100000, 'x')); });
+  const std::string message = refusal_of<JobError>([&] { write_file(file, std::string(100000, 'x')); });
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
   EXPECT_EQ(message, file.string() + ": cannot be written: File too large");

@@ -1,7 +1,5 @@
 #include "host/io/serial.hpp"
 
-#include <fmt/format.h>
-
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/serial_port.hpp>
@@ -19,23 +17,6 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-std::string refusal(const std::string& path, const error_code& error) {
-#ifndef _WIN32  // where that says that another program has it
-  if (error == boost::system::errc::permission_denied) {
-    return fmt::format(
-        "{}: permission denied: join the group that owns it (sudo usermod -a -G dialout $USER), "
-        "then log in again",
-        path);
-  }
-#endif
-  if (error == boost::system::errc::no_such_file_or_directory)
-    return fmt::format("{}: there is no such port: is the board plugged in?", path);
-  if (error == boost::system::errc::device_or_resource_busy ||
-      error == boost::system::errc::permission_denied)
-    return fmt::format("{}: is in use: close the program that has it open", path);
-  return fmt::format("{}: cannot be opened as a serial port ({})", path, error.message());
-}
-
 }  // namespace
 
 struct SerialPort::Asio {
@@ -46,8 +27,11 @@ struct SerialPort::Asio {
 SerialPort::SerialPort(const std::string& path, unsigned baud)
     : path_(path), asio_(std::make_unique<Asio>()) {
   error_code error;
-  asio_->port.open(path, error);
-  if (error) throw InputError(refusal(path, error));
+  asio_->port.open(require_port(path), error);
+  if (error == boost::system::errc::device_or_resource_busy ||
+      error == boost::system::errc::permission_denied)
+    throw InputError("{}: is in use: close the program that has it open", path);
+  if (error) throw InputError("{}: cannot be opened as a serial port ({})", path, error.message());
   // Two that read one port would each get a part of what it says.
   if (::flock(asio_->port.native_handle(), LOCK_EX | LOCK_NB) != 0)
     throw InputError("{}: another flexor listens to it: end that one, or record in its page", path);

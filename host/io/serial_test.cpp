@@ -45,7 +45,7 @@ TEST(SerialPort, SaysThatNothingComesAndThatThePortHasGone) {
 }
 
 TEST(SerialPort, RefusesWhatIsNoPortInOneLine) {
-  expect_refused([] { SerialPort port("/dev/no_such_port", 9600); }, "is the board plugged in?");
+  expect_refused([] { SerialPort port("/dev/no_such_port", 9600); }, "no such port: is the board");
   expect_refused([] { SerialPort port("/dev/null", 9600); }, "cannot be opened as a serial port");
 }
 

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 constexpr const char* kProgram = FLEXOR_TEST_WORKER;
 
 std::string job_error(Worker& worker, const std::string& job, const Json& arguments) {
-  return message_of<JobError>([&] { worker.run(job, arguments); });
+  return refusal_of<JobError>([&] { worker.run(job, arguments); });
 }
 
 TEST(Worker, ArgumentsAndResultsKeepTheirBits) {
@@ -60,11 +60,11 @@ TEST(Worker, ErrorsAreTheSameHereAsThere) {
       worker.run("fail", {{"kind", kind}, {"message", bytes_to_json(message)}});
     };
   };
-  EXPECT_EQ(message_of<InputError>(fails("input", "\xff.csv: no such file")), "\xff.csv: no such file");
-  EXPECT_EQ(message_of<JobError>(fails("job", "the disk is full")), "the disk is full");
-  EXPECT_EQ(message_of<Cancelled>(fails("cancelled", "stopped")), "stopped");
-  EXPECT_EQ(message_of<JobError>(fails("memory", "")), "out of memory");
-  EXPECT_EQ(message_of<JobError>(fails("other", "odd")), "odd: this is a defect of Flexor, please report it");
+  EXPECT_EQ(refusal_of<InputError>(fails("input", "\xff.csv: no such file")), "\xff.csv: no such file");
+  EXPECT_EQ(refusal_of<JobError>(fails("job", "the disk is full")), "the disk is full");
+  EXPECT_EQ(refusal_of<Cancelled>(fails("cancelled", "stopped")), "stopped");
+  EXPECT_EQ(refusal_of<JobError>(fails("memory", "")), "out of memory");
+  EXPECT_EQ(refusal_of<JobError>(fails("other", "odd")), "odd: this is a defect of Flexor, please report it");
   EXPECT_THROW(worker.run("no such job", Json::object()), InputError);
   EXPECT_THROW(worker.run("fail", Json::object()), InputError) << "an argument is missing";
   EXPECT_EQ(worker.run("echo", 1), 1) << "it goes on after all that";
@@ -112,7 +112,7 @@ TEST(Worker, NonsenseIsAJobErrorOfOneLine) {
 }
 
 TEST(Worker, AMissingProgramIsNamed) {
-  const std::string why = message_of<InputError>([] { Worker("/nowhere/flexor-camera"); });
+  const std::string why = refusal_of<InputError>([] { Worker("/nowhere/flexor-camera"); });
   EXPECT_TRUE(why.starts_with("/nowhere/flexor-camera is missing")) << why;
 }
 

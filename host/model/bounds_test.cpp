@@ -45,7 +45,7 @@ struct Absurd {
 
 std::vector<Absurd> absurd_numbers() {
   return {{"/sample_period_s", 1e-9, "sample_period_s"},
-          {"/sample_period_s", 1e9, "sample_period_s"},
+          {"/sample_period_s", 1.01 * kMaxPeriod_s, "sample_period_s"},
           {"/max_gap_s", -1, "max_gap_s"},
           {"/inputs/0/valid_max", kHuge, "a: input"},
           {"/inputs/0/valid_max", 1e-300, "a: input"},

@@ -112,14 +112,6 @@ std::vector<Channel> channels(const Model& model) {
   return out;
 }
 
-Model with_channels(Model model, const std::vector<Channel>& channels) {
-  model.inputs.clear();
-  model.blocks.clear();
-  model.joints.clear();
-  for (const Channel& one : channels) add(model, one);
-  return model;
-}
-
 Model model_of(const Channel& channel, double period_s) {
   Model model;
   model.sample_period_s = period_s;

@@ -38,9 +38,6 @@ std::optional<Channel> channel(const Model& model, std::size_t at);
 // Every joint as a chain, which each must be.
 std::vector<Channel> channels(const Model& model);
 
-// The same document with these chains for its graph.
-Model with_channels(Model model, const std::vector<Channel>& channels);
-
 // One chain as a model of its own.
 Model model_of(const Channel& channel, double period_s);
 

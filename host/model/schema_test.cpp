@@ -135,14 +135,5 @@ TEST(Schema, AcceptsWhateverTheReaderAccepts) {
   }
 }
 
-TEST(Schema, BoundsAreTheReadersOwn) {
-  Json document = Json::parse(to_json(RandomModel(1).make()));
-  document["sample_period_s"] = 1.01 * kMaxPeriod_s;
-  EXPECT_FALSE(is_valid(document, whole_schema()));
-  EXPECT_FALSE(is_read(document));
-  document["sample_period_s"] = kMaxPeriod_s;
-  EXPECT_TRUE(is_valid(document, whole_schema()));
-}
-
 }  // namespace schema_test
 }  // namespace flexor::model

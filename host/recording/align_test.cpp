@@ -144,7 +144,7 @@ TEST(Align, AMotionThatRepeatsItselfExactlyIsCalledAmbiguous) {
 
 TEST(Align, RefusesUnrelatedAndShortRecordings) {
   const auto refusal = [](const TwoLogs& p) {
-    return io::message_of<io::JobError>([&] { (void)p.align(); });
+    return io::refusal_of<io::JobError>([&] { (void)p.align(); });
   };
   TwoLogs p = make(0);
   std::mt19937 random(1);
@@ -265,7 +265,7 @@ TEST(AlignUnrelated, AClockThatNoCrystalHasIsAMismatchAndNoDrift) {
   for (const double drift : {-0.018, 0.018}) {
     const Signal reference = camera(motion, 0, 122, 0, 2, drift);
     const std::string what =
-        io::message_of<io::JobError>([&] { (void)align(sensor.series(), reference.series()); });
+        io::refusal_of<io::JobError>([&] { (void)align(sensor.series(), reference.series()); });
     EXPECT_NE(what.find("do not belong together"), std::string::npos) << what;
   }
   // What an RC oscillator may have is still measured.

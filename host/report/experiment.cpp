@@ -397,7 +397,6 @@ void render_experiment(const Saved& saved) {
   page.chart(errors_chart(e));
   finger_table(page, e);
   for (std::size_t m = 0; m < e.motions.size(); ++m) {
-    saved.go_on();
     page.heading((e.motions.at(m).at("gesture").is_null() ? "" : "Gesture ") + e.title(m));
     add_trial(page, saved, e, m);
     add_posture(page, e, m);

@@ -325,7 +325,6 @@ void render_hand(const Saved& saved) {
   if (!joints.is_object() || joints.empty()) throw std::domain_error("no joint");
   std::size_t number = 0;
   for (const auto& [name, joint] : joints.items()) {
-    saved.go_on();
     joint_page(saved, name, joint, ++number);
   }
   overview(saved);

@@ -283,7 +283,6 @@ void Page::write(const Saved& saved, const std::string& file) {
   table(words());
   end_details();
   paragraph("flexor " + saved.text("version") + ".");
-  saved.go_on();
   if (saved.draws_files()) {
     draw_files(charts_, saved.folder());
     for (const auto& [name, svg] : drawings_) io::write_file(saved.folder() / (name + ".svg"), svg);

@@ -20,8 +20,8 @@ constexpr Kind kKinds[] = {FLEXOR_REPORTS(FLEXOR_REPORT)};
 
 }  // namespace
 
-void render(const std::filesystem::path& folder, const std::atomic<bool>* stop, bool draws_files) {
-  const Saved saved(folder, stop, draws_files);
+void render(const std::filesystem::path& folder, bool draws_files) {
+  const Saved saved(folder, draws_files);
   const std::string wanted = saved.text("kind");
   std::string why;
   for (const Kind& kind : kKinds) {

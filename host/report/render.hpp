@@ -4,7 +4,6 @@
 // same, and writes the same bytes.
 #pragma once
 
-#include <atomic>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -14,9 +13,7 @@ namespace flexor::report {
 // Writes report.html, for a hand also joint-N.html for each joint, N from 1; a page needs nothing else. With `draws_files` also
 // each curve as NAME.svg and NAME.pdf, by gnuplot, and each drawing as SVG. Every file appears whole or not at all. Throws
 // io::InputError for a folder without results or with other ones than this version writes, and where gnuplot is missing.
-// Where `stop` is given and becomes true, io::Cancelled is thrown between two pages.
-void render(const std::filesystem::path& folder, const std::atomic<bool>* stop = nullptr,
-            bool draws_files = false);
+void render(const std::filesystem::path& folder, bool draws_files = false);
 
 // What a page begins with, for a terminal: of a job of this kind by what it found, saved or not.
 std::string summary(const std::string& kind, const nlohmann::ordered_json& results);

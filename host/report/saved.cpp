@@ -25,8 +25,8 @@ std::vector<std::string_view> cells(std::string_view line) {
 
 }  // namespace
 
-Saved::Saved(std::filesystem::path folder, const std::atomic<bool>* stop, bool draws_files)
-    : folder_(std::move(folder)), stop_(stop), draws_files_(draws_files) {
+Saved::Saved(std::filesystem::path folder, bool draws_files)
+    : folder_(std::move(folder)), draws_files_(draws_files) {
   const auto path = folder_ / "results.json";
   if (!std::filesystem::is_regular_file(path)) {
     throw io::InputError(
@@ -41,10 +41,6 @@ Saved::Saved(std::filesystem::path folder, const std::atomic<bool>* stop, bool d
         "flexor; run the job again",
         path.string());
   }
-}
-
-void Saved::go_on() const {
-  if (stop_ != nullptr && stop_->load()) throw io::Cancelled("stopped");
 }
 
 std::string Saved::read(const std::string& file) const {

@@ -1,7 +1,6 @@
 // What a job saved for its report: results.json, and tables of numbers as CSV beside it.
 #pragma once
 
-#include <atomic>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -18,8 +17,7 @@ using Columns = std::map<std::string, std::vector<double>>;
 class Saved {
  public:
   // Throws io::InputError: no results.json, or none that a report can be made of.
-  explicit Saved(std::filesystem::path folder, const std::atomic<bool>* stop = nullptr,
-                 bool draws_files = false);
+  explicit Saved(std::filesystem::path folder, bool draws_files = false);
 
   const std::filesystem::path& folder() const { return folder_; }
   const Json& results() const { return results_; }
@@ -27,9 +25,6 @@ class Saved {
 
   // Figures are wanted as files of their own, too.
   bool draws_files() const { return draws_files_; }
-
-  // Throws io::Cancelled when the report shall not be drawn any more.
-  void go_on() const;
 
   // A file of the folder. Throws io::InputError.
   std::string read(const std::string& file) const;
@@ -40,7 +35,6 @@ class Saved {
  private:
   std::filesystem::path folder_;
   Json results_;
-  const std::atomic<bool>* stop_;
   bool draws_files_;
 };
 

@@ -45,18 +45,9 @@ Distances distances(const Result& result);
 inline constexpr double kLargeSwing_deg = 10;
 inline constexpr double kSignificant_deg = 5;
 
-struct ShapeCheck {
-  int gesture = 0;
-  std::string what;   // "swing of index and middle with raw"
-  std::string where;  // what sets the value: "raw, ring"
-  double value_deg = 0;
-  double threshold_deg = 0;
-  bool is_least = false;  // the threshold is the least that agrees with the article; else the most
-  bool agrees() const { return is_least ? value_deg >= threshold_deg : value_deg <= threshold_deg; }
-};
-
-// Those that the run allows: gesture 2 with raw, gesture 4 with all three published.
-std::vector<ShapeCheck> shape_checks(const Result& result, const Plan& plan);
+// Those that the run allows: gesture 2 with raw, gesture 4 with all three published. Each says what sets its value ("where"), and
+// "at_least_deg" or "at_most_deg", within which it "agrees" with the article.
+Json shape_checks(const Result& result, const Plan& plan);
 
 // A line each: the first cell with silent trials, a delay beyond what the firmware follows.
 std::vector<std::string> warnings(const Result& result, const Plan& plan);

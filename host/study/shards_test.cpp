@@ -6,6 +6,7 @@
 
 #include "host/io/json.hpp"
 #include "host/io/refusal_test.hpp"
+#include "host/study/plan_test.hpp"
 #include "host/study/results.hpp"
 
 namespace flexor::study {
@@ -21,13 +22,7 @@ class ShardsTest : public testing::Test {
 
   // 40 trials are three batches of each motion.
   static Plan plan(Shard shard, const fs::path& folder) {
-    Plan out{twin::Parameters(),
-             motions("1,4"),
-             {compensator("raw", 10), compensator("published-hw", 10)},
-             3,
-             40,
-             2,
-             folder};
+    Plan out = study::plan("1,4", 40, folder);
     out.shard = shard;
     return out;
   }

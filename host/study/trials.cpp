@@ -74,10 +74,8 @@ class Runner {
       shards.empty() ? play_all() : take_over(shards);
       if (journal_) write([&] { journal_->finish(); });
       if (journal_) seal(plan_.folder, settings_, journal_->digest());
-    } catch (const std::exception&) {
-      // An interruption ends compilers and the like, too: that they failed then is no news.
-      if (is_stopped()) throw io::Cancelled("stopped: " + kept());
-      throw;
+    } catch (const io::Cancelled&) {
+      throw io::Cancelled("stopped: " + kept());
     }
     return std::move(result_);
   }
@@ -102,7 +100,7 @@ class Runner {
     const std::size_t kept = committed_;
     JobRows rows;
     for (std::size_t number = 0; number < jobs_; ++number) {
-      go_on();
+      io::go_on();
       if (!read(journals[number % shards.size()], job(number), rows))
         throw io::JobError("{}: has changed meanwhile", shards[number % shards.size()].string());
       if (number >= kept) commit(number, rows);
@@ -116,12 +114,6 @@ class Runner {
         committed_, jobs_, result_.threads, [this](std::size_t number) { return simulate(job(number)); },
         [this](std::size_t number, const JobRows& rows) { commit(number, rows); });
     result_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
-
-  bool is_stopped() const { return plan_.stop != nullptr && plan_.stop->load(); }
-
-  void go_on() const {
-    if (is_stopped()) throw io::Cancelled("");
   }
 
   // How much of everything is done and safe.
@@ -148,7 +140,7 @@ class Runner {
     for (JobRows rows; committed_ < jobs_ && read(*journal_, job(committed_), rows); ++committed_) {
       journal_->keep();
       take(job(committed_), rows);
-      go_on();
+      io::go_on();
     }
     result_.resumed_rows = done_rows_;
     write([&] { journal_->start(); });
@@ -190,7 +182,7 @@ class Runner {
   JobRows simulate(const Job& job) const {
     JobRows rows;
     for (const Compensator& c : plan_.compensators) {
-      go_on();
+      io::go_on();
       const twin::TrialInput input = first_input(plan_, plan_.motions[job.motion], c);
       std::vector<TrialRow>& out = rows.emplace_back();
       for (const twin::Trial& trial : trials(input, job)) out.push_back(row(trial));
@@ -203,7 +195,7 @@ class Runner {
     if (plan_.scenario.recalibrated.empty()) return play(plan_, input, first, job.count);
     std::vector<twin::Trial> out;
     for (std::uint64_t n = first; n < first + static_cast<std::uint64_t>(job.count); ++n) {
-      go_on();
+      io::go_on();
       out.push_back(twin::simulate_scalar(recalibrated(input, plan_.scenario.recalibrated, n), n, 1).front());
     }
     return out;
@@ -397,7 +389,7 @@ twin::TrialInput first_input(const Plan& plan, const twin::Motion& motion, const
 }
 
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator) {
-  if (plan.stop != nullptr && plan.stop->load()) throw io::Cancelled("stopped");
+  io::go_on();
   return play(plan, first_input(plan, motion, compensator), 0, 1).front();
 }
 

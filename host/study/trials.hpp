@@ -7,7 +7,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -42,11 +41,9 @@ struct Plan {
   std::vector<Compensator> compensators;
   std::uint64_t seed = 1;
   int trials = 3;
-  int threads = 0;               // 0: as many as the machine has
-  std::filesystem::path folder;  // empty: nothing is written
-  Engine* engine = nullptr;      // none: the twin. Outlives the run
-  // Becomes true when the run shall end: io::Cancelled is thrown, with everything done so far in the folder.
-  const std::atomic<bool>* stop = nullptr;
+  int threads = 0;                       // 0: as many as the machine has
+  std::filesystem::path folder;          // empty: nothing is written
+  Engine* engine = nullptr;              // none: the twin. Outlives the run
   const io::FolderLock* lock = nullptr;  // of the folder, where the caller has it already
   Scenario scenario = {};  // how long the glove is worn before each trial, and whether it tracks
   bool scenarios = false;  // whether whoever runs it goes on with study::scenarios()
@@ -114,7 +111,7 @@ void check(const Plan& plan);
 Json settings_of(const Plan& plan);
 
 // Throws as check(); io::InputError: a folder that holds another run, or in which somebody else works;
-// io::JobError: trials.csv cannot be written; io::Cancelled.
+// io::JobError: trials.csv cannot be written; io::Cancelled, by io::go_on() or `progress`, with everything done so far in the folder.
 Result run(const Plan& plan, const TrialProgress& progress);
 
 // The same result and trials.csv from the rows of all shards of this plan, in order, in place of playing. Throws as run();

@@ -222,7 +222,7 @@ TEST(Simulation, AHandPressedIntoItsStopWindsUpUnlessItsIntegralIsLimited) {
 
 TEST(Simulation, RefusesWhatDoesNotFit) {
   const auto with = [](const model::Model& model) { check({Parameters(), gesture(1), model, 1, false}); };
-  const model::Model one = model::with_channels(published_hw(), {*model::channel(published_hw(), 0)});
+  const model::Model one = model::model_of(*model::channel(published_hw(), 0), 0.1);
   io::expect_refused([&] { with(one); }, "only joint(s) thumb");
   io::expect_refused([&] { with(identity(1e-4)); }, "runs at 1000 Hz");
   io::expect_refused([&] { with(identity(0.01)); },

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <numeric>
 #include <set>
@@ -44,12 +46,17 @@ void guard_options(CLI::App& app) {
   const auto not_empty = [](const std::string& value) {
     return value.empty() ? std::string("is empty: give a value, or leave the option out") : std::string();
   };
+  const auto finite = [](const std::string& number) {  // nan lies within every range of CLI11
+    return std::isfinite(std::strtod(number.c_str(), nullptr)) ? std::string()
+                                                               : number + " is no finite number";
+  };
   const std::set<std::string> outputs = {"OUT", "--out", "--model", "--report", "--preview", "--save"};
   for (CLI::App* command : app.get_subcommands({})) {
     guard_options(*command);
     for (CLI::Option* option : command->get_options()) {
       if (option->get_items_expected_max() == 0) continue;  // a flag
       option->check(not_empty);
+      if (option->get_type_name().starts_with("FLOAT")) option->check(finite);
       // A pair's key may lie in the folder that is written: it is kept there.
       if (outputs.contains(option->get_name()) || option->get_name() == "--key") continue;
       option->each([](const std::string& values) {

@@ -26,12 +26,9 @@ class ExperimentFaults : public Command {
     return true;
   }
 
-  static std::string last_line(const std::string& text) {
-    const auto end = text.find_last_not_of('\n');
-    if (end == std::string::npos) return "";
-    const auto before = text.rfind('\n', end);
-    return text.substr(before == std::string::npos ? 0 : before + 1,
-                       end - (before == std::string::npos ? 0 : before + 1) + 1);
+  static std::string last_line(std::string text) {
+    text.erase(text.find_last_not_of('\n') + 1);
+    return text.substr(text.rfind('\n') + 1);
   }
 
   // What a run must leave, whatever happened on the way: every trials.csv, and results.json.
@@ -39,8 +36,7 @@ class ExperimentFaults : public Command {
     std::vector<fs::path> files;
     for (const auto& entry : fs::recursive_directory_iterator(run)) {
       const std::string name = entry.path().filename().string();
-      if (name == "trials.csv" || name == "laboratories.csv" || name == "results.json")
-        files.push_back(entry.path());
+      if (name == "trials.csv" || name == "results.json") files.push_back(entry.path());
     }
     std::ranges::sort(files);
     std::string out;

@@ -25,6 +25,9 @@ nlohmann::ordered_json job_schema(const std::vector<std::string>& name);
 nlohmann::ordered_json run_job(const std::vector<std::string>& name, const nlohmann::ordered_json& request,
                                const io::Event& event);
 
+// Of its last line (io::answer): 0 done, 1 failed, 2 bad input, 3 stopped or not usable.
+int status_of(const nlohmann::ordered_json& answer);
+
 // Of a job that was stopped and goes on where it ended: a queue gives it another go (EX_TEMPFAIL).
 inline constexpr int kGoOnLater = 75;
 

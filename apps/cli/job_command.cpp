@@ -125,21 +125,14 @@ std::vector<std::string> words_of(const std::string& name) {
   return {std::istream_iterator<std::string>(words), {}};
 }
 
-// Its exit status.
-int status_of(const Json& answer) {
-  if (answer.contains("result")) return 0;
-  const std::string kind = answer.at("error").at("kind");
-  return kind == "job" ? 1 : kind == "input" ? 2 : 3;
-}
-
 void run(const Options& o) {
+  if (o.schema) return print(io::dump(job_schema(o.name)));
   if (o.name.empty()) {
     io::serve(false, [](const std::string& name, const Json& request, const io::Event& event) {
       return run_job(words_of(name), request, event);
     });
     return;
   }
-  if (o.schema) return print(io::dump(job_schema(o.name)));
   const auto say = [](const Json& line) {
     JobOutput* const output = std::exchange(job_output, nullptr);
     print(io::dump_line(line) + "\n");
@@ -164,6 +157,12 @@ void add(CLI::App& app) {
 }
 
 }  // namespace job_command
+
+int status_of(const Json& answer) {
+  if (answer.contains("result")) return 0;
+  const std::string kind = answer.at("error").at("kind");
+  return kind == "job" ? 1 : kind == "input" ? 2 : 3;
+}
 
 Json job_schema(const std::vector<std::string>& name) {
   CLI::App app;

@@ -91,6 +91,7 @@ TEST_F(JobProgram, ProgressComesBeforeAResultThatIsWhatJsonPrints) {
 TEST_F(JobProgram, AnErrorHasAKindAndAnExitStatus) {
   for (const char* request : {R"({"model": 1})", "[", R"({"model": "/none/there.json"})"})
     EXPECT_EQ(lines_of("show", request, 2).back().at("error").at("kind"), "input");
+  EXPECT_EQ(run("job --schema").exit, 2) << "of which job?";
 }
 
 }  // namespace job_command_test

@@ -115,7 +115,7 @@ void add(CLI::App& app) {
   command
       ->add_option("--rate", o->live.rate_hz,
                    "sample rate of models that are identified, Hz (default: what suits the glove)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(0.01, 1e5));
   command
       ->add_option("--lead", o->live.lead_s,
                    "seconds by which what follows the glove comes after it: models that are identified are "

@@ -1,10 +1,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
-#include <exception>
 #include <numeric>
 #include <set>
 #include <sstream>
@@ -34,6 +35,8 @@ void parse(CLI::App& app, int argc, char** argv) {
     std::ostringstream text;
     (void)app.exit(help, text, text);
     print(text.str());
+  } catch (const CLI::ParseError& error) {
+    throw io::InputError("{} (try --help)", error.what());
   }
   if (close(dup(STDOUT_FILENO)) != 0) standard_output_failed();
 }
@@ -43,12 +46,17 @@ void guard_options(CLI::App& app) {
   const auto not_empty = [](const std::string& value) {
     return value.empty() ? std::string("is empty: give a value, or leave the option out") : std::string();
   };
+  const auto finite = [](const std::string& number) {  // nan lies within every range of CLI11
+    return std::isfinite(std::strtod(number.c_str(), nullptr)) ? std::string()
+                                                               : number + " is no finite number";
+  };
   const std::set<std::string> outputs = {"OUT", "--out", "--model", "--report", "--preview", "--save"};
   for (CLI::App* command : app.get_subcommands({})) {
     guard_options(*command);
     for (CLI::Option* option : command->get_options()) {
       if (option->get_items_expected_max() == 0) continue;  // a flag
       option->check(not_empty);
+      if (option->get_type_name().starts_with("FLOAT")) option->check(finite);
       // A pair's key may lie in the folder that is written: it is kept there.
       if (outputs.contains(option->get_name()) || option->get_name() == "--key") continue;
       option->each([](const std::string& values) {
@@ -121,15 +129,11 @@ void require_command(const CLI::App& app, const std::string& name, const std::st
 }
 
 // Whatever ends a command: its exit status. What fails once a signal has come is nobody's fault.
-int failed(const std::string& text, int status) {
-  try {
-    io::go_on();
-  } catch (const io::Cancelled& interrupted) {
-    log(std::string("flexor: ") + interrupted.what());
-    io::end_by_signal();
-  }
-  log("flexor: " + text);
-  return status;
+int failed(Json answer) {
+  if (io::is_interrupted()) answer = io::answer([] { return io::go_on(), Json(); });
+  log("flexor: " + io::bytes_from_json(answer.at("error").at("text")));
+  if (answer.at("error").at("kind") == "cancelled") io::end_by_signal();
+  return status_of(answer);
 }
 
 }  // namespace
@@ -253,9 +257,7 @@ void add_commands(CLI::App& app) {
 }
 
 int run(int argc, char** argv) {
-  constexpr int kFailed = 1;
   constexpr int kBadInput = 2;
-  constexpr int kDoubt = 3;
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
   // A stream that was closed must not become the number of a file that is opened later, into which messages would go.
@@ -268,30 +270,19 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", std::string("flexor ") + FLEXOR_VERSION);
   add_commands(app);
   try {
-    if (argc < 2 || std::string_view(argv[1]) == "help") {
-      print(app.help());
-      return argc < 2 ? kBadInput : 0;
-    }
-    require_command(app, argv[1], argc > 2 ? argv[2] : "");
-    parse(app, argc, argv);
-    return 0;
+    const Json answer = io::answer([&] {
+      if (argc < 2 || std::string_view(argv[1]) == "help") {
+        print(app.help());
+        if (argc < 2) throw JobEnded{kBadInput};
+        return Json();
+      }
+      require_command(app, argv[1], argc > 2 ? argv[2] : "");
+      parse(app, argc, argv);
+      return Json();
+    });
+    return answer.contains("error") ? failed(answer) : 0;
   } catch (const JobEnded& job) {
     return job.status;
-  } catch (const io::Cancelled& stopped) {
-    log(std::string("flexor: ") + stopped.what());
-    io::end_by_signal();
-  } catch (const CLI::ParseError& error) {
-    return failed(fmt::format("{} (try --help)", error.what()), kBadInput);
-  } catch (const io::InputError& error) {
-    return failed(error.what(), kBadInput);
-  } catch (const io::Doubt& error) {
-    return failed(error.what(), kDoubt);
-  } catch (const io::JobError& error) {
-    return failed(error.what(), kFailed);
-  } catch (const std::bad_alloc&) {
-    return failed("out of memory: is the recording's time column in the right unit?", kFailed);
-  } catch (const std::exception& error) {
-    return failed(fmt::format("{}: this is a defect of Flexor, please report it", error.what()), kFailed);
   }
 }
 

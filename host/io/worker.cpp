@@ -86,10 +86,11 @@ Json answer(const std::function<Json()>& job) {
     return error("doubt", e.what());
   } catch (const JobError& e) {
     return error("job", e.what());
-  } catch (const Json::exception& e) {
-    return error("input", fmt::format("request: {}", e.what()));
+  } catch (const std::filesystem::filesystem_error&
+               e) {  // behind a folder that is closed to us, or too long a name
+    return error("input", fmt::format("{}: cannot be reached: {}", e.path1().string(), e.code().message()));
   } catch (const std::bad_alloc&) {
-    return error("job", "out of memory");
+    return error("job", "out of memory: is the recording's time column in the right unit?");
   } catch (const std::exception& e) {
     return error("job", fmt::format("{}: this is a defect of Flexor, please report it", e.what()));
   }
@@ -291,10 +292,15 @@ class Server {
     const std::string name = reader.text("job");
     const Json& arguments = reader.member("arguments");
     reader.done();
-    return job_(name, arguments, [this](const Json& event) {
+    const auto to_reader = [this](const Json& event) {
       say(event);
       return !cancelled_;
-    });
+    };
+    try {
+      return job_(name, arguments, to_reader);
+    } catch (const Json::exception& e) {
+      throw InputError("request: {}", e.what());
+    }
   }
 
   int requests_;

@@ -63,7 +63,9 @@ TEST(Worker, ErrorsAreTheSameHereAsThere) {
   EXPECT_EQ(refusal_of<InputError>(fails("input", "\xff.csv: no such file")), "\xff.csv: no such file");
   EXPECT_EQ(refusal_of<JobError>(fails("job", "the disk is full")), "the disk is full");
   EXPECT_EQ(refusal_of<Cancelled>(fails("cancelled", "stopped")), "stopped");
-  EXPECT_EQ(refusal_of<JobError>(fails("memory", "")), "out of memory");
+  EXPECT_EQ(refusal_of<JobError>(fails("memory", "")).substr(0, 14), "out of memory:");
+  const Json far = answer([]() -> Json { return std::filesystem::exists(std::string(300, 'x')); });
+  EXPECT_EQ(far.at("error").at("kind"), "input") << far;
   EXPECT_EQ(refusal_of<JobError>(fails("other", "odd")), "odd: this is a defect of Flexor, please report it");
   EXPECT_THROW(worker.run("no such job", Json::object()), InputError);
   EXPECT_THROW(worker.run("fail", Json::object()), InputError) << "an argument is missing";

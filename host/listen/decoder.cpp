@@ -59,12 +59,11 @@ class FrameDecoder : public Decoder {
       if (byte != link::kDelimiter) continue;
       const std::uint64_t size = held_;
       held_ = 0;
-      if (size == 1) tally_.understood += 1;  // a delimiter alone
       if (result == link::Received::nothing) continue;
       if (result != link::Received::pending) {
         count_torn();
       } else if (is_its_own()) {
-        tally_.understood += size;
+        tally_.understood += size + 1;  // and the delimiter before it: alone it may be a line that is low
         if (packet_.type() == samples_) take(host_s, out);
       }
     }

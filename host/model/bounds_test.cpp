@@ -53,6 +53,7 @@ std::vector<Absurd> absurd_numbers() {
           {"/inputs/0/strip", "toe", "a: input"},
           {"/inputs/0/readings", {{"share", {0.5, 0.1}}, {"reading", {1, 2}}}, "a: input: readings"},
           {"/inputs/0/readings", {{"share", {0.1, 0.5}}, {"reading", {2, 2}}}, "a: input: readings"},
+          {"/joints/0/name", "index mcp", "m.json: a joint"},
           {"/joints/0/rest_deg", 4000, "index: joint: rest_deg"},
           {"/blocks/0/upper", kHuge, "index dead zone: dead_zone"},
           {"/blocks/1/radii", {kHuge}, "index hysteresis: hysteresis"},

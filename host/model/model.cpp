@@ -372,10 +372,10 @@ Model from_json(const std::string& text, const std::string& source) {
     reader.fail("has schema version 1, with \"channels\", which is no longer read: identify it again");
   Model model;
   read_object(reader, model);
-  for (Joint& joint : model.joints) joint.name = joint_name(joint.name);
   reader.done();
   check_provenance(model, source);
   try {
+    for (Joint& joint : model.joints) joint.name = joint_name(joint.name);
     check(model);
   } catch (const InputError& error) {
     throw InputError("{}: {}", source, error.what());

@@ -8,7 +8,7 @@ from typing import Any, Sequence, Union
 
 import numpy as np
 
-from flexor._core import Show, core, pandas, run
+from flexor._core import Show, core, pandas, run, write_text
 from flexor._recording import Recording, as_log
 
 
@@ -28,8 +28,8 @@ class Compensator:
         return cls(pathlib.Path(path).read_text("utf-8"), source=os.fspath(path), arithmetic=arithmetic)
 
     def save(self, path: Union[str, os.PathLike]) -> None:
-        """The bytes that ``flexor identify --model`` writes."""
-        pathlib.Path(path).write_bytes(self.text.encode())
+        """The bytes that ``flexor identify --model`` writes. Raises ``InputError``, ``JobError``: `path` is as it was."""
+        write_text(path, self.text)
 
     @property
     def document(self) -> dict[str, Any]:

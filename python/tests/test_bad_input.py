@@ -28,8 +28,7 @@ def refusal(work, kind=flexor.InputError):
 
 
 def frame(**columns):
-    columns = columns or {"index_adc": [500.0, 510.0, 530.0]}
-    return pandas.DataFrame(columns, index=pandas.Index([0.0, 0.1, 0.2], name="t_s"))
+    return pandas.DataFrame(columns or {"index_adc": [500.0, 510.0, 530.0]}, index=pandas.Index([0.0, 0.1, 0.2], name="t_s"))
 
 
 @pytest.mark.parametrize("index, seconds", [

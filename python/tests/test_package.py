@@ -19,7 +19,10 @@ def test_parameters_have_errors_and_intervals(found):
 
 
 def test_a_model_is_its_document(found, tmp_path):
-    found.compensator.save(tmp_path / "m.json")
+    (tmp_path / "m.json").write_text("the one before")
+    with open(tmp_path / "m.json") as before:
+        found.compensator.save(tmp_path / "m.json")
+        assert before.read() == "the one before", "replaced in one step: a disk that is full takes no model away"
     again = flexor.Compensator.load(tmp_path / "m.json")
     assert again == found.compensator and again.inputs[1] == "index_alpha_deg"
     assert set(again.accuracy["joint"]) == set(again.joints)
@@ -47,8 +50,7 @@ def test_the_twin_changes_with_its_parameters():
 
 
 def test_figures(found, tmp_path):
-    matplotlib = pytest.importorskip("matplotlib")
-    matplotlib.use("Agg")
+    pytest.importorskip("matplotlib").use("Agg")
     from flexor import plot
 
     for axes in (plot.held_out(found, "index"), plot.experiment(flexor.experiment("1", trials=2))):

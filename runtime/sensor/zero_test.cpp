@@ -49,7 +49,7 @@ TEST(Zero, SetsGainAndOffsetAgainstTheStoredPoses) {
     Glove glove;
     glove.gain = gain;
     glove.offset = 25;
-    glove.noise = 2;
+    glove.noise = 4;  // 20 counts from end to end, where an eighth of 250 is the most
     ASSERT_EQ(glove.run(as_asked), ZeroStage::done) << gain;
     for (std::size_t i = 0; i < 2; ++i) {
       for (const double model : {350.0, 500.0, 700.0}) {
@@ -75,7 +75,7 @@ TEST(Zero, RefusesPosesThatAreTooNearSwappedOrNotHeld) {
   EXPECT_EQ(Glove().run([](double t) { return std::fmod(t, 1.0) < 0.5 ? 0.0 : 1.0; }), ZeroStage::refused)
       << "moving";
   Glove noisy;
-  noisy.noise = 20;
+  noisy.noise = 10;
   EXPECT_EQ(noisy.run(as_asked), ZeroStage::refused);
   Glove far;
   far.gain = 0.45;

@@ -104,7 +104,9 @@ void cut_everywhere(std::size_t old_size, std::size_t new_size) {
       EXPECT_THROW(send(glove, eeprom, after), NoPower);
       const Bytes now = stored(eeprom);
       ASSERT_TRUE(now == before || now == after) << "cut in write " << cut;
-      if (cut + 1 < writes) ASSERT_EQ(now, before) << "cut in write " << cut;
+      if (cut + 1 < writes) {
+        ASSERT_EQ(now, before) << "cut in write " << cut;
+      }
       old_ones += now == before ? 1 : 0;
       // And the next one is taken.
       eeprom.lost_at = -1;

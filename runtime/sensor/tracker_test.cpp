@@ -218,8 +218,9 @@ TEST(Tracker, FixedPointAndFloatFindTheSame) {
     Followed f;
     f.wear(worn, cycles(30, 0, 1));
     // What lies at the edge of the band may be taken by one alone.
-    if (f.fixed.shift() != 0 || std::abs(f.real.shift()) > 2.25)
+    if (f.fixed.shift() != 0 || std::abs(f.real.shift()) > 2.25) {
       EXPECT_NEAR(f.fixed.shift() / 32.0, f.real.shift(), 0.3) << n;
+    }
     if (f.fixed.stretch() != 0 || std::abs(f.real.stretch()) > 0.045) {
       EXPECT_NEAR(f.fixed.stretch() / 16384.0, f.real.stretch(), 0.005) << n;
     }

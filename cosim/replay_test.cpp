@@ -98,9 +98,8 @@ TEST_F(Replay, GesturesAndReadingsAllOverTheRangeAreSentToTheBit) {
     expect_exact(model, exercise(3000, 1));
   }
   model::Model pairs = named("published-hw");
-  for (model::Block& block : pairs.blocks) {
+  for (model::Block& block : pairs.blocks)
     if (std::holds_alternative<model::Lti>(block.kind)) block.kind = model::PolePair{18, 0.9, {-5, 8}};
-  }
   expect_exact(pairs, exercise(600, 1));
 }
 
@@ -208,9 +207,8 @@ TEST_F(RealReplay, RealRecordingsAreSentToTheBit) {
 TEST_F(Replay, CyclesAndSizesAreWithinTheirTargets) {
   // Readings that every channel takes, so that none is quick because it refuses.
   Counts counts = exercise(1500, 7);
-  for (auto& sample : counts) {
+  for (auto& sample : counts)
     for (int& n : sample) n = 440 + n % 400;
-  }
   const deploy::Image& glove = deploy::glove_image();
   const model::Model five = identified(10);
   for (const auto& [model, mean] :

@@ -147,9 +147,8 @@ TEST_F(SendOverUsb, OfManyAtOnceOneGetsThePortAndTheBoardIsReachableAfterwards) 
       for (Finished& one : all) threads.emplace_back([&] { one = send(helper.port()); });
     }
     EXPECT_EQ(std::ranges::count(all, 0, &Finished::status), 1) << round;
-    for (const Finished& one : all) {
+    for (const Finished& one : all)
       if (one.status != 0) expect_says(one, 2, "another flexor listens to it");
-    }
     expect_runs(helper.port(), kAfter);
   }
 }

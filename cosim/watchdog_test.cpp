@@ -76,9 +76,8 @@ class Hanging {
   }
 
   bool is_driven() {
-    for (int motor = 0; motor < twin::kFingers; ++motor) {
+    for (int motor = 0; motor < twin::kFingers; ++motor)
       if (simulation_.hand().duty(motor) != 0) return true;
-    }
     return false;
   }
 

@@ -16,15 +16,13 @@ class Rendered : public Command {
   // The calibration motion, and these gestures if any.
   void film(const std::string& gestures, double rate_hz) const {
     std::vector<twin::Motion> motions = {study::short_motion()};
-    if (!gestures.empty()) {
+    if (!gestures.empty())
       for (twin::Motion& m : study::motions(gestures)) motions.push_back(m);
-    }
     twin::Parameters parameters;
     parameters.camera_rate_hz = rate_hz;
     Json inputs = Json::array();
-    for (const twin::Motion& motion : motions) {
+    for (const twin::Motion& motion : motions)
       inputs.push_back(twin::TrialInput{parameters, motion, study::compensator("raw", 50).model, 1, true});
-    }
     io::Worker camera(FLEXOR_CAMERA);
     camera.run("film", {{"inputs", inputs},
                         {"joints", Json::parse(study::builtin("joints/paper_hand.json"))},

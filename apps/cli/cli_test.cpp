@@ -106,6 +106,7 @@ TEST_F(Cli, WhatCannotBeDoneIsRefusedBeforeTheWork) {
       {exported + "--to mcap --start yesterday", "--start yesterday"},
       {exported + "--to mcap --start 5/6/2026", "--start 5/6/2026"},
       {exported + "F/a.csv --to mcap", "not expected"},
+      {"record F/x --from twin --for 0", "--for: Value 0 not in range 0.001"},
       {"deploy M --out F/d --rate 0", "--rate must be a positive number"},
       {"deploy M --out F/d --key 1234", "32 hexadecimal digits"},
       {"deploy M --out F/d --hardware none", "is no file, nor a hardware preset; those are flexor and lucid"},
@@ -412,10 +413,9 @@ TEST_F(Cli, SetupProposesTakesAnAssignmentAndSavesAJointFile) {
   const std::string setup = "track --setup " + kVideo + " --joints " + kGreenMarkers + " --out s.png --json";
   std::string assign;
   const auto json = json_of(setup + " --save j.json");
-  for (const auto& c : json.at("candidates")) {
+  for (const auto& c : json.at("candidates"))
     if (c.at("mark") != "")
       assign += " --assign " + c.at("number").dump() + "=" + c.at("mark").get<std::string>();
-  }
   EXPECT_GT(fs::file_size(path("s.png")), 10000U);
   EXPECT_EQ(run(setup + " --colour 718,335" + assign + " --save k.json").exit, 0);
   EXPECT_EQ(

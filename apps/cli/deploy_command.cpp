@@ -98,9 +98,8 @@ std::string calibration_words(const Options& o, const model::Model& model,
       alpha ? fmt::format("the divider of {:g} kOhm and strips", divider_kohm) : "counts as they are";
   if (o.calibration.empty()) return fmt::format("{}; --calibration FILE takes this glove's own", otherwise);
   std::vector<std::string> fingers;
-  for (std::size_t f = 0; f < model::kFingers; ++f) {
+  for (std::size_t f = 0; f < model::kFingers; ++f)
     if (own.sensor[f]) fingers.push_back(model::finger_names()[f]);
-  }
   const std::string file = std::filesystem::path(o.calibration).filename().string();
   if (fingers.size() == model::kFingers) return fmt::format("{}, of every finger", file);
   return fmt::format("{} of {}; the others: {}", file, fmt::join(fingers, ", "), otherwise);
@@ -138,12 +137,11 @@ void require_of_vr(const Options& o, const deploy::Glove& glove) {
     throw io::InputError(
         "--hardware: joystick and buttons but calibrate go to VR drivers: add --output opengloves, or leave "
         "them out");
-  if (zeroes && !deploy::can_zero(glove)) {
+  if (zeroes && !deploy::can_zero(glove))
     throw io::InputError(
         "--hardware: calibrate: {} does not know what its sensors read at the open hand and at "
         "the fist: identify it from a recording that has both, or leave the button out",
         o.model);
-  }
   if (o.encoding != deploy::Encoding::alpha)
     throw io::InputError("--encoding: is of text for VR drivers: add --output opengloves");
 }
@@ -218,12 +216,11 @@ void measure(deploy::Deployment& d, const study::Boards& boards, const study::Co
   ProgressLine line;
   line.show("running the glove's image ...");
   d.glove_figures = boards.run_glove(d.glove, counts);
-  if (d.glove_figures.mismatches > 0) {
+  if (d.glove_figures.mismatches > 0)
     throw io::JobError(
         "the glove's image differs from the host in {} of {} messages: this is a defect of "
         "Flexor, please report it",
         d.glove_figures.mismatches, d.glove_figures.frames);
-  }
   if (d.glove.output != deploy::Output::radio) return;
   line.show("running the hand's image ...");
   constexpr double kHandSeconds = 5;

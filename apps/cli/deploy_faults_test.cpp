@@ -160,10 +160,9 @@ TEST_F(DeployFaults, AModelInAnotherUnitNeedsACalibrationThatSaysIt) {
   };
   const auto calibration = [&](const std::string& unit) {
     std::string fingers;
-    for (const char* finger : {"thumb", "index", "middle", "ring", "pinky"}) {
+    for (const char* finger : {"thumb", "index", "middle", "ring", "pinky"})
       fingers += (fingers.empty() ? "\"" : ", \"") + std::string(finger) +
                  R"(": {"counts": [400, 700], "value": [20, 140]})";
-    }
     write(path("c.json"), R"({"schema": "flexor-calibration", "schema_version": 1, )" + unit +
                               R"("fingers": {)" + fingers + "}}");
     return "--plain --out d --calibration '" + path("c.json") + "'";

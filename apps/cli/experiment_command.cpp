@@ -5,6 +5,7 @@
 #include "host/study/rendered_cameras.hpp"
 #include "host/study/results.hpp"
 #include "host/study/shards.hpp"
+#include "host/twin/glove.hpp"
 
 namespace flexor::cli {
 namespace experiment_command {
@@ -135,6 +136,25 @@ void run_merge(Options& o) {
   play_until_stopped(o);
 }
 
+// Whose sensors read nowhere as the twin's do.
+void warn_of_another_glove(const study::Compensator& one, const twin::Parameters& p) {
+  const twin::Divider divider(p);
+  for (const model::Input& input : one.model.inputs) {
+    if (!input.readings || input.strip.empty()) continue;
+    const std::size_t finger = model::finger_index(input.strip);
+    const auto reading = divider.reading(input.unit, input.name);
+    const double low = reading(divider.counts(p.bend_lower_deg[finger]));
+    const double high = reading(divider.counts(p.bend_upper_deg[finger]));
+    const std::vector<double>& made = input.readings->reading;
+    if (made.back() > low && made.front() < high) continue;
+    return log_warnings(
+        {fmt::format("{}: {} reads {:.4g} to {:.4g} where it was made, {:.4g} to {:.4g} in the twin: it is "
+                     "of another glove, "
+                     "and its errors here say nothing; flexor twin record records the twin's own",
+                     one.name, input.name, made.front(), made.back(), low, high)});
+  }
+}
+
 void run(Options& o) {
   study::Plan& plan = o.plan;
   if (!o.shard.empty()) plan.shard = study::parse_shard(o.shard);
@@ -154,6 +174,7 @@ void run(Options& o) {
       notes.push_back(fmt::format("reads {}: the twin's glove gives it that, by its divider of {:g} kohm",
                                   unit, plan.parameters.divider_kohm));
     for (const std::string& note : notes) log(fmt::format("{}: {}", one.name, note));
+    warn_of_another_glove(one, plan.parameters);
   }
   plan.folder = o.folder;
   play_until_stopped(o);

@@ -208,9 +208,8 @@ TEST_F(ExperimentFaults, TheLargestNumberOfTrialsTakesNoMoreMemoryThanAFew) {
   ASSERT_TRUE(until([&] { return lines(content(path("run/trials.csv"))) > 200; }));
   std::ifstream status("/proc/" + std::to_string(child) + "/status");
   long peak_kB = 0;
-  for (std::string line; std::getline(status, line);) {
+  for (std::string line; std::getline(status, line);)
     if (line.starts_with("VmHWM:")) peak_kB = std::atol(line.c_str() + 6);
-  }
   ::kill(child, SIGTERM);
   const Finished r = wait(child);
   EXPECT_GT(peak_kB, 1000);
@@ -230,8 +229,15 @@ TEST_F(ExperimentFaults, TwoModelsOfOneStemAreToldApart) {
   EXPECT_EQ(cells.at(0).at("difference_deg_s").at("b/model.json").at("mean"), 0);
   // A file is not the article's compensator because of its name.
   fs::copy_file(path("a/model.json"), path("raw.json"));
-  const auto raw = json_of(experiment + path("raw.json"));
-  EXPECT_TRUE(raw.at("cells").at(0).at("published_deg_s").is_null());
+  auto json = Json::parse(content(path("raw.json")));
+  for (const auto& [low, high, is_another] : {std::tuple(30, 160, false), {300, 400, true}}) {
+    for (auto& input : json.at("inputs"))
+      input["readings"] = {{"share", {0.02, 0.98}}, {"reading", {low, high}}};
+    std::ofstream(path("raw.json")) << json;
+    const Finished raw = run(experiment + path("raw.json"));
+    EXPECT_TRUE(Json::parse(raw.out).at("cells").at(0).at("published_deg_s").is_null());
+    EXPECT_EQ(raw.err.find("it is of another glove") != std::string::npos, is_another) << raw.err;
+  }
 }
 
 TEST_F(ExperimentFaults, TheDistanceIsOfTheGesturesThatWerePlayed) {

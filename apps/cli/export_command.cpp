@@ -34,9 +34,8 @@ std::string format_fault(const std::string& to) {
 
 Output write_function(const Options& o) {
   // An option that does nothing would be taken for one that does.
-  for (const char* option : {"--start", "--names", "--time-unit", "--time-column", "--log-rate", "--model"}) {
+  for (const char* option : {"--start", "--names", "--time-unit", "--time-column", "--log-rate", "--model"})
     if (o.command->count(option) > 0) throw io::InputError("{} is for --to mcap alone: leave it out", option);
-  }
   const std::filesystem::path out = o.out;
   const bool matlab = o.to == "matlab";
   if (out.extension() != (matlab ? ".m" : ".hpp"))

@@ -73,7 +73,7 @@ void add(CLI::App& app) {
       ->check(CLI::IsMember({"glove", "hand"}));
   add_port(*command, o->port, "");
   command->add_option("--baud", o->baud, "of the bootloader (default: 115200, then 57600 as old ones have)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1e-3, 1e9));
 }
 
 }  // namespace flexor::cli::flash_command

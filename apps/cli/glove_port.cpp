@@ -34,9 +34,8 @@ std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
     throw io::InputError("--from {}: goes as fast as it goes; --speed is for recordings", o.from);
   if (!camera && !(o.joints.empty() && o.lens.empty()))
     throw io::InputError("--from {}: no camera or video, which --joints and --lens are for", o.from);
-  if (o.listener.readings && o.from != "boards") {
+  if (o.listener.readings && o.from != "boards")
     throw io::InputError("--from {}: --readings is for a glove with Flexor's firmware, or boards", o.from);
-  }
   if (camera && o.joints.empty())
     throw io::InputError("--from {}: a camera needs --joints: a joint file, or {}", o.from,
                          fmt::join(live::joint_files(), ", "));
@@ -63,7 +62,7 @@ std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
 void add_options(CLI::App& command, GlovePort& o) {
   auto* port = add_port(command, o.listener.port, " of the glove or of a radio");
   auto* baud = command.add_option("--baud", o.listener.baud, "of the port (default: found by listening)")
-                   ->check(CLI::PositiveNumber);
+                   ->check(CLI::Range(1e-3, 1e9));
   command.add_flag("--readings", o.listener.readings,
                    "of a glove with Flexor's firmware: readings of its strips instead of angles");
   auto* key = command.add_option(

@@ -408,7 +408,7 @@ void add(CLI::App& app) {
       ->add_option("--time-limit", o->time_limit_s,
                    "seconds after which the search of structures ends with the best so far, as at an "
                    "interrupt (Ctrl-C); reading, clocks and scoring come on top")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1e-3, 1e9));
   command->add_option("--clock-offset", r.clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
   CLI::Option* lead = command->add_option(

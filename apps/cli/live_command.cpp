@@ -104,7 +104,7 @@ void add(CLI::App& app) {
   CLI::Option* hand =
       command->add_option("--hand", o->live.hand, "serial port of the bionic hand, shown beside the glove");
   command->add_option("--baud", o->live.baud, "of the port (default: found by listening)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1e-3, 1e9));
   command->add_option(
       "--key", o->live.key,
       "pair.key of the deployment: a glove that is paired with a hand speaks to this program instead");
@@ -132,6 +132,7 @@ void add(CLI::App& app) {
   command
       ->add_option("--from", o->from, "instead of a port: a recording (CSV), played again; twin: as --demo")
       ->excludes(hand);
+  add_time_options(*command, o->live.time);
   command->add_option("--opengloves", o->opengloves,
                       "serial port or FIFO of an OpenGloves driver, which gets the fingers' bends as text");
   command->add_option("--mcap", o->mcap, "file that gets the angles as ROS 2 JointState; a new one");

@@ -89,13 +89,12 @@ class View {
 
   Json json() const {
     Json columns = Json::array();
-    for (std::size_t i = 0; i < ranges_.size(); ++i) {
+    for (std::size_t i = 0; i < ranges_.size(); ++i)
       columns.push_back({{"name", source_.columns()[i]},
                          {"now", ranges_[i].now},
                          {"least", ranges_[i].least},
                          {"most", ranges_[i].most},
                          {"remark", ranges_[i].remark}});
-    }
     return columns;
   }
 

@@ -67,7 +67,7 @@ void add(CLI::App& app) {
   command->add_option("--glove", o->glove, "the glove's serial port");
   command->add_option("--hand", o->hand, "the hand's serial port");
   command->add_option("--baud", o->baud, "of the bootloaders (default: 115200, then 57600 as old ones have)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1e-3, 1e9));
   command->add_option("--key", o->key, "file with the key, 32 hexadecimal digits (default: a new key)");
   add_shown(*command, "--out", o->out, "file that a new key is written to, for its owner alone");
 }

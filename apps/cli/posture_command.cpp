@@ -53,10 +53,9 @@ std::vector<std::string> warnings_of(const CompleteOptions& o, const posture::Co
     warn(fmt::format("{0}: mostly further extended than straight: is flexion {1} there? then --flexion {1}",
                      fmt::join(c.extended, ", "), o.job.flexion_is_positive ? "negative" : "positive"));
   }
-  if (o.job.rest_s > 0 && !c.rest_ended) {
+  if (o.job.rest_s > 0 && !c.rest_ended)
     warn(fmt::format("it ends before the {:g} s of --rest: all of it was taken for what shows the person",
                      o.job.rest_s));
-  }
   if (o.job.rest_s > 0 && c.shown_joints < posture::kJoints) {
     warn(fmt::format(
         "while at rest {} of 23 joints are shown; of the others the person's own rest is not known",
@@ -83,9 +82,8 @@ posture::Completion complete(const CompleteOptions& o) {
 Output run_complete(CompleteOptions& o) {
   if (!o.model.empty()) o.job.flexion_is_positive = true;
   o.job.ends_deg = ends_deg(o.model);
-  if (!(o.job.rest_s >= 0 && o.job.rest_s <= 3600)) {
+  if (!(o.job.rest_s >= 0 && o.job.rest_s <= 3600))
     throw io::InputError("--rest must be from 0 to 3600 seconds");
-  }
   io::require_writable(o.out);
   const posture::Completion c = complete(o);
   const std::vector<std::string> warnings = warnings_of(o, c);

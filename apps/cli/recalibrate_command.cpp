@@ -19,12 +19,11 @@ std::string in_words(const identify::Recalibration& r, const std::string& out) {
   for (const identify::RecalibratedJoint& joint : r.joints)
     text += fmt::format("{:<16}{:>14.1f} deg{:>13.1f} deg\n", joint.name, joint.change_deg, joint.se_deg);
   text += "\n";
-  for (const identify::RecalibratedSensor& s : r.sensors) {
+  for (const identify::RecalibratedSensor& s : r.sensors)
     text += s.applied
                 ? fmt::format("corrected: {}: {:.4g} times its reading {:+.4g} (standard error {:.2g})\n",
                               s.name, s.correction.gain, s.correction.shift, s.shift_se)
                 : fmt::format("kept: {}\n", s.kept);
-  }
   for (const std::string& wanted : r.wanted) text += fmt::format("wanted: {}\n", wanted);
   if (r.clock)
     text += fmt::format("clock    camera minus glove {:+.3f} s, confidence {:.2f}\n", r.clock->offset_s,

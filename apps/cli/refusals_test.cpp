@@ -154,7 +154,10 @@ TEST_F(Refusals, MotionsOfAStrayTimeStampOrCell) {
     expect_no_motion(file("cell.csv", text + "7," + cell + ",40,50,60,70\n8" + row), "cell.csv");
     expect_no_motion(file("time.csv", text + cell + row + "8" + row), "time.csv");
   }
-  for (const std::string& end : {"200000000" + row, "7,nan,40,50,60,70\n8" + row}) {
+  for (const auto& [end, says] :
+       {std::pair("200000000" + row, std::string("left out, the first is row 302")),
+        {"7,nan,40,50,60,70\n8" + row, "left out, the first is row 302"},
+        {"7,60,40,50,60,120\n8" + row, "thumb_deg, pinky_deg: angles are the bionic hand's own"}}) {
     std::string warnings;
     (void)run_job({"experiment"},
                   {{"trials", 1}, {"compensators", {"raw"}}, {"gestures", file("left.csv", text + end)}},
@@ -162,7 +165,7 @@ TEST_F(Refusals, MotionsOfAStrayTimeStampOrCell) {
                     if (event.contains("warning")) warnings += event.dump();
                     return true;
                   });
-    EXPECT_NE(warnings.find("left out, the first is row 302"), std::string::npos) << warnings;
+    EXPECT_NE(warnings.find(says), std::string::npos) << warnings;
   }
 }
 

@@ -29,10 +29,9 @@ class ReportTest : public testing::Test {
 
   std::map<std::string, std::string> files() const {
     std::map<std::string, std::string> out;
-    for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
+    for (const auto& entry : fs::recursive_directory_iterator(folder_))
       if (entry.is_regular_file())
         out[entry.path().lexically_relative(folder_)] = io::read_file(entry.path());
-    }
     return out;
   }
 
@@ -66,9 +65,8 @@ class ReportTest : public testing::Test {
     report::render(folder_, true);
     const auto first = files();
     EXPECT_GT(first.size(), saved.size());
-    for (const auto& [name, bytes] : first) {
+    for (const auto& [name, bytes] : first)
       if (!saved.contains(name)) fs::remove(folder_ / name);
-    }
     report::render(folder_, true);
     EXPECT_EQ(files(), first);
     expect_no_harm(Json::parse(read("results.json")), Json::json_pointer());

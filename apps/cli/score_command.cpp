@@ -104,10 +104,9 @@ Json score_of(const Options& o, const recording::Recording& measured, const std:
     throw io::InputError("{} and {}: {}{}; {}", o.reference, o.estimate, name, error.what(),
                          clocks ? shift : "shift one with --estimate-offset");
   }
-  if (s.left_out > 0) {
+  if (s.left_out > 0)
     log_note(fmt::format("{}{} of {} samples lie in gaps of the other file and are left out", name,
                          s.left_out, s.left_out + s.samples));
-  }
   const bool is_better = clocks && 2 * compared(behind_s).rmse_deg < s.lag_removed_rmse_deg;
   if (is_better) {
     log_warning(name + shift);

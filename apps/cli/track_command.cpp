@@ -33,12 +33,10 @@ Json assignments_of(const std::vector<std::string>& assignments) {
     const auto equals = text.find('=');
     int number = 0;
     const char* const end = text.data() + std::min(equals, text.size());
-    if (equals == std::string::npos || std::from_chars(text.data(), end, number).ptr != end || equals == 0) {
+    if (equals == std::string::npos || std::from_chars(text.data(), end, number).ptr != end || equals == 0)
       throw io::InputError("--assign {}: must be NUMBER=MARK, as in 3=index_tip", text);
-    }
-    if (!taken.insert(number).second) {
+    if (!taken.insert(number).second)
       throw io::InputError("--assign: candidate {} is given two names", number);
-    }
     out.push_back({{"number", number}, {"mark", io::bytes_to_json(text.substr(equals + 1))}});
   }
   return out;

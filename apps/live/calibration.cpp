@@ -113,9 +113,8 @@ const char* name_of(Reference reference) {
 }
 
 Reference reference_of(const std::string& name) {
-  for (const Reference r : {Reference::marks, Reference::poses, Reference::markerless, Reference::drawn}) {
+  for (const Reference r : {Reference::marks, Reference::poses, Reference::markerless, Reference::drawn})
     if (name == name_of(r)) return r;
-  }
   throw io::InputError("\"reference\" is \"{}\"; known: marks, poses, markerless, drawn", name);
 }
 

@@ -13,6 +13,7 @@
 #include "apps/live/sessions.hpp"
 #include "apps/live/words.hpp"
 #include "apps/live/worn_glove.hpp"
+#include "host/recording/time.hpp"
 
 namespace flexor::live {
 
@@ -30,6 +31,7 @@ struct LiveOptions {
   double lead_s = 0;  // of models that are identified: by which what follows the glove comes after it
   std::shared_ptr<WornGlove> worn;
   std::filesystem::path recording;  // played again at first, instead of a port
+  recording::TimeOptions time;      // of recordings that are played again
   // What hears the angles of a model's joints, opened when it is worn.
   std::vector<Outs::Open> outs;
 };

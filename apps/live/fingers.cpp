@@ -56,9 +56,8 @@ void Fingers::take_off() {
 
 std::size_t Fingers::column_of(const model::Input& input) const {
   const std::string& wanted = input.column.empty() ? input.name : input.column;
-  for (std::size_t c = 0; c < names_.size(); ++c) {
+  for (std::size_t c = 0; c < names_.size(); ++c)
     if (names_[c] == wanted) return c;
-  }
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     const bool same_unit = columns_[c].unit == input.unit || columns_[c].unit.empty() || input.unit.empty();
     if (same_unit && columns_[c].name == recording::cut_name(wanted).name) return c;

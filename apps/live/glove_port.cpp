@@ -187,7 +187,7 @@ void GlovePort::let_go() {
 }
 
 void GlovePort::play(const std::filesystem::path& file, const std::string& name) {
-  auto source = std::make_shared<listen::ReplaySource>(file);
+  auto source = std::make_shared<listen::ReplaySource>(file, 1, options_.time);
   end_search();
   attach(std::move(source), std::string(port_), DeviceEvent::plays);
   replayed_ = name;

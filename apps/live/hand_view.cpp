@@ -64,9 +64,8 @@ WholeHand HandView::complete(const Newest& newest) {
     const double reading = readings[static_cast<Eigen::Index>(i)];
     if (std::isfinite(reading)) estimate.angle_deg[inputs_[i].input.joints.front()] = reading;
   }
-  for (int j = 0; j < posture::kJoints; ++j) {
+  for (int j = 0; j < posture::kJoints; ++j)
     if (posture::flexes(j)) estimate.angle_deg[j] *= -1;
-  }
   return {newest.host_s, estimate.angle_deg, estimate.se_deg};
 }
 

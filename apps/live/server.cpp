@@ -146,9 +146,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   asio::awaitable<void> serve() {
     bool goes_on = has_place;
-    if (!goes_on) {
+    if (!goes_on)
       co_await say(http::status::service_unavailable, "too many connections: close a tab of this page");
-    }
     for (seconds patience = kHeadTime; goes_on; patience = kIdleTime) goes_on = co_await next(patience);
     if (!socket_.is_open() && line().socket().is_open()) co_await end_in_order();
   }

@@ -223,9 +223,8 @@ void Worn::choose(io::JsonReader& parts) {
     const std::filesystem::path first = context_.options.model;
     const bool is_first = !name.empty() && name == first.filename();
     Session of;
-    for (const Session& session : context_.sessions.list()) {
+    for (const Session& session : context_.sessions.list())
       if (name.starts_with(session.name + "/")) of = session;
-    }
     wear(of, is_first ? first : context_.sessions.file(name, kMostModelBytes));
   }
   is_chosen_ = true;

@@ -645,10 +645,9 @@ std::vector<Additive> fit_additive(const std::vector<Session>& sessions, double 
                                    const std::string& joint, const Candidates& candidates, const Drift& drift,
                                    const Accept& accept, const Step& step) {
   const Stack stack(sessions);
-  if (std::ssize(stack.used) < kLeastSamples) {
+  if (std::ssize(stack.used) < kLeastSamples)
     throw io::JobError("{}: {} samples to fit, at least {} are needed: record longer", joint,
                        stack.used.size(), kLeastSamples);
-  }
   const model::Saturation ends = limits_of(stack, kEnds);
   if (!(ends.upper_deg > ends.lower_deg)) throw io::JobError("{}: its angle hardly changes", joint);
   const Search search(stack, period_s);

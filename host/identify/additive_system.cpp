@@ -51,9 +51,8 @@ std::vector<double> knots_of(const std::vector<double>& u, int count) {
   }
   out.insert(out.begin(), low - kBeyond * range);
   out.push_back(std::max(low + range, out.back()) + kBeyond * range);
-  if (range > 100 * kGrid * count) {
+  if (range > 100 * kGrid * count)
     for (double& x : out) x = std::round(x / kGrid) * kGrid;
-  }
   return out;
 }
 
@@ -120,9 +119,8 @@ Stack::Stack(const std::vector<Session>& sessions) {
     begin.push_back(at);
     input.middleRows(at, s.angle_deg.size()) = s.input;
     angle.segment(at, s.angle_deg.size()) = s.angle_deg;
-    for (std::size_t k = 0; k < s.use.size(); ++k) {
+    for (std::size_t k = 0; k < s.use.size(); ++k)
       if (s.use[k]) all.push_back(at + static_cast<Index>(k));
-    }
     at += s.angle_deg.size();
   }
   begin.push_back(rows);
@@ -461,9 +459,8 @@ void System::make_penalties(const Branches& branches) {
     const MatrixXd bend = second_differences(knots_[static_cast<std::size_t>(own / per_sensor)]);
     smooth_.block(b * n, b * n, n, n) = (b < still ? 1 : kMotion) * bend.transpose() * bend;
     // Into where nothing was read, each curve goes on straight.
-    for (const Index end : {Index{0}, bend.rows() - 1}) {
+    for (const Index end : {Index{0}, bend.rows() - 1})
       if (bend.rows() > 0) straight_.block(b * n, b * n, n, n) += bend.row(end).transpose() * bend.row(end);
-    }
     if (b < still && own % per_sensor > 0) plays_.segment(b * n, n).setOnes();
   }
 }

@@ -34,16 +34,14 @@ AnyEstimator estimator_of(const model::Model& model, const std::string& arithmet
 
 Applied apply(const model::Model& model, recording::LogReader& log, const ApplyOptions& o,
               const std::function<void(const Estimate&)>& sink) {
-  for (const model::Joint& joint : model.joints) {
+  for (const model::Joint& joint : model.joints)
     if (o.intervals && !joint.accuracy)
       throw io::InputError(
           "{}: {} does not say how accurate it is: identify it with --pair, or leave out --intervals",
           o.source, joint.name);
-  }
-  for (std::size_t i = 0; i < model.inputs.size(); ++i) {
+  for (std::size_t i = 0; i < model.inputs.size(); ++i)
     if (const auto note = unit_note(model.inputs[i], log.name(), log.columns()[i], log.units()[i]))
       o.note(*note);
-  }
   recording::Stream stream(log, recording::Resets::follow);
   Applied out{{}, model::RangeCount(model), 0};
   const auto run = [&](auto& estimator) {

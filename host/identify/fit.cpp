@@ -413,11 +413,10 @@ class Fitter {
     if (options_.initial) starts.push_back(predictor_.theta(options_.initial->chain));
     if (gain_alone()) add_dead_zones(starts);
     std::vector<std::pair<Solution, std::size_t>> tried;
-    for (std::size_t k = 0; k < starts.size(); ++k) {
+    for (std::size_t k = 0; k < starts.size(); ++k)
       tried.emplace_back(deviation_deg_ > 0 ? Solution{starts[k], 0, 0}
                                             : solve(own_problem_, starts[k], free_, kInfinity, kFirst),
                          k);
-    }
     std::ranges::stable_sort(tried, {}, [](const auto& one) { return one.first.cost; });
     for (std::size_t k = 0; k < std::min(kGoOn, tried.size()); ++k) {
       auto& [s, start] = tried[k];
@@ -608,9 +607,8 @@ int correlation_length(const VectorXd& residual) {
   if (!(variance > 0)) return 0;
   const double threshold = 2 / std::sqrt(static_cast<double>(n));
   const auto most = static_cast<int>(std::min<Index>(n / 20, kMaxLags));
-  for (int lag = 1; lag <= most; ++lag) {
+  for (int lag = 1; lag <= most; ++lag)
     if (r.head(n - lag).dot(r.tail(n - lag)) / variance < threshold) return lag - 1;
-  }
   return most;
 }
 
@@ -618,9 +616,8 @@ int correlation_length(const VectorXd& residual) {
 
 std::vector<Index> used_rows(const Data& data, bool own) {
   std::vector<Index> rows;
-  for (Index k = 0; k < (own ? data.size() : data.weight.size()); ++k) {
+  for (Index k = 0; k < (own ? data.size() : data.weight.size()); ++k)
     if (data.weight(k) > 0) rows.push_back(k);
-  }
   return rows;
 }
 
@@ -643,9 +640,8 @@ Uncertainty uncertainty(const VectorXd& residual, const MatrixXd& jacobian, doub
   MatrixXd weighted(n + prior.rows(), p);
   weighted << (jacobian.array().colwise() * root_weight).matrix(), prior;
   const VectorXd norms = weighted.colwise().norm();
-  for (Index i = 0; i < p; ++i) {
+  for (Index i = 0; i < p; ++i)
     if (!(norms(i) > 0)) result.undetermined.push_back(static_cast<int>(i));
-  }
   if (!result.undetermined.empty()) return result;
 
   const VectorXd scale = norms.cwiseInverse();

@@ -104,7 +104,7 @@ void check_angles(const std::map<std::string, model::Ends>& angles, const std::v
   }
 }
 
-void add_joint(model::Model& m, const Sensor& sensor, double adc_top, double open, double fist,
+void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
                const std::map<std::string, model::Ends>& angles) {
   const std::string& joint = sensor.input.name;
   const auto told = angles.find(joint);
@@ -112,9 +112,10 @@ void add_joint(model::Model& m, const Sensor& sensor, double adc_top, double ope
   model::Input input = sensor.input;
   if (std::ranges::count(model::finger_names(), joint) > 0) input.strip = joint;
   const double span = std::abs(fist - open);
-  const bool counts = input.unit == "count";
-  input.valid_min = counts ? 1 : std::min(open, fist) - kBeyondPoses * span;
-  input.valid_max = counts ? adc_top - 1 : std::max(open, fist) + kBeyondPoses * span;
+  if (input.unit != "count") {
+    input.valid_min = std::min(open, fist) - kBeyondPoses * span;
+    input.valid_max = std::max(open, fist) + kBeyondPoses * span;
+  }
   const double gain = scale_to_counts(input);
   input.poses = model::Poses{gain * open, gain * fist};
   for (double& reading : input.readings->reading) reading *= gain;
@@ -152,9 +153,16 @@ bool tells_apart(const Sensor& sensor, std::size_t i, const Held& held, std::vec
     return false;
   }
   bool is_one = true;
+  const bool counts = sensor.input.unit == "count";
   for (const auto& [pose, rests] : {std::pair("open hand", &held.open), std::pair("fist", &held.fist)}) {
     const auto [least, most] = std::ranges::minmax(readings_in(*rests, i));
     const double apart = (most - least) / span;
+    if (counts && (least < sensor.input.valid_min || most > sensor.input.valid_max)) {
+      warnings.push_back(
+          fmt::format("{} jumps to its converter's end in the {}: left out; is its strip broken?",
+                      sensor.input.column, pose));
+      return false;
+    }
     is_one = is_one && apart <= kOneHold;
     if (apart <= kSameHold) continue;
     warnings.push_back(fmt::format("{}: the {} was held in ways that differ by {:.0f} % of the range{}",
@@ -188,7 +196,7 @@ void order(Held& held, FirstPose first, const std::vector<Sensor>& sensors,
 FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& options) {
   FromPoses out;
   std::vector<std::string> left_out;
-  const std::vector<Sensor> sensors = sensors_of(log, options.joints, left_out, out.warnings);
+  std::vector<Sensor> sensors = sensors_of(log, options.joints, left_out, out.warnings);
   check_angles(options.angles, sensors);
   Held held = held_in(log, sensors);
   order(held, options.first, sensors, out.warnings);
@@ -204,9 +212,12 @@ FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& 
   for (const Sensor& sensor : sensors)
     most = std::max(most, sensor.input.unit == "count" ? std::ranges::max(*sensor.value) : 0);
   for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const recording::Range valid = recording::counts_that_tell(*sensors[i].value, recording::adc_top(most));
+    sensors[i].input.valid_min = valid.min;  // of counts
+    sensors[i].input.valid_max = valid.max;
     if (tells_apart(sensors[i], i, held, out.warnings)) {
-      add_joint(out.model, sensors[i], recording::adc_top(most), median(readings_in(held.open, i)),
-                median(readings_in(held.fist, i)), options.angles);
+      add_joint(out.model, sensors[i], median(readings_in(held.open, i)), median(readings_in(held.fist, i)),
+                options.angles);
     } else {
       left_out.push_back(sensors[i].input.column);
     }

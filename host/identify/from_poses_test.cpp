@@ -71,15 +71,21 @@ TEST(FromPoses, VoltsAndTwelveBitsAreHeldAsFinelyAsCounts) {
   }
 }
 
-TEST(FromPoses, AStripThatOnlyTremblesIsNamedAndTheOthersAreFitted) {
+TEST(FromPoses, AStripThatOnlyTremblesOrJumpsToTheEndIsNamedAndTheOthersAreFitted) {
   recording::Recording log = log_of({0, 1, 0, 1}, 1);
   recording::Column dead{"middle_count", {}, "count"};
   for (std::size_t k = 0; k < log.t_s.size(); ++k) dead.value.push_back(360 + static_cast<double>(k % 3) - 1);
   log.columns.push_back(dead);
   log.columns.push_back({"ring_count", std::vector<double>(log.t_s.size(), 1023), "count"});
+  for (const char* name : {"pinky_count", "wrist_count"})
+    log.columns.push_back({name, log.columns[0].value, "count"});
+  for (double& u : log.columns[0].value) u = std::clamp(std::round(5.4 * (u - 305)), 0.0, 1023.0);
+  for (double& u : log.columns[5].value) u = u > 450 ? 1023 : u;
   const FromPoses r = model_from_poses(log, {});
-  EXPECT_EQ(r.model.joints.size(), 2U);
-  ASSERT_EQ(r.warnings.size(), 3U);
+  EXPECT_EQ(r.model.joints.size(), 3U);
+  EXPECT_EQ(r.model.inputs[0].valid_max, 1023);
+  ASSERT_EQ(r.warnings.size(), 4U);
+  EXPECT_TRUE(r.warnings[3].starts_with("pinky_count jumps to its converter's end in the fist"));
   EXPECT_EQ(r.warnings[1], "ring_count hardly moves, by 0 from 1023: left out; is its strip connected?");
   EXPECT_EQ(r.warnings[0], "middle_count hardly moves, by 2 from 359: left out; is its strip connected?");
 }

@@ -220,19 +220,17 @@ void warn_of_holdout(const Sampled& sampled, const JointResult& joint, std::vect
   if (const auto text = score::in_words_left_out(joint.holdout.left_out,
                                                  joint.holdout.samples + joint.holdout.left_out, "scored"))
     warnings.push_back(fmt::format("{}: {}", joint.name, *text));
-  if (joint.holdout.rmse_deg > kMuchWorse * joint.fitted_rmse_deg) {
+  if (joint.holdout.rmse_deg > kMuchWorse * joint.fitted_rmse_deg)
     warnings.push_back(
         fmt::format("{}: the error on unseen data is {:.1f} times the error on the fitted part: the glove "
                     "changed during the recording, or the motion did",
                     joint.name, joint.holdout.rmse_deg / joint.fitted_rmse_deg));
-  }
-  if (joint.hold_drift_deg > kMostDrift_deg && joint.verdict.advises) {
+  if (joint.hold_drift_deg > kMostDrift_deg && joint.verdict.advises)
     warnings.push_back(
         fmt::format("{}: held still, its angle goes on by {:.1f} deg, as the sensor crept in the recording: "
                     "hold the hand for a "
                     "minute, and where that is wrong take --structure hysteresis, or record longer holds",
                     joint.name, joint.hold_drift_deg));
-  }
   for (const std::string& refusal : joint.baseline_refusals)
     warnings.push_back(fmt::format("{}: baseline {}", joint.name, refusal));
   double moved_deg = 0;
@@ -345,13 +343,12 @@ void describe(const Options& options, const std::vector<Take>& takes, Result& r)
   const auto name = [](const recording::Recording& one) {
     return io::to_utf8(std::filesystem::path(one.source).filename().string());
   };
-  for (std::size_t p = 0; p < takes.size(); ++p) {
+  for (std::size_t p = 0; p < takes.size(); ++p)
     pairs.push_back({{"sensor", name(takes[p].sensor)},
                      {"sensor_digest", takes[p].sensor.digest},
                      {"reference", name(takes[p].reference.front())},
                      {"reference_digest", takes[p].reference.front().digest},
                      {"clock_offset_s", r.clocks[p].offset_s}});
-  }
   r.model.training = {{"pairs", std::move(pairs)},
                       {"split", options.split},
                       {"fit_all", options.fit_all},
@@ -704,9 +701,8 @@ std::vector<Unit> units_of(const Options& options, const std::vector<PairFiles>&
     const auto at = static_cast<double>(b);
     out.push_back({fmt::format("block {} of {}", b + 1, kBlocks), all, at * kShare, (at + 1) * kShare});
   }
-  if (options.leave_out == LeaveOut::take) {
+  if (options.leave_out == LeaveOut::take)
     for (const std::size_t p : all) out.push_back({names_of(takes)[p], {p}});
-  }
   std::map<std::filesystem::path, std::vector<std::size_t>> folders;
   for (const std::size_t p : all)
     folders[std::filesystem::weakly_canonical(takes[p].sensor).parent_path()].push_back(p);
@@ -937,9 +933,8 @@ Result identify(std::vector<Take> takes, const Options& asked, const Step& step)
   const auto start = std::chrono::steady_clock::now();
   fit_model(options, asked_for(options), takes, samples, step, r);
   r.fit_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  for (const JointResult& joint : r.joints) {
+  for (const JointResult& joint : r.joints)
     if (joint.untried > 0) r.warnings.push_back(fmt::format("{}: {}", joint.name, kStopped));
-  }
   score_joints(options, takes, samples, stuck, r);
   if (options.leave_out != LeaveOut::none) leave_out(options, takes, step, r);
   r.proven = r.model;

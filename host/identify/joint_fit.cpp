@@ -190,12 +190,11 @@ SumFit fit_sum(const Candidates& candidates, const Task& task) {
     out.rows.back().chosen = k == at;
   }
   const auto donned_loss = [&](std::size_t k) { return mean(all[k].fold_loss); };
-  for (std::size_t k = 0; k < all.size(); ++k) {
+  for (std::size_t k = 0; k < all.size(); ++k)
     explain(out.rows, out.rows[k],
             mean(all[k].plain_loss) > mean(all[at].plain_loss) ? "its loss over the folds is larger"
             : donned_loss(k) > donned_loss(at)                 ? "put on a little otherwise it errs more"
                                                                : "larger, for too small a gain");
-  }
   return sum;
 }
 
@@ -395,11 +394,10 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
   const double wander = wander_deg(one.model, sessions, one.sensors);
   const double most_deg =
       kWandersAlike * std::max(wander_deg(still.model, sessions, still.sensors), kMostDrift_deg);
-  if (wander > most_deg) {
+  if (wander > most_deg)
     return fmt::format(
         "while the finger holds still its error wanders by {0:.{2}f} degrees, at most {1:.{2}f} are allowed",
         wander, most_deg, std::clamp(1 - static_cast<int>(std::floor(std::log10(wander - most_deg))), 1, 9));
-  }
   Eigen::Index longest = 0;
   Eigen::Index rows = 0;
   for (const Session& session : sessions) {
@@ -415,11 +413,10 @@ std::string creep_refusal(const JointFit& one, const JointFit& still, const std:
       static_cast<double>(longest) * period_s >= kShowsCreep_s || (memories >= kMemories && left <= kShown);
   const double most_drift_deg =
       std::min(is_shown ? HUGE_VAL : kUnseenDrift * still.cross_validated_deg, kMostCreep_deg);
-  if (!is_certain && one.hold_drift_deg > most_drift_deg) {
+  if (!is_certain && one.hold_drift_deg > most_drift_deg)
     return fmt::format(
         "held still, its angle drifts by {:.1f} degrees within a minute, {}", one.hold_drift_deg,
         is_shown ? "and its error is not halved" : "and the recording has no hold that shows it");
-  }
   const bool pays = one.cross_validated_deg <= (1 - kCreepPays) * still.cross_validated_deg;
   if (pays && gain_in_errors(one.fold_loss, still.fold_loss) > kSure) return "";
   return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute, for too small a gain",
@@ -433,9 +430,8 @@ CandidateRow JointFit::row() const {
 }
 
 std::string refusal_of(const model::Model& model, double drift_deg) {
-  if (drift_deg > kMostDrift_deg) {
+  if (drift_deg > kMostDrift_deg)
     return fmt::format("held still, its angle drifts by {:.1f} degrees within a minute", drift_deg);
-  }
   const model::Model board = model::folded(model).model;
   if (!std::ranges::all_of(board.inputs, model::holds_readings)) return "";
   try {
@@ -479,17 +475,15 @@ model::Model joint_model(const model::Model& inputs, const Additive& fit, const 
     for (double& radius : board.radii[s]) radius *= gain;
   }
   add_to(own, board, joint.sensors, joint.joint);
-  for (std::size_t i = 0; i < gains.size(); ++i) {
+  for (std::size_t i = 0; i < gains.size(); ++i)
     if (gains[i] != 1) own = model::corrected(std::move(own), i, {gains[i], 0});
-  }
   return own;
 }
 
 void append(const model::Model& one, model::Model& model) {
-  for (const model::Block& block : one.blocks) {
+  for (const model::Block& block : one.blocks)
     if (std::ranges::find(model.blocks, block.to, &model::Block::to) == model.blocks.end())
       model.blocks.push_back(block);
-  }
   model.joints.insert(model.joints.end(), one.joints.begin(), one.joints.end());
 }
 
@@ -522,10 +516,9 @@ JointFit fit_joint(const Task& task, const std::string& structure, const std::op
   std::erase_if(candidates.branches, [&](const Branches& b) {
     return joint.sensors.size() * (b.still() + b.lags_s.size()) > model::kMaxTerms;
   });
-  if (candidates.branches.empty()) {
+  if (candidates.branches.empty())
     throw InputError("{}: {} of {} sensors has more than the {} curves and motions that a model holds",
                      joint.joint, structure, joint.sensors.size(), model::kMaxTerms);
-  }
   SumFit sum = fit_sum(candidates, task);
   JointFit out = sum.still;
   const bool has_chains = structure == "auto" && joint.sensors.size() == 1;

@@ -79,9 +79,8 @@ std::optional<std::string> clipped(const std::vector<double>& seen, const std::v
   const auto [low, high] = range(other);
   for (const double extreme : {std::ranges::min(seen), std::ranges::max(seen)}) {
     std::vector<double> meanwhile;
-    for (std::size_t k = 0; k < seen.size(); ++k) {
+    for (std::size_t k = 0; k < seen.size(); ++k)
       if (seen[k] == extreme) meanwhile.push_back(other[k]);
-    }
     if (static_cast<double>(meanwhile.size()) < kStands * static_cast<double>(seen.size())) continue;
     const auto [from, to] = range(meanwhile);
     if (to - from >= kMovesOn * (high - low))

@@ -29,9 +29,8 @@ constexpr double kDoubt = 10;  // standard errors
 MatrixXd gains(const Additive& fit, std::size_t plays, double sign, Index columns) {
   const std::vector<double>& knots = fit.knots.front();
   std::vector<double> at = knots;
-  for (std::size_t p = 0; p < plays; ++p) {
+  for (std::size_t p = 0; p < plays; ++p)
     for (const double knot : knots) at.push_back(knot + sign * fit.radii.front()[p]);
-  }
   std::erase_if(at, [&](double u) { return u < knots.front() || u > knots.back(); });
   std::ranges::sort(at);
   const auto add = [&](std::size_t branch, double u, double share, auto row) {
@@ -116,9 +115,8 @@ VectorXd nonnegative(const MatrixXd& d, const VectorXd& b) {
       const VectorXd to = MatrixXd(d(free, free)).completeOrthogonalDecomposition().solve(b(free));
       const VectorXd at = x(free);
       double share = 1;
-      for (Index k = 0; k < to.size(); ++k) {
+      for (Index k = 0; k < to.size(); ++k)
         if (to(k) <= 0) share = std::min(share, at(k) / (at(k) - to(k)));
-      }
       x(free) = at + share * (to - at);
       if (share == 1) break;
       std::erase_if(free, [&](Index k) {
@@ -149,9 +147,8 @@ void make_monotone(const MatrixXd& gram, const MatrixXd& penalty, Additive& fit)
   const VectorXd gain = ways.gain * free;
   const std::vector<bool> doubtful = doubts(ways, gain, error);
   std::vector<Index> kept;
-  for (Index k = 0; k < gain.size(); ++k) {
+  for (Index k = 0; k < gain.size(); ++k)
     if (doubtful[static_cast<std::size_t>(k)]) kept.push_back(k);
-  }
   if (kept.empty() || gain(kept).minCoeff() >= 0) return;
   const MatrixXd moves = spread(Eigen::all, kept);
   fit.set_coefficients(free + moves * nonnegative(ways.gain(kept, Eigen::all) * moves, -gain(kept)),

@@ -380,14 +380,15 @@ void check_camera(const model::Model& model, const Seen& seen, const std::vector
 }
 
 // Where nothing was applied though no sensor said what it wants.
-std::string wanted_instead(const Recalibration& r, bool may_be_chance) {
+std::string wanted_instead(const Recalibration& r, bool has_motion, bool may_be_chance) {
   if (!r.misfits.empty())
     return "strips as they were where the model was made: see what does not fit; or identify a model anew";
-  if (may_be_chance)
-    return "open hand and fist once more, held as they were where the model was made, or a camera (--pair): "
-           "what the poses tell may be chance";
-  return "nothing where the angles are right; else a camera (--pair): no change that was told is larger than "
-         "0.7 of its standard errors";
+  const std::string tells = has_motion
+                                ? "a camera (--pair): "
+                                : "thirty seconds of ordinary motion (--recording) or a camera (--pair): ";
+  if (may_be_chance) return tells + "what the poses tell may be chance";
+  return "nothing where the angles are right; else " + tells +
+         "no change that was told is larger than 0.7 of its standard errors";
 }
 
 }  // namespace
@@ -432,7 +433,8 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
   if (!shifted_alone.empty())
     out.notes.push_back(fmt::format("{}: shifted alone, the gain is not told: {}",
                                     fmt::join(shifted_alone, ", "), kTellsGain));
-  if (!out.applied && out.wanted.empty()) out.wanted.push_back(wanted_instead(out, may_be_chance));
+  if (!out.applied && out.wanted.empty())
+    out.wanted.push_back(wanted_instead(out, !request.motion.empty(), may_be_chance));
   out.joints = joints_of(known.model, cases);
   return out;
 }

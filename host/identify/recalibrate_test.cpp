@@ -297,6 +297,13 @@ TEST(RecalibrateFromPoses, OneFingerThatMovesBreaksNoStrip) {
   expect_says(r.wanted, "1 of 3 sensors moved");
 }
 
+TEST(RecalibrateFromPoses, TheMotionThatIsWantedTellsWhatMayBeChance) {
+  RecalibrationRequest request = held(Corrections(3, {1, 25}));
+  expect_says(recalibrate(request).wanted, "--recording");
+  request.motion = worn(Corrections(3, {1, 25}), 5, 0.01, 1).motion;
+  EXPECT_TRUE(recalibrate(request).applied);
+}
+
 // Other tools depend on it: where nothing is applied, what is wanted is said.
 TEST(Recalibrate, WhatDoesNotSufficeIsSaid) {
   const double straight = kTestStraight;

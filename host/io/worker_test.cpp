@@ -42,10 +42,9 @@ TEST(Worker, ArgumentsAndResultsKeepTheirBits) {
   numbers.push_back(UINT64_MAX);
   const Json back = worker.run("echo", {{"numbers", numbers}, {"text", "Größe\n\"x\""}});
   ASSERT_EQ(back.at("numbers").size(), numbers.size());
-  for (std::size_t i = 0; i + 1 < numbers.size(); ++i) {
+  for (std::size_t i = 0; i + 1 < numbers.size(); ++i)
     ASSERT_EQ(std::bit_cast<std::uint64_t>(back.at("numbers")[i].get<double>()),
               std::bit_cast<std::uint64_t>(numbers[i].get<double>()));
-  }
   EXPECT_EQ(back.at("numbers").back().get<std::uint64_t>(), UINT64_MAX);
   EXPECT_EQ(back.at("text"), "Größe\n\"x\"");
   const std::string name = "caf\xe9\n\xff.mp4";

@@ -191,18 +191,16 @@ std::string remark_of_board(std::uint8_t faults) {
   static constexpr std::array kNames = {"supply dip", "converter stuck", "started by a brown-out",
                                         "started by the watchdog", "a driver that did not stop"};
   std::string out;
-  for (std::size_t bit = 0; bit < kNames.size(); ++bit) {
+  for (std::size_t bit = 0; bit < kNames.size(); ++bit)
     if ((faults >> bit & 1) != 0) out += (out.empty() ? "" : ", ") + std::string(kNames.at(bit));
-  }
   return out;
 }
 
 class HandFrames : public FrameDecoder {
  public:
   HandFrames() : FrameDecoder(link::Type::telemetry) {
-    for (const char* unit : {"deg", "duty_percent", "fault"}) {
+    for (const char* unit : {"deg", "duty_percent", "fault"})
       for (const char* finger : recording::kFingers) columns_.push_back(fmt::format("{}_{}", finger, unit));
-    }
     columns_.emplace_back("board_faults");
   }
 

@@ -53,8 +53,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::span bytes(data, size);
   for (const Format format : {Format::frames, Format::hand, Format::lines}) decode(format, false, bytes);
   decode(Format::frames, true, bytes);
-  for (const bool readings : {false, true}) {
+  for (const bool readings : {false, true})
     if (const auto guessed = guess(bytes, readings)) require(guessed->share >= 0.5 && guessed->share <= 1);
-  }
   return 0;
 }

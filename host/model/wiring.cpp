@@ -89,7 +89,7 @@ Wiring wiring_of(const Model& model) {
   if (std::ranges::none_of(out.joint, [](const auto& joint) { return joint.has_value(); })) {
     throw io::InputError(
         "none of the model's joints is a finger's ({}): a board moves {}; identify it as one of them: "
-        "--map index=SENSOR:ANGLE",
+        "--map index=SENSOR:ANGLE, with --poses --joints index,...",
         model.joints.front().name, fmt::join(names, ", "));
   }
   add_strips(model, graph, out);

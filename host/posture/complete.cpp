@@ -30,9 +30,8 @@ std::uint32_t bit(Index input) { return std::uint32_t{1} << input; }
 
 std::vector<Index> inputs_of(std::uint32_t mask) {
   std::vector<Index> out;
-  for (Index input = 0; mask >> input != 0; ++input) {
+  for (Index input = 0; mask >> input != 0; ++input)
     if (mask & bit(input)) out.push_back(input);
-  }
   return out;
 }
 
@@ -240,9 +239,8 @@ bool Completer::sensed_alone(Mask mask, int joint) const {
 void Completer::keep_sum(const std::vector<int>& joints, double sum_deg, Estimate& estimate) const {
   const auto& [low_deg, high_deg] = posture_.limits;
   std::vector<int> free = joints;
-  for (const int joint : joints) {
+  for (const int joint : joints)
     estimate.angle_deg[joint] = std::clamp(estimate.angle_deg[joint], low_deg[joint], high_deg[joint]);
-  }
   while (!free.empty()) {
     double lacking_deg = sum_deg;
     double total_deg2 = 0;

@@ -244,11 +244,10 @@ TEST(CompletingTables, WithoutAnyAngleOfTheHandIsRefused) {
 TEST(CompletingTables, TakesABendFromItsColumnOrItsJoints) {
   const Recorded r = test::person(83);
   std::string text = "t_s,index_deg\n";
-  for (Index row = 0; row < 40; ++row) {
+  for (Index row = 0; row < 40; ++row)
     text += fmt::format(
         "{:.1f},{:.2f}\n", r.t_s[static_cast<std::size_t>(row)],
         std::round(100 * r.hands_deg(row, 4)) / 100 + std::round(100 * r.hands_deg(row, 5)) / 100);
-  }
   const auto column = lines_of(text, {{"index_deg"}, {"index=index_mcp+index_pip"}, 0});
   const auto joints =
       lines_of(table_of(r, 40), {{"index_mcp_deg", "index_pip_deg"}, {"index=index_mcp+index_pip"}, 0});

@@ -108,9 +108,8 @@ void check_span(const Series& series) {
   const double readings = static_cast<double>(t.size());
   if ((t.back() - t.front()) * kRate_hz <= kMostAnyway + kMostPerReading * readings) return;
   std::size_t widest = 1;
-  for (std::size_t i = 1; i < t.size(); ++i) {
+  for (std::size_t i = 1; i < t.size(); ++i)
     if (t[i] - t[i - 1] > t[widest] - t[widest - 1]) widest = i;
-  }
   throw io::JobError("a log pauses from {:.1f} s to {:.1f} s, far longer than it runs: cut it there",
                      t[widest - 1], t[widest]);
 }
@@ -469,12 +468,11 @@ double probability(const Alignment& found, double overlap_share, const Rivals& r
 }
 
 std::string low_confidence(const Alignment& found, const Rivals& rivals) {
-  if (rivals.as_good < 1 && found.velocity_correlation < kRelated) {
+  if (rivals.as_good < 1 && found.velocity_correlation < kRelated)
     return fmt::format(
         "the two recordings hardly move together (their velocities correlate by {:.2f}): are they of the "
         "same take and finger?",
         found.velocity_correlation);
-  }
   return fmt::format(
       "the alignment is ambiguous: offset {:+.1f} s explains almost as much as {:+.1f} s; record a motion "
       "that does not repeat itself",
@@ -560,10 +558,9 @@ Alignment align(const Series& sensor, const Series& reference) {
   const Sampled a = velocity(sensed, scales.smoothing_s);
   const Sampled b = velocity(seen, scales.smoothing_s);
   const auto refined = refine(a, b, coarse_lag, scales.reach_s, 0, std::ssize(a.value));
-  if (!refined) {
+  if (!refined)
     result.warnings.emplace_back(
         "the velocities of the two recordings do not line up clearly: the offset is good to 0.2 s at best");
-  }
   const double lag = refined ? refined->lag : coarse_lag;
   result.velocity_correlation = refined ? refined->correlation : 0;
   result.clock_offset_s = start_difference + lag / kRate_hz;

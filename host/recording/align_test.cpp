@@ -172,9 +172,8 @@ TEST(Align, AUsersOffsetIsCheckedAgainstTheSignals) {
 TEST(Align, ASensorThatTurnsBackOverPartOfTheRangeStillAligns) {
   TwoLogs p = make(2.5);
   const SlowMotion motion(3, 130, 3);
-  for (std::size_t k = 0; k < p.sensor.size(); ++k) {
+  for (std::size_t k = 0; k < p.sensor.size(); ++k)
     p.sensor[k] = 500 - 0.2 * std::pow(motion(p.sensor_t[k]) - 35, 2);
-  }
   EXPECT_NEAR(p.align().clock_offset_s, 2.5, 0.1);
 }
 
@@ -278,9 +277,8 @@ TEST(AlignUnrelated, AClockThatNoCrystalHasIsAMismatchAndNoDrift) {
 // The real glove's logs beside cameras of other takes, all of one motion by motors: as alike as unrelated recordings can be.
 TEST(AlignUnrelated, RealLogsBesideOtherTakesCamerasAreHardlyBelieved) {
   const std::filesystem::path folder = std::filesystem::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove";
-  if (!std::filesystem::exists(folder)) {
+  if (!std::filesystem::exists(folder))
     GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
-  }
   const std::vector<std::string> sensors = {"SensorA0", "SensorA1", "SensorA2"};
   const std::vector<std::string> angles = {"∠ABC_smooth", "∠BCD_smooth"};
   int believed = 0;
@@ -322,9 +320,8 @@ struct RealCase {
 class RealRecordings : public testing::TestWithParam<RealCase> {
  protected:
   void SetUp() override {
-    if (!std::filesystem::exists(folder())) {
+    if (!std::filesystem::exists(folder()))
       GTEST_SKIP() << "needs the recordings in ../shared/data/glove, which are not part of the repository";
-    }
     sensor_ = read_csv(folder() / "sensor_log.csv", {GetParam().sensor});
     camera_ = read_csv(folder() / "camera_angles.csv", {GetParam().angle});
   }

@@ -148,12 +148,11 @@ Clock find_clock(const std::vector<Witness>& witnesses, std::optional<double> gi
         clock.offset_s = clock.surest->clock_offset_s = 0;
       }
       warnings.insert(warnings.end(), clock.surest->warnings.begin(), clock.surest->warnings.end());
-      if (clock.confidence < kUnsure) {
+      if (clock.confidence < kUnsure)
         warnings.push_back(
             fmt::format("the clock offset of {:+.2f} s is unsure (confidence {:.2f}): are these recordings "
                         "of one motion?",
                         clock.offset_s, clock.confidence));
-      }
       return clock;
     }
     taken_out_ppm += clock.drift_ppm;

@@ -305,9 +305,8 @@ std::optional<Time> time_in(std::string_view cell, char separator) {
 
 CellCounts count_cells(const std::vector<std::string>& cells, char separator) {
   CellCounts out;
-  for (const std::string& cell : cells) {
+  for (const std::string& cell : cells)
     if (!is_missing(cell)) ++(time_in(cell, separator) ? out.numbers : out.words);
-  }
   return out;
 }
 

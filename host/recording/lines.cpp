@@ -17,9 +17,8 @@ void append_utf8(std::string& out, std::uint32_t code) {
 }
 
 bool is_every_other_empty(std::string_view line, std::size_t from) {
-  for (std::size_t i = from; i < line.size(); i += 2) {
+  for (std::size_t i = from; i < line.size(); i += 2)
     if (line[i] != '\0') return false;
-  }
   return line.size() > 3;
 }
 

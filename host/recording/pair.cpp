@@ -37,7 +37,22 @@ Series until(const Series& series, double end_s) {
   return {series.t_s.first(rows), series.value.first(rows)};
 }
 
-// An ADC without its rails, one for all counts of the log, or what was read and a quarter of its range on either side.
+// Whether a converter's end is read as anything else: a glove that scales its fingers itself, and a divider that ends early, come to
+// it in ordinary steps; what is unplugged jumps.
+bool is_reading(std::span<const double> value, double rail, double other) {
+  std::vector<double> to_rail, elsewhere;
+  for (std::size_t k = 1; k < value.size(); ++k) {
+    const double step = std::abs(value[k] - value[k - 1]);
+    if (!(step > 0) || value[k] == other || value[k - 1] == other) continue;
+    (value[k] == rail || value[k - 1] == rail ? to_rail : elsewhere).push_back(step);
+  }
+  if (to_rail.size() < 3 || elsewhere.empty()) return false;
+  const auto nearly_all = elsewhere.begin() + std::ssize(elsewhere) * 99 / 100;
+  std::ranges::nth_element(elsewhere, nearly_all);
+  return io::median(std::move(to_rail)) <= *nearly_all;
+}
+
+// Of all counts of the log, which are one converter's; else what was read and a quarter of its range on either side.
 Range valid_range(const Recording& log, const Column& column, double end_s) {
   const auto seen = [&](const Column& of) { return until({log.t_s, of.value}, end_s).value; };
   const auto [low, high] = without_spikes(seen(column));
@@ -47,7 +62,7 @@ Range valid_range(const Recording& log, const Column& column, double end_s) {
       if (other.unit == "count" && std::ranges::any_of(seen(other), [&](double v) { return v > top; }))
         top = std::max(top, adc_top(without_spikes(seen(other)).max));
     }
-    return {1, top - 1};
+    return counts_that_tell(seen(column), top);
   }
   const double margin = kRangeMargin * (high - low);
   return {low - margin, high + margin};
@@ -97,9 +112,8 @@ std::string beside(const std::string& column, const Unknown& unknown) {
 void keep_rows(Recording& r, const std::function<bool(std::size_t)>& wanted) {
   const auto keep = [&](std::vector<double>& v) {
     std::size_t kept = 0;
-    for (std::size_t k = 0; k < v.size(); ++k) {
+    for (std::size_t k = 0; k < v.size(); ++k)
       if (wanted(k)) v[kept++] = v[k];
-    }
     v.resize(kept);
   };
   keep(r.t_s);
@@ -159,6 +173,10 @@ double adc_top(double greatest) {
   double out = 1023;  // of 10 bits
   while (out < greatest) out = 4 * out + 3;
   return out;
+}
+
+Range counts_that_tell(std::span<const double> value, double top) {
+  return {is_reading(value, 0, top) ? 0.0 : 1.0, is_reading(value, top, 0) ? top : top - 1};
 }
 
 void leave_out_lost(Recording& r, const std::string& name) {

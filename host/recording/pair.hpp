@@ -29,6 +29,9 @@ struct Pair {
 // The greatest count of a converter that reads as much: of 10 bits, 12, 14 ...
 double adc_top(double greatest);
 
+// Between its ends, which say that nothing is plugged in; an end is a reading where ordinary steps lead to it.
+Range counts_that_tell(std::span<const double> value, double top);
+
 // What stands beside NAME_deg where its angle is not known: NAME_quality or NAME_status, from this value on.
 struct Unknown {
   const char* ending;
@@ -109,7 +112,7 @@ Aligned align_pair(Pair pair, double rate_hz, std::optional<double> clock_offset
 // The samples of a pair whose clock offset is known; fills in all but the alignment.
 // lead_s: the angle is the one so far ahead; a compensator that is fitted to it predicts. 0 to 1.
 // split: the share of the overlap, from its start, that a fit sees. What counts as a pause and as a reading is learnt from the
-// rows of that part alone: counts between an ADC's rails, or in any other unit what was read and a quarter of that range on
+// rows of that part alone: counts_that_tell, or in any other unit what was read and a quarter of that range on
 // either side. Throws io::InputError and io::JobError.
 void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double lead_s, double split,
                  Aligned& out);

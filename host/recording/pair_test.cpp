@@ -32,18 +32,10 @@ Pair simulated(double glove_step_s = 0.05) {
 
 // Written, read and written again, as often as somebody likes.
 TEST(Pair, AColumnIsConvertedOnceAndSaysDegreesOnce) {
-  const std::pair<const char*, const char*> names[] = {{"index_deg", "index_deg"},
-                                                       {"angle (deg)", "angle (deg)"},
-                                                       {"Angle[Degrees]", "Angle[Degrees]"},
-                                                       {"angle_degrees", "angle_degrees"},
-                                                       {"angle \u00b0", "angle \u00b0"},
-                                                       {"angle_DEG", "angle_DEG"},
-                                                       {"\u2220ABC_smooth", "\u2220ABC_smooth_deg"},
-                                                       {"angle_rad", "angle_deg"},
-                                                       {"Angle(rad)", "Angle_deg"},
-                                                       {"angle [radians]", "angle_deg"},
-                                                       {"angle_radians", "angle_deg"}};
-  for (const auto& [name, written] : names) {
+  for (const std::string name :
+       {"index_deg", "angle (deg)", "Angle[Degrees]", "angle_degrees", "angle \u00b0", "angle_DEG",
+        "\u2220ABC_smooth", "angle_rad", "Angle(rad)", "angle [radians]", "angle_radians"}) {
+    const std::string written = unit_of(name) == "deg" ? name : without_unit(name) + "_deg";
     Pair pair = simulated();
     const std::vector<double> angle_deg = to_recording(align_pair(pair, 20, 3.0), pair).columns[1].value;
     pair.output = pair.reference.columns[0].name = name;
@@ -67,6 +59,18 @@ TEST(Pair, OneConverterReadsAllCountsOfALog) {
   Pair pair = simulated();
   pair.sensor.columns.push_back({"thumb_adc", std::vector<double>(pair.sensor.t_s.size(), 3000), "count"});
   EXPECT_EQ(align_pair(pair, 20, 3.0).valid.max, 4094);
+}
+
+TEST(Pair, AConvertersEndIsAReadingWhereOrdinaryStepsLeadToIt) {
+  std::vector<double> scaled, loose;  // by the glove itself; a contact
+  for (int k = 0; k < 400; ++k) {
+    scaled.push_back(std::clamp(std::round(512 + 600 * std::sin(k / 10.0)), 0.0, 1023.0));
+    loose.push_back(k % 40 == 7 ? 1023 * (k % 80 / 40) : std::round(512 + 300 * std::sin(k / 10.0)));
+  }
+  for (const auto& [readings, least] : {std::pair(scaled, 0), {loose, 1}}) {
+    EXPECT_EQ(counts_that_tell(readings, 1023).min, least);
+    EXPECT_EQ(counts_that_tell(readings, 1023).max, 1023 - least);
+  }
 }
 
 TEST(Pair, DatesInBothFilesAreOneClockWhereTheSignalsDoNotContradict) {

@@ -235,10 +235,9 @@ class SensorModel {
     }
     const VectorXd c = gram.ldlt().solve(right);
     VectorXd out = about_mean;
-    for (Index i = 0; i < rows(); ++i) {
+    for (Index i = 0; i < rows(); ++i)
       for (const Term& a : std::span(&terms[static_cast<std::size_t>(i) * of_row], of_row))
         out(i) -= a.value * c(a.column);
-    }
     out = out.cwiseProduct(counts_);
     return out * std::sqrt(1 + taken_out(at) / std::max(1e-9, out.squaredNorm()));
   }

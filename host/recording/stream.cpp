@@ -57,9 +57,8 @@ const char* spreadsheet_mend(double value, double step) {
 }
 
 bool Stream::next(Row& row) {
-  while (ready_.empty()) {
+  while (ready_.empty())
     if (!read()) return false;
-  }
   row = std::move(ready_.front());
   ready_.pop_front();
   return true;

@@ -402,9 +402,8 @@ class Finder : public TableState {
       has_header_ = comment_is_header(at(0)->comment);
     }
     has_index_ = has_header_ && header_[0].empty() && options_.time.log_rate_hz == 0;
-    for (std::size_t i = 0; i < header_.size(); ++i) {
+    for (std::size_t i = 0; i < header_.size(); ++i)
       if (!has_header_ || header_[i].empty()) header_[i] = fmt::format("column{}", i + 1);
-    }
     if (!has_header_)
       note(fmt::format("has no header: the columns are called column1 to column{} in their order",
                        header_.size()));
@@ -513,9 +512,8 @@ class Finder : public TableState {
       if (cells_.size() > header_.size() || !is_units_row(cells_)) continue;
       for (; first_ < i; ++first_) ahead_[first_].is_title = true;
       ++first_;
-      for (std::size_t k = 0; k < cells_.size(); ++k) {
+      for (std::size_t k = 0; k < cells_.size(); ++k)
         if (is_unit(cells_[k])) header_units_[k] = known_unit(cells_[k]).value_or(cells_[k]);
-      }
       note(fmt::format("row {} is taken as a row of units", ahead_[i].number));
     }
     if (at(0) == nullptr) refuse(Kind::empty, kNoData);
@@ -721,9 +719,8 @@ class Finder : public TableState {
       options_.time.log_rate_hz = frame_rate_hz_;  // of Vicon's rows, of which a frame may have several
       const bool has_frames = header_.size() > 1 && header_[0] == "Frame" && header_[1] == "Sub Frame";
       std::vector<double> parts;
-      for (const std::string& cell : has_frames ? cells_ahead(1) : cells_) {
+      for (const std::string& cell : has_frames ? cells_ahead(1) : cells_)
         if (const auto part = has_frames ? to_number(cell) : std::nullopt) parts.push_back(*part);
-      }
       if (!parts.empty()) frame_rows_ = std::ranges::max(parts) - std::ranges::min(parts) + 1;
     }
     if (best) time_place_ = best->place;

@@ -57,9 +57,8 @@ TEST(Judge, ItsIntervalCovers) {
 // Four persons of errors that differ: drawn whole they tell far less than their samples do; fewer tell nothing.
 TEST(Judge, PartsAreDrawnWhole) {
   std::vector<double> error;
-  for (const unsigned person : {1, 2, 3, 4}) {
+  for (const unsigned person : {1, 2, 3, 4})
     for (const double e : errors(person, person)) error.push_back(e);
-  }
   const Verdict blocks = judge(error, {}, 0.05);
   const Verdict persons = judge(error, {}, 0.05, {1200, 2400, 3600, 4800});
   EXPECT_EQ(persons.rmse_deg, blocks.rmse_deg);

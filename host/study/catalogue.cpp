@@ -119,12 +119,11 @@ std::vector<twin::Motion> motions(const std::string& list, std::vector<std::stri
   const auto add = [&](const std::string& item, twin::Motion motion) {
     require_name(motion.name(), item);
     const auto [before, fresh] = given.emplace(motion.name(), item);
-    if (!fresh) {
+    if (!fresh)
       throw InputError(before->second == item
                            ? fmt::format("gesture {} is given twice", item)
                            : fmt::format("gestures {} and {} have the same name, {}: rename one",
                                          before->second, item, motion.name()));
-    }
     out.push_back(std::move(motion));
   };
   std::istringstream items(list);
@@ -149,11 +148,10 @@ twin::Motion carried_motion(const std::string& name) {
 std::vector<Scenario> scenarios() {
   std::vector<Scenario> out;
   const Json json = io::parse_json(builtin("scenarios.json"), "scenarios.json");
-  for (const Json& s : json.at("scenarios")) {
+  for (const Json& s : json.at("scenarios"))
     out.push_back({s.at("name").get<std::string>(), s.at("set").get<std::vector<std::string>>(),
                    s.value("worn_s", 0.0), s.value("drift_turns_s", 0.0), s.value("tracked", false),
                    s.value("recalibrated", "")});
-  }
   return out;
 }
 

@@ -22,9 +22,8 @@ recording::Recording angles(const std::array<std::vector<float>, kFingers>& seen
   recording::Recording out;
   for (std::size_t k = 0; k < seen[0].size(); ++k)
     out.t_s.push_back(clock_s + static_cast<double>(k) / frames_hz);
-  for (std::size_t i = 0; i < kFingers; ++i) {
+  for (std::size_t i = 0; i < kFingers; ++i)
     out.columns.push_back({model::finger_names()[i] + "_deg", {seen[i].begin(), seen[i].end()}});
-  }
   return out;
 }
 
@@ -65,9 +64,8 @@ twin::TrialInput trial_of(const GloveRequest& request) {
 }  // namespace
 
 void check(const GloveRequest& request) {
-  if (request.donnings < 1 || request.donnings > kMostDonnings) {
+  if (request.donnings < 1 || request.donnings > kMostDonnings)
     throw io::InputError("--donnings must be 1 to {}", kMostDonnings);
-  }
   twin::check(trial_of(request));
 }
 

@@ -48,11 +48,13 @@ std::vector<double> motion_time(const std::vector<double>& t_s, const std::strin
 std::string row_at(const std::string& text, const std::vector<std::string>& columns, double t_s) {
   std::istringstream stream(text);
   recording::CsvReader reader(stream, "", {.columns = columns, .time = {}});
-  for (recording::Row row; reader.next(row);) {
+  for (recording::Row row; reader.next(row);)
     if (row.t_s == t_s) return fmt::format("row {}", row.line);
-  }
   return fmt::format("time {:g}", t_s);
 }
+
+constexpr recording::Range kHand_deg[] = {{90, 170}, {28, 113}};  // the bionic one's thumb and other fingers
+constexpr double kBeyond_deg = 5;                                 // a measured angle overshoots
 
 constexpr std::size_t kClock = 7;  // a date and a flag, then joint 1
 
@@ -87,6 +89,7 @@ twin::Motion csv_motion(const std::string& text, const std::filesystem::path& so
       motion_time(r.t_s, source.string(), [&](std::size_t i) { return row_at(text, columns, r.t_s[i]); });
   std::array<std::vector<double>, kFingers> angle_deg;
   double largest_deg = 0;
+  std::string beyond;
   for (std::size_t i = 0; i < kFingers; ++i) {
     angle_deg[i] = r.column(columns[i]).value;
     const auto [low, high] = std::ranges::minmax(angle_deg[i]);
@@ -95,11 +98,18 @@ twin::Motion csv_motion(const std::string& text, const std::filesystem::path& so
                        source.string(), columns[i], low, high);
     }
     largest_deg = std::max(largest_deg, high);
+    const auto [least, most] = kHand_deg[i > 0];
+    if (low < least - kBeyond_deg || high > most + kBeyond_deg)
+      beyond += (beyond.empty() ? "" : ", ") + columns[i];
   }
-  if (largest_deg < 4) {
+  if (!beyond.empty())
+    notes.push_back(
+        fmt::format("{}: {}: angles are the bionic hand's own, 90 (open) to 170 (fist) of its thumb and "
+                    "28 to 113 of the others; beyond them it stays at its stops, and that counts as error",
+                    source.string(), beyond));
+  if (largest_deg < 4)
     throw InputError("{}: no angle above {:g}: are these radians? Write degrees", source.string(),
                      largest_deg);
-  }
   return twin::Motion::from_samples(io::to_utf8(source.stem().string()), std::move(t_s),
                                     std::move(angle_deg));
 }
@@ -129,8 +139,7 @@ twin::Motion grasp_motion(const std::string& text, const std::filesystem::path& 
   t_s = motion_time(t_s, source.string(), [&](std::size_t i) { return rows[i]; });
   // The glove's zero is its own: the straightest that each finger gets lies at the hand's lower limit, and a degree is a degree.
   for (std::size_t i = 0; i < kFingers; ++i) {
-    const double lower = i == 0 ? 90 : 28;
-    const double upper = i == 0 ? 170 : 113;
+    const auto [lower, upper] = kHand_deg[i > 0];
     const double straight = *std::ranges::min_element(angle_deg[i]);
     for (double& angle : angle_deg[i]) angle = std::clamp(lower + angle - straight, lower, upper);
   }

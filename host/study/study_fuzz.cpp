@@ -31,12 +31,10 @@ void read_row(const std::string& text) {
   study::TrialRow row;
   if (!study::parse_row(line, "1", "raw", 0, row)) return;
   require(std::isfinite(row.total_deg_s));
-  if (row.lag_removed) {
+  if (row.lag_removed)
     require(std::isfinite(row.lag_removed->total_error_deg_s) && std::isfinite(row.lag_removed->lag_s));
-  }
-  for (const auto* values : {&row.finger_deg_s, &row.swing_deg, &row.impact_deg_s, &row.pressed_s}) {
+  for (const auto* values : {&row.finger_deg_s, &row.swing_deg, &row.impact_deg_s, &row.pressed_s})
     for (const double value : *values) require(std::isfinite(value));
-  }
   require(row.sent >= 0 && row.lost >= 0);
   std::string again = study::text_of_row("1", "raw", 0, row);
   again.pop_back();

@@ -284,9 +284,8 @@ double Cell::total_pressed_s() const {
 void check(const Plan& plan) {
   if (plan.trials < 1) throw InputError("the number of trials must be at least 1");
   (void)io::threads_of(plan.threads);
-  if (plan.motions.empty() || plan.compensators.empty()) {
+  if (plan.motions.empty() || plan.compensators.empty())
     throw InputError("an experiment needs at least one gesture and one compensator");
-  }
   if (plan.scenario.worn_s > 0 && plan.engine != nullptr)
     throw InputError("engine {}: a glove that has been worn before its trial is the twin's alone",
                      plan.engine->name());
@@ -330,9 +329,8 @@ Result merge(const Plan& plan, const std::vector<std::filesystem::path>& shards,
 
 Json settings_of(const Plan& plan) {
   Json compensators = Json::array();
-  for (const Compensator& c : plan.compensators) {
+  for (const Compensator& c : plan.compensators)
     compensators.push_back({{"name", c.name}, {"digest", io::digest(model::to_json(c.model))}});
-  }
   std::string motions;
   Json names = Json::array();
   for (const twin::Motion& m : plan.motions) {
@@ -348,12 +346,11 @@ Json settings_of(const Plan& plan) {
                {"motions_digest", io::digest(motions)},
                {"compensators", std::move(compensators)},
                {"twin", Json::parse(twin::to_json(plan.parameters))}};
-  if (plan.scenario.worn_s > 0) {
+  if (plan.scenario.worn_s > 0)
     json["worn"] = {{"for_s", plan.scenario.worn_s},
                     {"drift_turns_s", plan.scenario.drift_turns_s},
                     {"tracked", plan.scenario.tracked},
                     {"recalibrated", plan.scenario.recalibrated}};
-  }
   if (plan.shard.of > 1) {
     json["shard"] = plan.shard;
     json["plan"] = {{"scenarios", plan.scenarios}, {"motions", plan.motions}, {"models", Json::array()}};

@@ -206,9 +206,8 @@ TEST(Trials, TheArticlesWordsAreChecked) {
   };
   set(r.cells[0].swing_deg[1], 30);  // gesture 2, raw
   set(r.cells[0].swing_deg[2], 8);
-  for (std::size_t c = 3; c < 6; ++c) {
+  for (std::size_t c = 3; c < 6; ++c)
     for (Statistic& finger : r.cells[c].finger_deg_s) set(finger, 1);
-  }
   set(r.cells[4].finger_deg_s[0], 9000);  // the thumb may deviate
   set(r.cells[4].finger_deg_s[3], 7 * p.motions[1].duration_s());
   const auto checks = [&] { return shape_checks(r, p); };
@@ -297,9 +296,8 @@ TEST(TwinFigures, IdentifiedAndItsBaselinesBesideThePublishedCompensator) {
   const Result r = run(p, {});
   const auto ratio = [&](std::size_t c) {
     double log_ratio = 0;
-    for (std::size_t m = 0; m < 6; ++m) {
+    for (std::size_t m = 0; m < 6; ++m)
       log_ratio += std::log(r.cell(m, c).total_deg_s.mean() / r.cell(m, 0).total_deg_s.mean()) / 6;
-    }
     return std::exp(log_ratio);
   };
   EXPECT_GT(ratio(1), 0.6);

@@ -105,11 +105,10 @@ model::Numbers numbers(const Parameters& p) { return numbers(const_cast<Paramete
 void check(const Parameters& p) {
   model::check(static_cast<const model::Hardware&>(p));
   model::check(numbers(p));
-  for (std::size_t i = 0; i < kFingers; ++i) {
+  for (std::size_t i = 0; i < kFingers; ++i)
     require(p.bend_lower_deg[i] < p.bend_upper_deg[i],
             fmt::format("placement.bend_lower_deg of {}, {:g}, must be below placement.bend_upper_deg, {:g}",
                         model::finger_names()[i], p.bend_lower_deg[i], p.bend_upper_deg[i]));
-  }
   // The motor's speed must settle over several steps, else the step itself is unstable.
   const double inertia_mNms2 = p.inertia_mNms2();
   const double damping_mNms = p.torque_mNm_A() * p.back_emf_Vs() / p.resistance_ohm;
@@ -156,12 +155,11 @@ Parameters load(const std::filesystem::path& path) {
 
 std::string to_json(const Parameters& p) {
   Json faults = Json::array();
-  for (const Fault& f : p.faults) {
+  for (const Fault& f : p.faults)
     faults.push_back({{"finger", model::finger_names()[static_cast<std::size_t>(f.finger)]},
                       {"kind", kFaultNames[static_cast<int>(f.kind)]},
                       {"start_s", f.start_s},
                       {"duration_s", f.duration_s}});
-  }
   const Json json = {{"schema", kSchema},
                      {"schema_version", kSchemaVersion},
                      {"hardware", model::to_json(static_cast<const model::Hardware&>(p))},

@@ -111,9 +111,8 @@ TEST(Simulation, WithoutImperfectionsTheErrorIsThePureLag) {
     p.module_latency_s = delay_s;
     double sum = 0;
     constexpr int kTrials = 16;
-    for (const Trial& t : simulate({p, gesture(1), identity(period_s), 1, false}, 0, kTrials)) {
+    for (const Trial& t : simulate({p, gesture(1), identity(period_s), 1, false}, 0, kTrials))
       sum += (total(t) - resting_error(t, p.camera_rate_hz)) / kTrials;
-    }
     return sum;
   };
   constexpr double travel =

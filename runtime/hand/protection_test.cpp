@@ -304,9 +304,8 @@ class Lies : public testing::TestWithParam<Case> {};
 
 TEST_P(Lies, AreNoticedAndNeitherSpeedNorPressingGoesBeyondItsBound) {
   Outcome out;
-  for (std::uint64_t seed = 1; seed <= 150; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 150; ++seed)
     for (const bool together : {false, true}) lie_to(GetParam(), seed, together, true, {}, out);
-  }
   EXPECT_LE(out.fastest_deg_s, kTop_deg_s);
   EXPECT_GT(out.fastest_deg_s, 200) << "it does move";
   EXPECT_LE(out.pressed_ms, GetParam().longest_ms);

@@ -165,10 +165,9 @@ void check_golden_telemetry(Fields& f) {
   const auto time_ms = f.number<uint16_t>();
   const auto faults = f.number<uint8_t>();
   std::vector<FingerTelemetry> finger;
-  for (const auto& row : f.table()) {
+  for (const auto& row : f.table())
     finger.push_back(
         {static_cast<int16_t>(row[0]), static_cast<int8_t>(row[1]), static_cast<uint8_t>(row[2])});
-  }
   const auto fingers = static_cast<uint8_t>(finger.size());
   Packet packet;
   const uint8_t bytes = put_telemetry(time_ms, faults, finger.data(), fingers, packet.body());
@@ -769,10 +768,9 @@ double followed_while_played(const std::vector<Wire>& wires, int every_ms) {
 
 double least_followed(const std::vector<Wire>& wires, int from_ms, int to_ms) {
   double least = 1;
-  for (int every_ms = from_ms; every_ms <= to_ms; every_ms += every_ms < 120 ? 1 : 20) {
+  for (int every_ms = from_ms; every_ms <= to_ms; every_ms += every_ms < 120 ? 1 : 20)
     least = std::min(
         {least, followed_while_played<10>(wires, every_ms), followed_while_played<20>(wires, every_ms)});
-  }
   std::printf("%zu by turns every %d to %d ms: followed for %.1f %% at least\n", wires.size(), from_ms, to_ms,
               100 * least);
   return least;
@@ -781,9 +779,8 @@ double least_followed(const std::vector<Wire>& wires, int from_ms, int to_ms) {
 // A challenge takes 21 ms on the air: where about as much is left between two of them neither telemetry nor the hand's
 // challenge gets through. That is jamming.
 TEST(Freshness, TapedChallengesEndNoSessionHoweverManyAndHoweverOften) {
-  for (const int count : {1, 2, 3, 8}) {
+  for (const int count : {1, 2, 3, 8})
     EXPECT_GE(least_followed(taped_challenges(count), 60, 2000), 0.95) << count;
-  }
   EXPECT_LT(least_followed(taped_challenges(1), 25, 43), 0.9) << "jamming";
 }
 

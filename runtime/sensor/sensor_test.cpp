@@ -26,10 +26,9 @@ TEST(Calibration, RunsThroughItsKnotsAndStraightInBetween) {
 TEST(Calibration, FollowsTheArticlesDividerWithinACountOverTheHandsRange) {
   Calibration c{};
   const auto bend = [](double n) { return (35 * n / (1023 - n) - 25) / (100.0 / 180); };
-  for (int i = 0; i < kKnots; ++i) {
+  for (int i = 0; i < kKnots; ++i)
     c.alpha[i] =
         static_cast<int16_t>(std::lround(32 * std::clamp(bend(std::min(16.0 * i, 1022.0)), -1000.0, 1000.0)));
-  }
   for (uint16_t n = 448; n <= 800; ++n) EXPECT_NEAR(c(n) / 32.0, bend(n), 0.36) << n;
 }
 

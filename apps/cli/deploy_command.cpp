@@ -287,9 +287,7 @@ Output run(const Options& o) {
   if (pair.key && !pair.is_stored) {
     deploy::write_key(out.staging() / deploy::kKeyFile, *pair.key);
     const auto kept = deploy::keep_old_key(std::filesystem::path(o.out) / deploy::kKeyFile, *pair.key);
-    if (!kept.empty())
-      log(fmt::format("the key that was there is kept in {}: boards have it until they are flashed",
-                      kept.string()));
+    if (!kept.empty()) log(kept);
   }
   out.publish();
   return {json, in_words(d, pair, json)};

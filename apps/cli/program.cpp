@@ -148,7 +148,7 @@ void add_time_options(CLI::App& command, recording::TimeOptions& time) {
 
 void set_rate(model::Model& model, std::optional<double> rate_hz) {
   if (!rate_hz) return;
-  if (!(*rate_hz > 0) || !std::isfinite(*rate_hz))
+  if (!(*rate_hz > 0))
     throw io::InputError("--rate must be a positive number of samples a second: 10, 20, 50 or 100");
   model.sample_period_s = 1 / *rate_hz;
   model::check(model);

@@ -127,8 +127,6 @@ Json score_of(const Options& o, const recording::Recording& measured, const std:
 }
 
 Output run(const Options& o) {
-  if (!std::isfinite(o.estimate_offset_s))
-    throw io::InputError("--estimate-offset must be a number of seconds");
   const recording::Recording reference = read(o.reference, o.reference_column, o.time);
   recording::Recording estimate = read(o.estimate, o.estimate_column, o.time);
   for (double& t : estimate.t_s) t += o.estimate_offset_s;

@@ -1,5 +1,6 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
+#include "host/io/folder_lock.hpp"
 #include "host/study/glove_recording.hpp"
 
 namespace flexor::cli::twin_command {
@@ -13,7 +14,7 @@ struct RecordOptions {
 Output record(RecordOptions& o) {
   o.request.parameters = twin_parameters(o.twin);
   study::check(o.request);
-  io::require_folder(o.folder);
+  const io::FolderLock lock(o.folder);
   Json pairs = Json::array();
   std::string next = "flexor identify";  // the fit that a user would do next, ready to be run
   for (int n = 1; n <= o.request.donnings; ++n) {

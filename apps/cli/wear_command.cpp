@@ -1,5 +1,3 @@
-#include <cmath>
-
 #include "apps/cli/commands.hpp"
 #include "host/deploy/pair_key.hpp"
 #include "host/io/interrupt.hpp"
@@ -20,14 +18,17 @@ struct Options {
 };
 
 void run(Options& o) {
-  if (!std::isfinite(o.slip_deg)) throw io::InputError("--slip must be a number of degrees");
   (void)study::bench_motion(o.motion);
   o.bench.parameters = twin_parameters(o.twin);
   o.bench.model = study::compensator(o.model, o.rate_hz).model;
   study::Bench bench(io::program_beside(kBoardsWorker), o.bench);
   const std::string no_bootloader = study::why_no_bootloader();
   io::StopOnSignal stop;
-  if (!o.key.empty()) deploy::write_key(o.key, *bench.key());
+  if (!o.key.empty()) {
+    const std::string kept = deploy::keep_old_key(o.key, *bench.key());
+    if (!kept.empty()) log(kept);
+    deploy::write_key(o.key, *bench.key());
+  }
   print({{{"port", bench.port()},
           {"key", o.key.empty() ? Json(nullptr) : Json(o.key)},
           {"bootloader", no_bootloader.empty()},

@@ -71,18 +71,17 @@ void write_key(const std::filesystem::path& path, const link::Key& key) {
   io::write_file(path, to_hex(key) + "\n", io::Access::owner);
 }
 
-std::filesystem::path keep_old_key(const std::filesystem::path& path, const link::Key& next) {
-  if (!std::filesystem::exists(path)) return {};
+std::string keep_old_key(const std::filesystem::path& path, const link::Key& next) {
+  if (!std::filesystem::is_regular_file(path)) return {};
   const link::Key old = load_key(path);
   const auto is_old = [&](const link::Key& key) { return to_hex(key) == to_hex(old); };
   if (is_old(next)) return {};
   std::filesystem::path copy = path.string() + ".old";
-  for (int n = 2; std::filesystem::exists(copy); ++n) {
-    if (is_old(load_key(copy))) return copy;
+  for (int n = 2; std::filesystem::exists(copy) && !is_old(load_key(copy)); ++n)
     copy = fmt::format("{}.old-{}", path.string(), n);
-  }
-  write_key(copy, old);
-  return copy;
+  if (!std::filesystem::exists(copy)) write_key(copy, old);
+  return fmt::format("the key that was there is kept in {}: boards have it until they are flashed",
+                     copy.string());
 }
 
 }  // namespace flexor::deploy

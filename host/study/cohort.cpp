@@ -80,7 +80,7 @@ std::vector<std::size_t> columns_of(const Cells& header, const std::string& sour
   };
   std::vector<std::size_t> out;
   for (const char* name : kNames) {
-    const auto at = std::ranges::find(header, name);
+    const auto at = std::ranges::find(header, name, recording::lower);
     if (at == header.end() && name != kNames[kMap]) fail(fmt::format("column \"{}\" is missing", name));
     out.push_back(static_cast<std::size_t>(at - header.begin()));  // without maps, behind the last
   }

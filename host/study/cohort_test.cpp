@@ -150,7 +150,7 @@ TEST_F(Cohort, StoppedItGoesOnAndAnotherRunsFolderIsRefused) {
   EXPECT_EQ(run_cohort(request("out"), {}).failed.size(), 1U);
   EXPECT_EQ(files("out"), files("whole"));
   io::expect_refused([&] { (void)run_cohort(leaving_out("out"), {}); }, "other settings");
-  manifest("subject,session,glove,reference,map\nP0,0,0_glove.csv,0_camera.csv,\n");
+  manifest("Subject,session,Glove,reference,map\nP0,0,0_glove.csv,0_camera.csv,\n");
   io::expect_refused([&] { (void)run_cohort(request("out"), {}); }, "other settings");
 }
 
@@ -176,7 +176,7 @@ TEST_F(Cohort, ALogThatWasMendedIsIdentifiedAgainAndShardsOfOtherDataAreRefused)
 TEST_F(Cohort, AHeaderThatIsWrongIsRefused) {
   for (const auto& [header, what] : std::map<std::string, std::string>{
            {"subject,session,glove", "column \"reference\" is missing"},
-           {"Subject,session,glove,reference,map", "column \"subject\" is missing"},
+           {"subjects,session,glove,reference,map", "column \"subject\" is missing"},
            {"subject,session,glove,reference,Maps", "is \"Maps\" the column \"map\"?"},
            {"subject,session,glove,reference,map,map", "\"map\" is there twice"},
            {"subject,session,glove,reference,map,rmse_deg", "\"rmse_deg\" is there twice"},

@@ -48,15 +48,15 @@ class Experiment:
         return pandas().json_normalize(self.results["cells"])
 
 
-def experiment(gestures: str = "1-6", compensators: Sequence[Union[str, os.PathLike, Compensator, tuple[str, Compensator]]] = (
-        "raw", "published-w", "published-hw"), *, trials: int = 3, seed: int = 1, rate_hz: float = 10, set: Sequence[str] = (),
-               parameters: Mapping[str, Any] = {}, threads: int = 0, folder: Union[str, os.PathLike] = "",
-               shard: str = "", progress: Show = None) -> Experiment:
+def experiment(gestures: Union[str, Sequence[int]] = "1-6", compensators: Sequence[
+        Union[str, os.PathLike, Compensator, tuple[str, Compensator]]] = ("raw", "published-w", "published-hw"), *, trials: int = 3,
+               seed: int = 1, rate_hz: float = 10, set: Sequence[str] = (), parameters: Mapping[str, Any] = {}, threads: int = 0,
+               folder: Union[str, os.PathLike] = "", shard: str = "", progress: Show = None) -> Experiment:
     """The published experiment in the twin: gestures x compensators x trials. ``compensators``: names, files, or models, with a
     name each or called by their own. ``folder``: rows go there, and a run that was cut off goes on. ``shard``: ``"2/8"``, only
     that part, for ``merge``. Ctrl-C stops it. Raises ``InputError``.
 
-    >>> experiment("1", trials=1).cells["compensator"].tolist()
+    >>> experiment([1], trials=1).cells["compensator"].tolist()
     ['raw', 'published-w', 'published-hw']
     """
     named: list[Any] = []
@@ -66,12 +66,12 @@ def experiment(gestures: str = "1-6", compensators: Sequence[Union[str, os.PathL
         named.append(core.NamedModel(one[0], one[1]._core) if isinstance(one, tuple) else core.named_model(os.fspath(one), rate_hz))
     plan = filled(core.Plan(), parameters=_parameters(parameters, set), compensators=named, trials=trials, seed=seed, threads=threads,
                   folder=folder)
-    return Experiment(run(core.experiment, plan, gestures, rate_hz, shard, progress=progress))
+    played = gestures if isinstance(gestures, str) else ",".join(map(str, gestures))
+    return Experiment(run(core.experiment, plan, played, rate_hz, shard, progress=progress))
 
 
 def merge(folders: Sequence[Union[str, os.PathLike]], out: Union[str, os.PathLike], *, progress: Show = None) -> Experiment:
-    """The shards' folders, in any order, to the rows and results of the whole run. Raises ``InputError``, which names what is
-    missing, and what belongs to another run.
+    """The shards' folders, in any order, to the results of the whole run. Raises ``InputError``: one is missing or another run's.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as d:

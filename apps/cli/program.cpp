@@ -129,9 +129,10 @@ void require_command(const CLI::App& app, const std::string& name, const std::st
 
 // Whatever ends a command: its exit status. What fails once a signal has come is nobody's fault.
 int failed(Json answer) {
-  if (io::is_interrupted()) answer = io::answer([] { return io::go_on(), Json(); });
+  const auto is_cancelled = [&] { return answer.at("error").at("kind") == "cancelled"; };
+  if (io::is_interrupted() && !is_cancelled()) answer = io::answer([] { return io::go_on(), Json(); });
   log("flexor: " + io::bytes_from_json(answer.at("error").at("text")));
-  if (answer.at("error").at("kind") == "cancelled") io::end_by_signal();
+  if (is_cancelled()) io::end_by_signal();
   return status_of(answer);
 }
 

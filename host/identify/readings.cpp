@@ -162,18 +162,18 @@ Held poses_in(const std::vector<std::vector<double>>& readings, double period_s,
         "seconds; a sensor that only trembles is to be unplugged",
         source);
   std::pair<const Rest*, const Rest*> ends = {&rests.front(), &rests.front()};
-  for (const Rest& one : rests) {
-    for (const Rest& other : rests) {
+  for (const Rest& one : rests)
+    for (const Rest& other : rests)
       if (distance(one, other, made) > distance(*ends.first, *ends.second, made)) ends = {&one, &other};
-    }
-  }
   Held out;
   std::size_t others = 0;
   for (const Rest& rest : rests) {
     const double first = distance(rest, *ends.first, made);
     const double second = distance(rest, *ends.second, made);
+    const bool is_end = &rest == &rests.front() || &rest == &rests.back();
+    const bool is_at_ease = is_end && distance(rests.front(), rests.back(), made) < kApart;
     if (std::min(first, second) >= kApart)
-      ++others;
+      others += is_at_ease ? 0 : 1;
     else
       (first <= second ? out.open : out.fist).push_back(rest);
   }

@@ -70,7 +70,7 @@ struct Held {
   bool empty() const { return open.empty() && fist.empty(); }
 };
 
-// The two rests that lie farthest apart, and every rest that lies by one of them: a hand at ease before the poses is none.
+// The two rests that lie farthest apart, and every rest that lies by one of them: a hand at ease before the poses, and then likewise after them, is none.
 // `readings` of each sensor, evenly spaced; a sensor of NaN does not count. `made`: the sensors' spans. Throws io::JobError naming `source`: no rest, or too many between the poses.
 Held poses_in(const std::vector<std::vector<double>>& readings, double period_s,
               const std::vector<model::Spread>& made, const std::string& source);

@@ -10,12 +10,12 @@ namespace {
 
 const std::vector<model::Spread> kMade = {{{0.05, 0.95}, {300, 600}}};
 
-TEST(Held, AreNotEndedByALooseContactNorByATremor) {
+TEST(Held, AreNotEndedByALooseContactNorByATremorAndAHandAtEaseAroundThemIsNone) {
   std::vector<double> reading;
-  for (int k = 0; k < 100; ++k) {
+  for (std::size_t k = 0; k < 200; ++k) {
     const double tremor = k % 5 == 0 ? 30 : -8;  // of a span of 300: an eighth of it
     const double spike = k % 25 == 12 || k % 25 == 13 ? 200 : 0;
-    reading.push_back((k < 50 ? 300 : 600) + tremor + spike);
+    reading.push_back(std::array{450, 300, 600, 450}[k / 50] + tremor + spike);
   }
   const Held held = poses_in({reading}, 0.05, kMade, "log");
   ASSERT_FALSE(held.fist.empty());

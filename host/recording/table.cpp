@@ -426,9 +426,7 @@ class Finder : public TableState {
     clock_place_ = at_hour - header_.begin();
     if (!std::ranges::all_of(cells_ahead(*clock_place_), is_clock)) return clock_place_.reset();
     note(fmt::format("\"{}\" are one time", fmt::join(at_hour, at_hour + 3, "\", \"")));
-    cells_ = header_;
-    join_clock();
-    header_ = cells_;
+    header_.erase(at_hour + 1, at_hour + 3);
     header_[*clock_place_] = "time";
   }
 

@@ -271,7 +271,7 @@ TEST_F(Deploy, ReadsACalibrationAndRefusesABadOneByName) {
            {R"("pinky": {"counts": [1, 2], "value": [1, 2]}, "little": {"counts": [1, 2], "value": [3, 4]})",
             "c.json: pinky comes twice"},
        })
-    expect_refused([&] { load(fingers); }, why);
+    expect_refused([&, &fingers = fingers] { load(fingers); }, why);
 }
 
 TEST_F(Deploy, TheSensorsRailsLieHalfWayFromWhatTheModelTakes) {

@@ -48,7 +48,7 @@ TEST(IntelHex, WhatIsDamagedIsRefusedByLine) {
       {"\177ELF\n", "no Intel HEX"},
       {":0300000000FE\n" + end, "has not the size"},
       {":00000009F7\n" + end, "unknown type 9"}};
-  for (const auto& [text, why] : cases) expect_refused([&] { parse(text); }, why);
+  for (const auto& [text, why] : cases) expect_refused([&text = text] { parse(text); }, why);
 }
 
 class Ports : public testing::Test {

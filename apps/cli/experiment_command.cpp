@@ -85,11 +85,11 @@ void play(Options& o) {
     result = o.shards.empty() ? study::run(plan, progress) : study::merge(plan, o.shards, progress);
     if (plan.scenarios) scenarios = run_scenarios(plan, o.shards, progress);
   }
-  if (const study::Shard& s = plan.shard; s.of > 1)
+  if (plan.shard)
     return print(
-        {{{"shard", s}, {"folder", io::to_utf8(o.folder)}},
+        {{{"shard", *plan.shard}, {"folder", io::to_utf8(o.folder)}},
          fmt::format("shard {} of {} is done in {}; when all are: flexor merge FOLDER... --out FOLDER\n",
-                     s.index, s.of, o.folder)},
+                     plan.shard->index, plan.shard->of, o.folder)},
         o.json);
   log_warnings(study::warnings(result, plan));
   if (!o.folder.empty()) draw(plan, result, scenarios);
@@ -108,12 +108,12 @@ struct Engines {
   std::optional<study::RenderedCameras> cameras;
 };
 
-// A shard that was stopped asks for another go (75, EX_TEMPFAIL): a queue gives it one.
+// What was stopped and goes on in its folder asks for another go (75, EX_TEMPFAIL): a queue gives it one.
 void play_until_stopped(Options& o) {
   try {
     play(o);
   } catch (const io::Cancelled& stopped) {
-    if (o.plan.shard.of == 1) throw;
+    if (o.folder.empty()) throw;
     log(std::string("flexor: ") + stopped.what());
     throw JobEnded{kGoOnLater};
   }

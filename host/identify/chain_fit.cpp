@@ -103,7 +103,7 @@ class ChainFitter {
       if (chain.blocks.order == 0 || gain_alone || out.hold_drift_deg <= kMostDrift_deg) break;
       if (!creeping) {
         finish();
-        creeping = std::move(out);
+        creeping = out;
       }
       progress();
     }

@@ -128,7 +128,8 @@ void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
       {{joint + " line"}, joint + " angle", model::Saturation{least_deg - kRoom_deg, most_deg + kRoom_deg}});
   m.joints.push_back({joint, joint + " angle", at.open_deg,
                       model::Accuracy{{least_deg, most_deg}, {kPosesError_deg, kPosesError_deg}}, at});
-  if (gain != 1) m = model::corrected(std::move(m), m.inputs.size() - 1, {gain, 0});
+  const std::size_t newest = m.inputs.size() - 1;  // in the call it may be asked for after the move
+  if (gain != 1) m = model::corrected(std::move(m), newest, {gain, 0});
 }
 
 Held held_in(const recording::Recording& log, const std::vector<Sensor>& sensors) {

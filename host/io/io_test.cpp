@@ -114,10 +114,10 @@ TEST_F(Io, ALockThatAnotherUserHasLeftIsHeld) {
 
 TEST(ShellWord, IsQuotedOnlyWhereItMustBe) {
   EXPECT_EQ(shell_word("runs/a-1_b.csv"), "runs/a-1_b.csv");
-  EXPECT_EQ(shell_word(""), "''");
-  EXPECT_EQ(shell_word("~x"), "'~x'");
+  EXPECT_EQ(shell_word(""), "\"\"");
+  EXPECT_EQ(shell_word("it's"), "\"it's\"");  // as cmd and PowerShell take it, too
   EXPECT_EQ(shell_word("a b; $(c)"), "'a b; $(c)'");
-  EXPECT_EQ(shell_word("it's"), R"('it'\''s')");
+  EXPECT_EQ(shell_word("\"it's\""), R"('"it'\''s"')");
 }
 
 TEST(Interpolate, HoldsItsEnds) {

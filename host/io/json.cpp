@@ -65,7 +65,10 @@ Json parse_json(const std::string& text, const std::string& source) {
   }
   Limits limits(source);
   try {
-    return Json::parse(text, std::ref(limits));
+    if (!text.starts_with("\xFF\xFE")) return Json::parse(text, std::ref(limits));
+    std::u16string wide(text.size() / 2, u' ');  // as Windows PowerShell writes what a program prints
+    std::memcpy(wide.data(), text.data(), 2 * wide.size());
+    return Json::parse(wide, std::ref(limits));
   } catch (const Json::out_of_range& error) {
     const std::string what = error.what();
     const std::string reason = what.substr(what.find("] ") + 2);

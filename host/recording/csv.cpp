@@ -157,7 +157,7 @@ void MemoryReader::choose(const std::vector<std::string>& columns) {
   for (const std::string& name : columns) take(recording_->column(name));
   for (const Column& column : recording_->columns) {
     const auto holes = std::ranges::count_if(column.value, [](double v) { return std::isnan(v); });
-    if (columns.empty() && 2 * holes < std::ssize(column.value)) take(column);
+    if (columns.empty() && holes < std::ssize(column.value)) take(column);
   }
   if (chosen_.empty()) throw InputError("{}: no column of numbers", name());
 }

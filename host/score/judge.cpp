@@ -9,6 +9,8 @@
 #include <tuple>
 #include <utility>
 
+#include "host/io/io.hpp"
+
 namespace flexor::score {
 namespace {
 
@@ -133,9 +135,7 @@ std::string in_words(const Verdict& v) {
   if (v.word == Verdict::Word::better) return out;
   out += v.word == Verdict::Word::worse ? "; record more" : "; the data do not tell them apart: record more";
   if (!v.advises || v.rmse_deg <= v.baseline_deg) return out;
-  const std::string_view structure = baseline->structure;
-  const char* quote = structure.find(' ') == std::string_view::npos ? "" : "'";
-  return out + fmt::format(", or take that: --structure {0}{1}{0}", quote, structure);
+  return out + ", or take that: --structure " + io::shell_word(baseline->structure);
 }
 
 nlohmann::ordered_json to_json(const Verdict& v) {

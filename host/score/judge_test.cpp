@@ -76,7 +76,7 @@ TEST(Judge, RecommendsTheBaselineThatErrsLess) {
   EXPECT_EQ(words("line_lead", 2.01).find("--structure"), std::string::npos) << "it errs more";
   EXPECT_NE(words("line_lead").find("--structure line-lead"), std::string::npos);
   EXPECT_NE(words("static_curve").find("--structure curve"), std::string::npos);
-  EXPECT_NE(words("published_form").find("--structure 'dead-zone > gain"), std::string::npos);
+  EXPECT_NE(words("published_form").find("--structure \"dead-zone > gain"), std::string::npos);
   EXPECT_EQ(judge(errors(1, 1), {}, 0.05).baseline, "");
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <set>
@@ -32,6 +33,7 @@ enum Column : std::size_t { kSubject, kSession, kGlove, kReference, kMap, kOwnCo
 constexpr std::array kNames = {"subject", "session", "glove", "reference", "map"};
 
 constexpr const char* kFiles = "files_digest";
+constexpr const char* kWarnings = "warnings";
 
 using Cells = std::vector<std::string>;
 
@@ -84,10 +86,11 @@ std::vector<std::size_t> columns_of(const Cells& header, const std::string& sour
     if (at == header.end() && name != kNames[kMap]) fail(fmt::format("column \"{}\" is missing", name));
     out.push_back(static_cast<std::size_t>(at - header.begin()));  // without maps, behind the last
   }
-  std::set<std::string> taken = {"joint", "structure", "reason"};
+  std::set<std::string> taken = {"joint", "structure", "warnings", "reason"};
   for (const char* prefix : {"", "left_out_"})
     for (const std::string& name : score_columns(prefix)) taken.insert(name);
   for (std::size_t i = 0; i < header.size(); ++i) {
+    if (header[i].empty() && i == 0) continue;  // pandas' index
     if (header[i].empty()) fail(fmt::format("column {} has no name", i + 1));
     if (out[kMap] == header.size() && header[i].size() < 5 && recording::lower(header[i]).starts_with("map"))
       fail(fmt::format("is \"{}\" the column \"map\"?", header[i]));
@@ -106,7 +109,9 @@ std::string map_of(const std::string& cell, const fs::path& folder) {
 }
 
 std::string model_file(const std::string& subject, const std::string& session) {
-  return fmt::format("models/{}_{}.json", subject, session);
+  std::string name = subject + "_" + session;
+  std::ranges::replace_if(name, [](char c) { return std::strchr("<>:\"|?*", c) != nullptr; }, '_');  // Windows' own
+  return fmt::format("models/{}.json", name);
 }
 
 // A row's files and map. `rows`: those before it by their model's name. Throws io::InputError: what is wrong with it.
@@ -122,7 +127,7 @@ void fill(Take& take, Cells cells, const std::vector<std::size_t>& columns, std:
       fail(column, error.what());
     }
   };
-  const auto [other, is_new] = rows.emplace(model_file(take.subject, take.session), take.row);
+  const auto [other, is_new] = rows.emplace(recording::lower(model_file(take.subject, take.session)), take.row);
   if (!is_new && !take.subject.empty())
     fail(kSession,
          fmt::format("subject \"{}\" and session \"{}\" are those of row {}, or their model's file is",
@@ -156,8 +161,8 @@ void fill(Take& take, Cells cells, const std::vector<std::size_t>& columns, std:
 }
 
 // Names in the table and in messages are the manifest's own, wherever that lies.
-std::string reason_of(const std::exception& error, const fs::path& folder) {
-  std::string out = io::to_utf8(io::one_line(error.what()));
+std::string reason_of(const std::string& text, const fs::path& folder) {
+  std::string out = io::to_utf8(io::one_line(text));
   const std::string prefix = io::to_utf8((folder / "").string());
   for (std::size_t at = 0; folder != "" && (at = out.find(prefix, at)) != std::string::npos;)
     out.erase(at, prefix.size());
@@ -243,12 +248,12 @@ class Run {
 
   // Writes what it finds.
   void do_job(std::size_t job, int threads) const {
-    Json part = {{"reason", ""}, {"joints", Json::object()}};
+    Json part = {{"reason", ""}, {"joints", Json::object()}, {kWarnings, Json::array()}};
     try {
-      job < takes_.size() ? identify(takes_[job], threads, part["joints"])
+      job < takes_.size() ? identify(takes_[job], threads, part)
                           : leave_out(persons_[job - takes_.size()], threads, part["joints"]);
     } catch (const io::Failure& error) {
-      part["reason"] = reason_of(error, request_.manifest.folder);
+      part["reason"] = reason_of(error.what(), request_.manifest.folder);
     }
     if (is_stopped()) throw io::Cancelled("");  // it may be the best so far only
     io::write_file(part_file(request_.folder, job), io::dump(part));
@@ -269,17 +274,19 @@ class Run {
     return [this](std::size_t, std::size_t, const std::string&) { return !is_stopped(); };
   }
 
-  void identify(const Take& take, int threads, Json& joints) const {
+  void identify(const Take& take, int threads, Json& part) const {
     if (!take.fault.empty()) throw InputError(take.fault);
     const identify::Result found = identify::identify_files(request_of(take, threads), step());
     if (is_stopped()) return;
+    // The model first: a row says that it is there.
+    model::save(found.model, request_.folder / model_file(take.subject, take.session));
+    for (const std::string& warning : found.warnings)
+      part[kWarnings].push_back(reason_of(warning, request_.manifest.folder));
     for (const identify::JointResult& joint : found.joints) {
       Cells cells = {joint.structure};
       add_scores(cells, joint.all(), joint.verdict);
-      joints[joint.name] = cells;
+      part["joints"][joint.name] = cells;
     }
-    // The model first: a row says that it is there.
-    model::save(found.model, request_.folder / model_file(take.subject, take.session));
   }
 
   void leave_out(const std::vector<std::size_t>& person, int threads, Json& joints) const {
@@ -334,7 +341,7 @@ void write_table(const fs::path& folder, const Json& settings) {
   add(header, {"joint", "structure"}, 2);
   add(header, score_columns(""), scores - 1);
   if (has_left_out) add(header, score_columns("left_out_"), left_out);
-  header.emplace_back("reason");
+  add(header, {kWarnings, "reason"}, 2);
   out.write(line_of(header));
   const Json& takes = settings.at("takes");
   for (std::size_t t = 0; t < takes.size(); ++t) {
@@ -350,6 +357,7 @@ void write_table(const fs::path& folder, const Json& settings) {
       row.push_back(joint);
       add(row, cells, scores);
       if (has_left_out) add(row, person.at("joints").value(joint, Cells()), left_out);
+      row.push_back(fmt::format("{}", fmt::join(part.value(kWarnings, Cells()), "; ")));
       row.push_back((part.at("reason") == "" ? person : part).at("reason"));
       out.write(line_of(row));
     }
@@ -403,6 +411,8 @@ void remove_outdated(const fs::path& folder, const Json& settings) {
     outdated.push_back(t);
   }
   if (outdated.empty() || !is_same_run(there, settings)) return;
+  for (const std::size_t t : outdated)
+    fs::remove(folder / model_file(there["takes"][t].at("subject"), there["takes"][t].at("session")));
   for (std::size_t job = settings.at("takes").size(); job < jobs_of(settings); ++job) outdated.push_back(job);
   for (const std::size_t job : outdated) fs::remove(part_file(folder, job));
   io::write_file(folder / "run.json", io::dump(settings));
@@ -429,14 +439,16 @@ Manifest read_manifest(const fs::path& path) {
   Cells cells;
   std::vector<std::size_t> columns;
   std::size_t header = 0;
-  std::map<std::string, std::size_t> rows;  // by the model's name
+  std::map<std::string, std::size_t> rows;  // by the model's name, and by what its logs hold
   char separator = ',';
   while (lines.next(line)) {
     if (line.find_first_not_of(" \t,;") == std::string::npos) continue;
+    if (columns.empty() && line.starts_with("sep=")) continue;  // as Excel writes it
     const std::size_t row = lines.number();
     if (columns.empty()) separator = recording::separator_of(line);
     bool is_open = false;
     while ((is_open = recording::split(line, separator, cells)) && lines.next(more)) line += ' ' + more;
+    while (cells.size() > std::max<std::size_t>(header, 1) && cells.back().empty()) cells.pop_back();
     if (columns.empty()) {
       header = cells.size();
       columns = columns_of(cells, source);
@@ -455,9 +467,11 @@ Manifest read_manifest(const fs::path& path) {
     try {
       if (is_open) throw InputError(place + ": a quote is not closed");
       fill(take, cells, columns, header, out.folder, place, rows);
+      if (const auto [of, is_new] = rows.emplace(take.digest + take.map, row); !is_new)
+        throw InputError("{}: its logs and map are those of row {}", place, of->second);
       out.digest += take.map;
     } catch (const InputError& error) {
-      take.fault = reason_of(error, out.folder);
+      take.fault = reason_of(error.what(), out.folder);
     }
   }
   if (out.takes.empty())
@@ -513,6 +527,7 @@ CohortResult run_cohort(const CohortRequest& request,
     if (part.at("joints").empty())
       out.failed.push_back(fmt::format("{}: {}", name_of(run.settings(), shard.item(k)),
                                        part.at("reason").get<std::string>()));
+    out.warned += part.value(kWarnings, Cells()).empty() ? 0 : 1;
   }
   return out;
 }

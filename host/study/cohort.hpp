@@ -49,6 +49,7 @@ struct CohortRequest {
 struct CohortResult {
   std::size_t takes = 0;
   std::vector<std::string> failed;  // of takes, why
+  std::size_t warned = 0;           // takes that the table has warnings of
 };
 
 // Goes on where the folder's rows end; takes that failed, and those whose files were changed, are tried once more. Throws io::InputError: a folder of another manifest,

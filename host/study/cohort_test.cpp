@@ -82,9 +82,7 @@ TEST_F(Cohort, IsATidyTableAndAFailedTakeIsARow) {
   std::istringstream table(files("out")["cohort.csv"]);
   std::vector<std::vector<std::string>> rows;
   for (std::string line; std::getline(table, line);) {
-    rows.emplace_back();
-    std::istringstream cells(line + ",");
-    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
+    recording::split(line, ',', rows.emplace_back());
   }
   ASSERT_EQ(rows.size(), 8U);
   const auto cell = [&](std::size_t row, const std::string& column) {
@@ -94,6 +92,8 @@ TEST_F(Cohort, IsATidyTableAndAFailedTakeIsARow) {
   EXPECT_LT(std::stod(cell(2, "rmse_deg")), 1);
   EXPECT_LT(std::stod(cell(2, "rmse_low_deg")), std::stod(cell(2, "rmse_deg")));
   EXPECT_EQ(cell(2, "structure") + cell(2, "reason"), "line");
+  EXPECT_TRUE(has(cell(2, "warnings"), "motion") && cell(7, "warnings").empty()) << cell(2, "warnings");
+  EXPECT_EQ(result.warned, 6U);
   for (const score::Baseline& one : score::kBaselines) {
     const std::string error_deg = cell(2, std::string(one.name) + "_deg");
     EXPECT_TRUE(error_deg.empty() ||
@@ -164,6 +164,10 @@ TEST_F(Cohort, ALogThatWasMendedIsIdentifiedAgainAndShardsOfOtherDataAreRefused)
   (void)run_cohort(leaving_out("anew"), {});
   EXPECT_TRUE(files("out") == files("anew"));
   EXPECT_NE(files("out")["models/P0_0.json"], before["models/P0_0.json"]);
+  std::ofstream(folder_ / "0_glove.csv") << "t_s,index_adc\n0,500\n";  // tells nothing: its model goes
+  for (const char* name : {"out", "broken"}) (void)run_cohort(leaving_out(name), {});
+  EXPECT_TRUE(files("out") == files("broken"));
+  take("0", 5, 0);
   (void)run_cohort(request("part2", {2, 2}), {});
   const auto refusal = [&] {
     return io::refusal_of([&] { merge_cohort({folder_ / "part1", folder_ / "part2"}, folder_ / "m"); });
@@ -180,7 +184,7 @@ TEST_F(Cohort, AHeaderThatIsWrongIsRefused) {
            {"subject,session,glove,reference,Maps", "is \"Maps\" the column \"map\"?"},
            {"subject,session,glove,reference,map,map", "\"map\" is there twice"},
            {"subject,session,glove,reference,map,rmse_deg", "\"rmse_deg\" is there twice"},
-           {"subject,session,glove,reference,map,", "column 6 has no name"},
+           {"subject,session,glove,reference,,map", "column 5 has no name"},
            {std::string("\0\xff\x80\x01", 4), "is missing"}}) {
     manifest(header + "\nP0,0,0_glove.csv,0_camera.csv,\n");
     const std::string refusal = io::refusal_of([&] { (void)read_manifest(folder_ / "m.csv"); });
@@ -204,7 +208,8 @@ TEST_F(Cohort, ARowThatIsWrongIsNamed) {
            {"P1\x01,0," + good, "column 1: bytes that are no text"},
            {"P1,0,/dev/zero,0_camera.csv,", "column \"glove\": /dev/zero: is no file that stays"},
            {"P1,0," + good + "\"never\nends", "a quote is not closed"},
-           {"P1,0,0_glove.csv", "has 3 cells, the header 5"}}) {
+           {"P1,0,0_glove.csv", "has 3 cells, the header 5"},
+           {"P1,0," + good, "its logs and map are those of row 2"}}) {
     manifest("subject,session,glove,reference,map\nP0,0," + good + "\n" + row + "\n");
     const Manifest read = read_manifest(folder_ / "m.csv");
     ASSERT_EQ(read.takes.size(), 2U);
@@ -217,8 +222,8 @@ TEST_F(Cohort, ARowThatIsWrongIsNamed) {
 TEST_F(Cohort, AMapIsTextOrAFileAndAManifestMayBeASpreadsheets) {
   std::ofstream(folder_ / "map.txt") << "ring=index_adc:index_deg\n";
   manifest(
-      "\xef\xbb\xbfsession;subject;glove;reference;map;note\r\n"
-      "1;Zo\xeb;0_glove.csv;0_camera.csv;\"index=index_adc:index_deg,thumb=index_adc:index_deg\";\"a; b\"\r\n"
+      "\xef\xbb\xbfsep=;\r\nsession;subject;glove;reference;map;note;;\r\n"
+      "1;Zo\xeb;0_glove.csv;0_camera.csv;\"index=index_adc:index_deg,thumb=index_adc:index_deg\";\"a; b\";;\r\n"
       "2;Zo\xeb;1_glove.csv;1_camera.csv;map.txt;\r\n");
   const Manifest read = read_manifest(folder_ / "m.csv");
   ASSERT_EQ(read.takes.size(), 2U);
@@ -231,7 +236,7 @@ TEST_F(Cohort, AMapIsTextOrAFileAndAManifestMayBeASpreadsheets) {
   for (const std::string& reason : run_cohort(one, {}).failed) ADD_FAILURE() << reason;
   EXPECT_TRUE(has(files("out")["cohort.csv"],
                   "without Zo\xc3\xab nobody is left whose map is "
-                  "\"\"ring=index_adc:index_deg\"\": it differs in row 2"))
+                  "\"\"ring=index_adc:index_deg\"\": it differs in row 3"))
       << files("out")["cohort.csv"];
   manifest(
       "subject,session,glove,reference,note\nP0,0,0_glove.csv,0_camera.csv,\"left hand\nP2,2\"\n"

@@ -17,11 +17,11 @@ class ShardsTest : public testing::Test {
  protected:
   ShardsTest() {
     for (std::size_t i = 1; i <= 3; ++i)
-      (void)run(plan({i, 3}, folders_.emplace_back(folder_ / std::to_string(i))), {});
+      (void)run(plan(Shard{i, 3}, folders_.emplace_back(folder_ / std::to_string(i))), {});
   }
 
   // 40 trials are three batches of each motion.
-  static Plan plan(Shard shard, const fs::path& folder) {
+  static Plan plan(std::optional<Shard> shard, const fs::path& folder) {
     Plan out = study::plan("1,4", 40, folder);
     out.shard = shard;
     return out;
@@ -50,14 +50,17 @@ TEST_F(ShardsTest, GiveTheBytesOfTheWholeRunInAnyOrder) {
     EXPECT_EQ(io::read_file(folder_ / "merged" / file), io::read_file(folder_ / "whole" / file)) << file;
 }
 
-TEST_F(ShardsTest, OneWithoutATrialIsFinished) {
-  folders_.clear();
-  for (std::size_t i = 1; i <= 8; ++i)
-    (void)run(plan({i, 8}, folders_.emplace_back(folder_ / "of8" / std::to_string(i))), {});
+TEST_F(ShardsTest, OneWithoutATrialIsFinishedAndOneMayHaveAll) {
   (void)run(plan({}, folder_ / "whole"), {});
-  (void)merged();
-  EXPECT_EQ(io::read_file(folder_ / "merged" / "trials.csv"),
-            io::read_file(folder_ / "whole" / "trials.csv"));
+  for (const std::size_t of : {8, 1}) {
+    folders_.clear();
+    for (std::size_t i = 1; i <= of; ++i)
+      (void)run(plan(Shard{i, of}, folders_.emplace_back(folder_ / std::to_string(of) / std::to_string(i))), {});
+    (void)merged();
+    EXPECT_EQ(io::read_file(folder_ / "merged" / "trials.csv"),
+              io::read_file(folder_ / "whole" / "trials.csv"));
+    fs::remove_all(folder_ / "merged");
+  }
 }
 
 TEST_F(ShardsTest, AnUnfinishedOneIsNamedAndNothingIsWritten) {
@@ -76,13 +79,13 @@ TEST_F(ShardsTest, OneThatWasKilledBehindItsLastRowIsEndedByItsCommand) {
   EXPECT_EQ(refusal(),
             folders_[1].string() +
                 ": its run has not ended: give that shard's command once more, it goes on from there");
-  (void)run(plan({2, 3}, folders_[1]), {});
+  (void)run(plan(Shard{2, 3}, folders_[1]), {});
   EXPECT_EQ(refusal(), "accepted");
 }
 
 TEST_F(ShardsTest, AChangedDigitIsRefusedAlsoByItsOwnCommandAndOfAWholeRun) {
   (void)run(plan({}, folder_ / "whole"), {});
-  for (const auto& [folder, shard] : {std::pair(folders_[1], Shard{2, 3}), {folder_ / "whole", Shard()}}) {
+  for (const auto& [folder, shard] : {std::pair(folders_[1], std::optional(Shard{2, 3})), {folder_ / "whole", {}}}) {
     std::string rows = io::read_file(folder / "trials.csv");
     char& digit = rows.at(rows.find('.', rows.find('\n')) + 1);
     digit = digit == '3' ? '4' : '3';
@@ -100,7 +103,7 @@ TEST_F(ShardsTest, OnesThatAreMissingTwiceThereOrOfAnotherRunAreNamed) {
   folders_.push_back(folders_[1]);
   EXPECT_NE(refusal().find("are both shard 2"), std::string::npos);
   fs::remove_all(third);
-  Plan other = plan({3, 3}, third);
+  Plan other = plan(Shard{3, 3}, third);
   other.seed = 4;
   (void)run(other, {});
   folders_.back() = third;

@@ -39,7 +39,7 @@ struct Job {
 using JobRows = std::vector<std::vector<TrialRow>>;  // [compensator][trial]
 
 Plan shard_of(Plan plan, std::size_t number, const std::vector<std::filesystem::path>& shards) {
-  plan.shard = {number + 1, shards.size()};
+  plan.shard = Shard{number + 1, shards.size()};
   plan.folder = shards[number];
   return plan;
 }
@@ -50,7 +50,7 @@ class Runner {
       : plan_(plan), progress_(progress), settings_(settings_of(plan)) {
     if (plan.engine != nullptr) batch_ = plan.engine->batch();
     const std::int64_t batches = (std::int64_t{plan.trials} + batch_ - 1) / batch_;
-    jobs_ = plan.shard.count(static_cast<std::size_t>(batches) * plan.motions.size());
+    jobs_ = plan.shard.value_or(Shard()).count(static_cast<std::size_t>(batches) * plan.motions.size());
     for (const twin::Motion& motion : plan.motions) {
       result_.motions.push_back(motion.name());
       for (const Compensator& c : plan.compensators) {
@@ -128,7 +128,7 @@ class Runner {
   }
 
   Job job(std::size_t number) const {
-    number = plan_.shard.item(number);
+    number = plan_.shard.value_or(Shard()).item(number);
     const std::size_t motions = plan_.motions.size();
     const int first = static_cast<int>(number / motions) * batch_;
     return {number % motions, first, std::min(batch_, plan_.trials - first)};
@@ -307,7 +307,7 @@ void check(const Plan& plan) {
 
 Result run(const Plan& plan, const TrialProgress& progress) {
   check(plan);
-  if (plan.shard.of > 1 && plan.folder.empty()) throw InputError("a shard needs a folder of its own: --out");
+  if (plan.shard && plan.folder.empty()) throw InputError("a shard needs a folder of its own: --out");
   return Runner(plan, progress).run({});
 }
 
@@ -351,8 +351,8 @@ Json settings_of(const Plan& plan) {
                     {"drift_turns_s", plan.scenario.drift_turns_s},
                     {"tracked", plan.scenario.tracked},
                     {"recalibrated", plan.scenario.recalibrated}};
-  if (plan.shard.of > 1) {
-    json["shard"] = plan.shard;
+  if (plan.shard) {
+    json["shard"] = *plan.shard;
     json["plan"] = {{"scenarios", plan.scenarios}, {"motions", plan.motions}, {"models", Json::array()}};
     for (const Compensator& c : plan.compensators) json["plan"]["models"].push_back(c.model);
   }

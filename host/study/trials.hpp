@@ -47,7 +47,7 @@ struct Plan {
   const io::FolderLock* lock = nullptr;  // of the folder, where the caller has it already
   Scenario scenario = {};  // how long the glove is worn before each trial, and whether it tracks
   bool scenarios = false;  // whether whoever runs it goes on with study::scenarios()
-  Shard shard = {};        // plays the batches that this part of the run has
+  std::optional<Shard> shard = {};  // plays only the batches that this part of the run has
 };
 
 // Mean and 95 % interval (Student's t) of a stream of numbers.

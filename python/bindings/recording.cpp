@@ -9,7 +9,9 @@
 
 #include <memory>
 
+#include "host/io/folder_lock.hpp"
 #include "host/io/json.hpp"
+#include "host/io/output.hpp"
 #include "host/recording/pair.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/unit.hpp"
@@ -106,6 +108,7 @@ nb::object judge(const std::vector<double>& error_deg,
 void add_recording(nb::module_& m) {
   nb::class_<recording::Log>(m, "Log", "A flexor.Recording as the rooms read it; without one, none.")
       .def(nb::init<>())
+      .def(nb::init<std::filesystem::path>())
       .def("__init__", [](recording::Log* self, const nb::handle& recording) {
         new (self) recording::Log(to_log(recording));
       });
@@ -113,6 +116,9 @@ void add_recording(nb::module_& m) {
   m.def("write_file", [](const std::filesystem::path& path, const nb::bytes& bytes) {
     io::write_file(path, {bytes.c_str(), bytes.size()});
   });
+  m.def("require_writable", &io::require_writable);
+  nb::class_<io::FolderLock>(m, "FolderLock").def(nb::init<std::filesystem::path>());
+  m.def("without_unit", [](const std::string& column) { return recording::without_unit(column); });
   m.def("unit_of", &recording::unit_of);
   m.def("known_unit", &recording::known_unit);
   m.def("seconds_in",

@@ -2,6 +2,8 @@
 
 import argparse
 import contextlib
+import functools
+import importlib
 import json
 import re
 import sys
@@ -32,13 +34,15 @@ __version__: str = core.version
 Show = Union[None, bool, Callable[[int, int, str], object]]
 
 
-def pandas() -> Any:
-    """pandas, which results as frames need."""
+def needed(module: str) -> Any:
+    """What not all of the package needs."""
     try:
-        import pandas as found
+        return importlib.import_module(module)
     except ImportError:
-        raise ImportError("a frame needs pandas: pip install pandas") from None
-    return found
+        raise ImportError(f"this needs {module}: pip install {module.partition('.')[0]}") from None
+
+
+pandas = functools.partial(needed, "pandas")  # of results as frames
 
 
 def filled(request: Any, **fields: Any) -> Any:
@@ -100,6 +104,6 @@ def options_of(parser: argparse.ArgumentParser) -> Iterator[argparse.Namespace]:
     options = parser.parse_args()
     try:
         yield options
-    except (ValueError, OSError, RuntimeError) as error:  # RuntimeError: flexor.JobError
+    except (ValueError, OSError, ImportError, RuntimeError) as error:  # RuntimeError: flexor.JobError
         print(f"{parser.prog}: {error}", file=sys.stderr)
         raise SystemExit(2) from error

@@ -33,7 +33,7 @@ class Identification:
 
     @property
     def verdicts(self) -> dict[str, dict[str, Any]]:
-        """Of each joint: better, as_good or worse than the best baseline, on data that neither saw."""
+        """Of each joint: better, as good or worse than the best baseline, on data that neither saw."""
         return {name: joint["verdict"] for name, joint in self.results["joints"].items()}
 
     @property
@@ -79,19 +79,21 @@ def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[
     if leave_out and leave_out not in ("take", "block"):
         raise InputError(f'leave_out "{leave_out}": take or block')
 
-    def log_of(given: Any, of: str, number: int) -> Any:
-        return as_log(given, f"{of} {number}" if len(pairs) > 1 else of)
+    def files_of(number: str, sensor: Any, reference: Any) -> Any:
+        glove = as_log(sensor, f"glove{number}")
+        return core.PairFiles(glove, glove if reference is sensor else as_log(reference, f"reference{number}"))
 
+    pairs = list(pairs)
     for one in pairs:
         if not isinstance(one, (tuple, list)) or len(one) != 2:
             raise InputError(f"pairs: a list of (glove, reference), not of {type(one).__name__}")
     for joint, of in (map or {}).items():
-        if not isinstance(of, (tuple, list)) or len(of) != 2 or not isinstance(of[1], str):
+        if not isinstance(of, (tuple, list)) or len(of) != 2 or not of[0] or not isinstance(of[1], str):
             raise InputError(f'map: {joint!r} is {of!r:.60}: a sensor or several and an angle, ("SensorA1", "index_deg")')
     name = core.joint_name
     request = filled(
         core.Request(),
-        pairs=[core.PairFiles(log_of(sensor, "glove", i), log_of(reference, "reference", i)) for i, (sensor, reference) in enumerate(pairs, 1)],
+        pairs=[files_of(f" {i}" if len(pairs) > 1 else "", *pair) for i, pair in enumerate(pairs, 1)],
         map=[core.JointMap(name(joint), [one] if isinstance(one, str) else list(one), angle) for joint, (one, angle) in (map or {}).items()],
         rate_hz=rate_hz, split=split, structure=structure, lead_s=lead_s, clock_offset_s=clock_offset_s, fit_all=fit_all,
         leave_out=core.LeaveOut[leave_out or "none"], input_unit=input_unit, output_unit=output_unit, ends=_ends(ends_deg),
@@ -169,7 +171,7 @@ def cohort(manifest: Union[str, os.PathLike], out: Union[str, os.PathLike], *, c
         takes, failed = _run(manifest, out, options, "", threads, show)
     if takes == len(failed):
         raise JobError(f"all {takes} takes failed: {failed[0]}")
-    return pandas().read_csv(out / "cohort.csv", dtype={"subject": str, "session": str})
+    return pandas().read_csv(out / "cohort.csv", dtype={"subject": str, "session": str}, keep_default_na=False, na_values=[""])
 
 
 def _on_cluster(client: Any, manifest: pathlib.Path, out: pathlib.Path, options: dict[str, Any], show: Any) -> None:

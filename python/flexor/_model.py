@@ -8,8 +8,8 @@ from typing import Any, Sequence, Union
 
 import numpy as np
 
-from flexor._core import Show, core, pandas, run, write_text
-from flexor._recording import Recording, as_log
+from flexor._core import InputError, Show, core, pandas, run, write_text
+from flexor._recording import Recording, as_array, as_log
 
 
 class Compensator:
@@ -77,9 +77,10 @@ class Compensator:
     def step(self, rows: Any) -> tuple[np.ndarray, np.ndarray]:
         """Readings as they come: ``rows`` of one reading of each input (n x inputs), a sample period apart. Angles in degrees and
         status (see ``predict``), n x joints. What was stepped before is remembered, until ``reset``."""
-        named = getattr(rows, "columns", None)
-        readings = np.ascontiguousarray(rows if named is None else rows[list(self.inputs)], dtype=np.float64)
-        return self._steps.step(np.atleast_2d(readings))
+        readings = as_array(rows[self.inputs] if hasattr(rows, "iloc") else rows)
+        if readings.dtype.kind in "cSU":
+            raise InputError(f"rows of {readings.dtype}: readings are numbers")
+        return self._steps.step(np.atleast_2d(np.ascontiguousarray(readings, dtype=np.float64)))
 
     def reset(self) -> None:
         self._steps = core.Steps(self._core, self._arithmetic)

@@ -38,10 +38,12 @@ class Recording:
                 raise InputError(f'{source}: no column "{time}"; there are: {", ".join(columns)}')
             self.t_s = _seconds(columns.pop(time), time, time_unit, source)
         elif time is not None:
-            self.t_s = _seconds(_array(time), "", time_unit, source)
+            self.t_s = _seconds(as_array(time), "", time_unit, source)
         elif rate_hz is not None:
             if not 0 < rate_hz < np.inf:
                 raise InputError("the rate must be positive and finite")
+            if getattr(index, "name", None) or getattr(getattr(index, "dtype", None), "kind", "i") in "fmM":
+                raise InputError(f"{source}: the index has times, and rate_hz says others: which? (reset_index(drop=True) drops it)")
             self.t_s = np.arange(len(next(iter(columns.values()), ()))) / rate_hz
         else:
             self.t_s = _index_seconds(index, list(columns), time_unit, source)
@@ -113,8 +115,22 @@ def as_recording(log: Any, name: str = "recording") -> Recording:
 
 
 def as_log(given: Any, name: str = "recording") -> Any:
-    """The same for a room; none of None."""
+    """The same for a room, which reads a file itself; none of None."""
+    if isinstance(given, (str, os.PathLike)):
+        return core.Log(given)
     return core.Log() if given is None else core.Log(as_recording(given, name))
+
+
+def angles_of(log: Recording) -> dict[str, str]:
+    """The column of each joint, by its unit; a standard error is no angle. Raises InputError: two of one joint."""
+    out: dict[str, str] = {}
+    for name, unit in log.units.items():
+        joint = core.without_unit(name)
+        if unit in ("deg", "rad") and not joint.endswith("_se"):
+            if joint in out:
+                raise InputError(f"{log.source}: two columns are the joint {joint}: drop one")
+            out[joint] = name
+    return out
 
 
 def score(measured: Any, estimated: Any, columns: Optional[Mapping[str, str]] = None) -> dict[str, dict[str, Any]]:
@@ -131,17 +147,17 @@ def score(measured: Any, estimated: Any, columns: Optional[Mapping[str, str]] = 
     """
     reference, estimate = as_recording(measured, "measured"), as_recording(estimated, "estimated")
     if columns is None:
-        columns = {name: name for name in reference.columns
-                   if name in estimate.columns and name.endswith("_deg") and not name.endswith("_se_deg")}
+        joints = angles_of(estimate)
+        columns = {name: joints[joint] for joint, name in angles_of(reference).items() if joint in joints}
     if not columns:
         raise InputError(f"no angle of one name: {reference.source} has {', '.join(reference.columns)}; "
                          f"{estimate.source} has {', '.join(estimate.columns)}")
-    return {one.removesuffix("_deg"): core.score(as_log(reference), one, as_log(estimate), other) for one, other in columns.items()}
+    return {core.without_unit(one): core.score(as_log(reference), one, as_log(estimate), other) for one, other in columns.items()}
 
 
 def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[float]], period_s: float,
           part_ends: Sequence[int] = ()) -> dict[str, Any]:
-    """Whether errors are smaller than those of the best baseline at the same samples: better, as_good or worse, with the 95 %
+    """Whether errors are smaller than those of the best baseline at the same samples: better, as good or worse, with the 95 %
     interval of the difference by a bootstrap over blocks, and in ``words``. ``part_ends``: of parts that are drawn whole.
 
     >>> import numpy as np
@@ -151,7 +167,7 @@ def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[
     """
     if not isinstance(baseline_error_deg, Mapping):
         raise InputError("baseline_error_deg: a mapping of baselines' names to their errors")
-    errors = {"": np.asarray(error_deg, float)} | {name: np.asarray(e, float) for name, e in baseline_error_deg.items()}
+    errors = {name: np.asarray(as_array(e), float) for name, e in {"": error_deg, **baseline_error_deg}.items()}
     for name, e in errors.items():
         if e.ndim != 1 or e.size < 2 or e.shape != errors[""].shape or not np.isfinite(e).all():
             raise InputError(f"errors{name and ' of ' + name}: two finite numbers or more, as many of each, are needed: leave out what either lacks")
@@ -163,7 +179,7 @@ def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[
     return core.judge(errors.pop(""), errors, period_s, list(part_ends))
 
 
-def _array(values: Any) -> np.ndarray:
+def as_array(values: Any) -> np.ndarray:
     """What a mask hides is missing."""
     return values.astype(float).filled(np.nan) if np.ma.isMaskedArray(values) else np.asarray(values)
 
@@ -177,7 +193,7 @@ def _columns_of(data: Any, source: str) -> tuple[dict[str, Any], Any]:
                 raise InputError(f'{source}: column "{name}" occurs twice: rename one of them')
         return {name: data.iloc[:, i] for i, name in enumerate(names)}, data.index
     if isinstance(data, Mapping):
-        return {str(name): _array(values) for name, values in data.items()}, None
+        return {str(name): as_array(values) for name, values in data.items()}, None
     raise InputError(f"{source}: a frame with a time index or a mapping of names to arrays, not {type(data).__name__}")
 
 

@@ -6,7 +6,7 @@ import json
 import os
 from typing import Any, Mapping, Sequence, Union
 
-from flexor._core import InputError, Show, core, filled, pandas, run
+from flexor._core import Show, core, filled, pandas, run
 from flexor._model import Compensator
 from flexor._recording import Recording
 
@@ -71,7 +71,7 @@ def experiment(gestures: Union[str, Sequence[int]] = "1-6", compensators: Sequen
 
 
 def merge(folders: Sequence[Union[str, os.PathLike]], out: Union[str, os.PathLike], *, progress: Show = None) -> Experiment:
-    """The shards' folders, in any order, to the results of the whole run. Raises ``InputError``: one is missing or another run's.
+    """The folders of an experiment's shards, in any order, to the results of the whole run. Raises ``InputError``: one is missing or another run's.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as d:
@@ -79,6 +79,4 @@ def merge(folders: Sequence[Union[str, os.PathLike]], out: Union[str, os.PathLik
     ...     merge(parts, f"{d}/whole").results == experiment("1,4").results
     True
     """
-    if not folders:
-        raise InputError("no folders of shards")
     return Experiment(run(core.merge, list(folders), out, progress=progress))

@@ -22,9 +22,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from flexor._core import __version__, core, options_of, write_json, write_text
+from flexor._core import __version__, core, needed, options_of, write_json, write_text
 from flexor._model import Compensator
-from flexor._recording import Recording, as_recording, read
+from flexor._recording import Recording, angles_of, as_recording, read
 
 UNKNOWN_FROM = {"_quality": 3, "_status": 1}  # lost by a camera; held by a model
 A_DATE_S = 1e8  # dates are seconds since 1970; no log runs for three years
@@ -42,18 +42,15 @@ def joints_of(log, model=None) -> pd.DataFrame:
     model: the document that the angles are of; they become flexion, 0 at the open hand and growing towards the fist.
     """
     log, out = _log(log), {}
-    for column, angle in log.columns.items():
-        joint, _, unit = column.rpartition("_")
-        if unit not in ("deg", "rad") or not joint or joint.endswith("_se"):
-            continue
-        if joint in out:
-            raise ValueError(f"two columns are the joint {joint}: drop one")
+    for joint, column in angles_of(log).items():
         is_lost = np.any([log.columns.get(joint + end, np.zeros(len(log))) >= least for end, least in UNKNOWN_FROM.items()], axis=0)
-        out[joint] = np.where(is_lost, np.nan, angle if unit == "deg" else np.degrees(angle))
+        out[joint] = np.where(is_lost, np.nan, log[column] if log.units[column] == "deg" else np.degrees(log[column]))
     if not out:
         raise ValueError(f"no column is called NAME_deg or NAME_rad; there are {', '.join(log.columns)}")
-    begin_s = log.t_s[0] if log.t_s[0] > A_DATE_S else 0
-    angles = pd.DataFrame(out if model is None else _flexion(out, model), index=log.t_s - begin_s)
+    if (np.diff(log.t_s) < -1).any():
+        raise ValueError("the clock starts again: cut the log there, into a file for each trial")
+    begin_s = log.t_s[:1].max(initial=0)
+    angles = pd.DataFrame(out if model is None else _flexion(out, model), index=log.t_s - (begin_s if begin_s > A_DATE_S else 0))
     if np.isinf(angles.to_numpy()).any():
         raise ValueError("an angle is infinite")
     return angles[angles.index > np.r_[-np.inf, np.maximum.accumulate(angles.index)[:-1]]]
@@ -62,7 +59,7 @@ def joints_of(log, model=None) -> pd.DataFrame:
 def _log(given) -> Recording:
     """Of a file the angles alone, whatever its clock does: `joints_of` leaves out what does not rise."""
     if isinstance(given, (str, os.PathLike)):
-        return read(given, lambda names: [name for name in names if name.endswith(("_deg", "_rad", *UNKNOWN_FROM))], repair=False)
+        return read(given, lambda names: [n for n in names if core.unit_of(n) in ("deg", "rad") or n.endswith(tuple(UNKNOWN_FROM))], repair=False)
     return as_recording(given)
 
 
@@ -167,10 +164,8 @@ def mot(path, log, *, model=None) -> int:
 
 def mat(path, log, *, model=None) -> int:
     """A .mat file (level 5) with t_s (rows x 1), angle_deg (rows x joints) and joints, a cell array of names; returns its rows."""
-    from scipy.io import savemat
-
+    savemat, out = needed("scipy.io").savemat, io.BytesIO()
     angles = joints_of(log, model)
-    out = io.BytesIO()
     savemat(out, {"t_s": angles.index.to_numpy()[:, None], "angle_deg": angles.to_numpy(),
                   "joints": np.array(list(angles), dtype=object)[None, :]}, do_compression=True)
     core.write_file(path, out.getvalue())
@@ -182,9 +177,7 @@ def lsl(source, *, stream: str = "Flexor") -> int:
 
     source: a log, which is played in its own time, or the address of `flexor live`'s socket, ws://127.0.0.1:PORT/TOKEN/socket.
     """
-    import pylsl
-
-    outlet, count = None, 0
+    pylsl, outlet, count = needed("pylsl"), None, 0
     for names, angles in _live(source) if isinstance(source, str) and source.startswith("ws://") else _played(source):
         if outlet is None:
             info = pylsl.StreamInfo(stream, "MoCap", len(names), 0, "double64", "flexor")
@@ -204,9 +197,7 @@ def _played(log) -> Iterator[tuple[list[str], list[float]]]:
 
 
 def _live(address: str) -> Iterator[tuple[list[str], list[float]]]:
-    from websockets.sync.client import connect
-
-    with connect(address, max_size=None) as socket:
+    with needed("websockets.sync.client").connect(address, max_size=None) as socket:
         yield from live_samples(socket)
 
 

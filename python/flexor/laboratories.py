@@ -29,7 +29,7 @@ from typing import Any, Callable, NamedTuple, Optional, Sequence
 import numpy as np
 import pandas as pd
 
-from flexor._core import FINGERS, InputError, Show, __version__, core, filled, options_of, shown, write_json, write_text
+from flexor._core import FINGERS, InputError, Show, __version__, core, filled, needed, options_of, shown, write_json, write_text
 
 SCHEMA = "flexor-ensemble"
 PUBLISHED = ("raw", "published-w", "published-hw")
@@ -141,8 +141,7 @@ def sample(log_density: Callable[[np.ndarray], float], start: np.ndarray, steps:
     """Draws of a density from walkers that start at the rows of `start`: (steps that are left after a third of warming up x walkers
     x parameters), each parameter's autocorrelation time in steps, share of moves that were accepted. One seed gives the same
     draws whatever the threads; 0: as many as the machine has."""
-    import emcee
-
+    emcee = needed("emcee")
     # Stretching brings in those that started far out. Not DESnookerMove: half its exponent is missing, and spreads come out too small.
     moves = [(emcee.moves.StretchMove(), 0.5), (emcee.moves.DEMove(), 0.5)]
     state = emcee.State(start, random_state=np.random.RandomState(seed).get_state())
@@ -169,7 +168,7 @@ def draw(laboratories: int = 200, *, walkers: int = 64, steps: int = 600, starts
         raise InputError(f"{steps} steps of {walkers} walkers leave {draws} draws for {laboratories} laboratories")
     if walkers < (least := 2 * len(prior().names)):
         raise InputError(f"{walkers} walkers are too few for as many parameters: at least {least}")
-    of = prior()
+    of, _ = prior(), needed("emcee")  # which is missed before the hour
 
     def log_density(x: np.ndarray) -> float:
         before = of.log_density(x)
@@ -203,9 +202,7 @@ def doubt(ensemble: dict[str, Any]) -> str:
 def fit(*, evaluations: int = 4000, trials: int = 8, seed: int = 1, progress: Show = None) -> dict[str, float]:
     """The likeliest laboratory where each published average counts alike, within 0.35 of its logarithm: the twin's own parameters
     are these. By Sbplx (Rowan, 1990) of NLopt from the prior's median; it needs no derivatives, which a simulation has not."""
-    import nlopt
-
-    of = prior()
+    nlopt, of = needed("nlopt"), prior()
     ln_published = np.log([cell["error_deg_s"] for cell in published()[: 4 * len(PUBLISHED)]])
     optimizer = nlopt.opt(nlopt.LN_SBPLX, len(of.names))
     with shown(progress) as show:
@@ -266,13 +263,15 @@ def run(ensemble: dict[str, Any], *, out: Any = None, threads: int = 0, client: 
 
     out: a folder, in which each laboratory is a line of laboratories.jsonl as soon as its turn comes; a run that was cut off goes on
     there. client: a distributed.Client of Dask, whose workers play; else threads of this process. Raises InputError: the folder
-    has another run.
+    has another run, or somebody works there.
     """
     laboratories = ensemble["laboratories"]
-    rows = [] if out is None else _rows_of(Path(out), {"laboratories": laboratories, "settings": settings, "version": __version__})
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool, shown(progress) as show:
-        todo = [(client or pool).submit(play, laboratories[k], k, **settings) for k in range(len(rows), len(laboratories))]
+        held, rows, todo = None if out is None else core.FolderLock(out), [], []
         try:
+            if out is not None:
+                rows = _rows_of(Path(out), {"laboratories": laboratories, "settings": settings, "version": __version__})
+            todo = [(client or pool).submit(play, laboratories[k], k, **settings) for k in range(len(rows), len(laboratories))]
             for future in todo:
                 rows.append(future.result())
                 if out is not None:
@@ -283,14 +282,14 @@ def run(ensemble: dict[str, Any], *, out: Any = None, threads: int = 0, client: 
         finally:
             for future in todo:
                 future.cancel()
+            del held
     return rows
 
 
 def _rows_of(folder: Path, identity: dict[str, Any]) -> list[dict[str, Any]]:
     """Rows whose line is whole; the others leave the file."""
-    folder.mkdir(parents=True, exist_ok=True)
     mark, journal = folder / "run.json", folder / "laboratories.jsonl"
-    if mark.exists() and json.loads(mark.read_text("utf-8")) != identity:
+    if (json.loads(mark.read_text("utf-8")) if mark.exists() else None if journal.exists() else identity) != identity:
         raise InputError(f"{folder} has another run: another folder, or remove it")
     write_text(mark, json.dumps(identity))
     whole = journal.read_text("utf-8").rpartition("\n")[0].splitlines() if journal.exists() else []
@@ -384,6 +383,7 @@ if __name__ == "__main__":
         if o.task == "fit":
             print("\n".join(f"{name}={value:g}" for name, value in fit().items()))
         elif o.task == "draw":
+            core.require_writable(o.out)
             ensemble = draw(o.laboratories, steps=o.steps, seed=o.seed, threads=o.threads)
             write_json(o.out, ensemble, indent=1)
             print(f"{o.out}: {o.laboratories} laboratories")

@@ -4,6 +4,7 @@ from typing import Any, Optional
 
 import numpy as np
 
+from flexor._core import needed
 from flexor._identify import Identification
 from flexor._twin import Experiment
 
@@ -14,8 +15,7 @@ COLOURS = {"raw": "#E69F00", "published-w": "#56B4E9", "published-hw": "#D55E00"
 
 def _axes(ax: Any) -> Any:
     if ax is None:
-        import matplotlib.pyplot as plt
-        ax = plt.subplots(figsize=(8, 4), layout="constrained")[1]
+        ax = needed("matplotlib.pyplot").subplots(figsize=(8, 4), layout="constrained")[1]
     ax.grid(alpha=0.3)
     ax.spines[["top", "right"]].set_visible(False)
     return ax

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexor._core import FINGERS, __version__, options_of, write_json
+from flexor._core import FINGERS, __version__, core, needed, options_of, write_json
 from flexor._recording import read
 
 JOINTS = [f"thumb_{joint}" for joint in ("rot", "mcp", "ip", "abd")]
@@ -63,12 +63,10 @@ def codebook(hands_deg: np.ndarray, total_s: float, cells: int, seed: int) -> tu
     hands, and errors are then claimed that are too small (90 instead of 92 % within two standard errors, docs/posture.md). Their
     order is drawn, since the first cells stand for what was shown of a person where errors are scaled (host/posture/regression.hpp).
     """
-    from sklearn.cluster import KMeans
-
     distinct = hands_deg[np.sort(np.unique(hands_deg, axis=0, return_index=True)[1])]
     cells = min(cells, len(distinct))
     first = np.random.default_rng(seed).permutation((np.arange(cells) + 0.5) * len(distinct) / cells).astype(int)
-    found = KMeans(cells, init=distinct[first], n_init=1).fit(hands_deg)
+    found = needed("sklearn.cluster").KMeans(cells, init=distinct[first], n_init=1).fit(hands_deg)
     seconds = np.bincount(found.labels_, minlength=cells) * total_s / len(hands_deg)
     within_deg2 = ((hands_deg - found.cluster_centers_[found.labels_]) ** 2).mean(axis=0)
     return found.cluster_centers_, seconds, within_deg2
@@ -148,6 +146,7 @@ if __name__ == "__main__":
     parser.add_argument("--out", required=True, help="the posture document")
     parser.add_argument("--seed", type=int, default=1, help="of the order of typical hands")
     with options_of(parser) as o:
+        core.require_writable(o.out)
         document = learn([read_recorded(file) for file in o.files], o.seed)
         write_json(o.out, document, separators=(",", ":"))
         print(f"{'person':20}{'rows':>7}{'seconds':>9}{'cells':>7}")

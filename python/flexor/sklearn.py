@@ -34,7 +34,7 @@ class FlexorRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):
 
     def fit(self, X: Any, y: Any) -> "FlexorRegressor":
         X, y = validate_data(self, X, y, multi_output=True, y_numeric=True, dtype=np.float64, ensure_min_samples=2)
-        if not self.rate_hz > 0:
+        if not 0 < self.rate_hz < np.inf:
             raise ValueError(f"rate_hz={self.rate_hz!r}: rows a second, more than 0")
         core.check_structure(self.structure)
         angles = y.reshape(len(y), -1).astype(np.float64)
@@ -50,6 +50,7 @@ class FlexorRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):
             self.compensator_ = Compensator(core.fit(request, as_log(log)))
         except (JobError, ValueError) as error:
             self.refusal_ = str(error)
+            warnings.warn(f"a straight line is fitted in place of structure={self.structure!r}: {error}")
             self.line_ = np.linalg.lstsq(np.column_stack([X, np.ones(len(X))]), angles, rcond=None)[0]
         return self
 
@@ -59,8 +60,8 @@ class FlexorRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):
         if self.compensator_ is None:
             angles = np.column_stack([X, np.ones(len(X))]) @ self.line_
         else:
-            self.compensator_.reset()
-            angles, status = self.compensator_.step(X[:, [int(name[1:]) for name in self.compensator_.inputs]])
+            steps = core.Steps(self.compensator_._core, "double")  # own: others may predict at the same time
+            angles, status = steps.step(np.ascontiguousarray(X[:, [int(name[1:]) for name in self.compensator_.inputs]]))
             if 2 * np.count_nonzero(status) >= status.size:
                 warnings.warn(f"{np.count_nonzero(status)} of {status.size} angles are held: readings lie outside of the range of those "
                               "that were fitted")

@@ -27,6 +27,7 @@ def manifest(tmp_path_factory):
         pd.DataFrame({"t_s": t_s, "host_s": t_s, "index_adc": counts}).to_csv(folder / f"{k}_glove.csv", index=False)
         pd.DataFrame({"t_s": t_s, "host_s": t_s, "index_deg": angle}).to_csv(folder / f"{k}_camera.csv", index=False)
         rows.append((f"P{k // 2}", f"0{k % 2}", f"{k}_glove.csv", f"{k}_camera.csv", "", 30 + k))
+    rows[7] = ("NA", *rows[7][1:])  # initials
     rows.append(("P9", "01", "none.csv", "0_camera.csv", "", 40))
     path = folder / "m.csv"
     pd.DataFrame(rows, columns=["subject", "session", "glove", "reference", "map", "age"]).to_csv(path, index=False)
@@ -52,7 +53,7 @@ def whole(manifest):
 def test_the_module_gives_the_commands_bytes(manifest, whole, tmp_path):
     table = flexor.cohort(manifest, tmp_path / "out", structure="curve", progress=False)
     assert files(tmp_path / "out") == whole
-    assert table.session.tolist() == ["00", "01"] * 4 + ["01"] and table.rmse_deg[:8].max() < 2 and table.age[3] == 33
+    assert table.subject[7] == "NA" and table.session.tolist() == ["00", "01"] * 4 + ["01"] and table.rmse_deg[:8].max() < 2 and table.age[3] == 33
     with pytest.raises(flexor.InputError, match="other settings"):
         flexor.cohort(manifest, tmp_path / "out", structure="line")
 

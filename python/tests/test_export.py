@@ -50,6 +50,8 @@ def test_joints_are_the_columns_with_an_angles_unit():
     angles = export.joints_of(recording())
     assert list(angles) == ["index_mcp", "ring finger", "Daumen_größe"]
     np.testing.assert_allclose(angles, expected_deg(), atol=1e-12)
+    log = flexor.Recording({"index [deg]": np.arange(90), "ring": np.arange(90)}, rate_hz=50, units={"ring": "rad"})
+    assert list(export.joints_of(log)) == ["index", "ring"] == list(flexor.score(log, log))
 
 
 def test_an_angle_that_is_held_is_not_known():
@@ -60,6 +62,8 @@ def test_an_angle_that_is_held_is_not_known():
 def test_times_rise_strictly():
     angles = export.joints_of(small("t_s,a_deg 0,1 .1,2 .1,3 .05,4 .2,5"))
     assert list(angles["a"]) == [1, 2, 5]
+    with pytest.raises(ValueError, match="starts again"):
+        export.joints_of(small("t_s,a_deg 0,1 5,2 0,3 5,4"))
     dated = small("t_s,a_deg 0,1 1,2").set_index(pd.to_datetime(["2026-05-01 12:00:00", "2026-05-01 12:00:01"]))
     assert list(export.joints_of(dated).index) == [0, 1]
 

@@ -82,6 +82,13 @@ def test_a_laboratory_is_what_it_is_alone(tmp_path):
     assert laboratories.run(two, progress=False, out=tmp_path, **QUICK) == rows and journal.read_text() == text
     with pytest.raises(flexor.InputError, match="another run"):
         laboratories.run(two, out=tmp_path, gestures="2")
+    held = laboratories.core.FolderLock(tmp_path)
+    with pytest.raises(flexor.InputError, match="another run works in this folder"):
+        laboratories.run(two, out=tmp_path, **QUICK)
+    del held
+    (tmp_path / "run.json").unlink()
+    with pytest.raises(flexor.InputError, match="another run"):
+        laboratories.run(two, out=tmp_path, **QUICK)
 
 
 @pytest.mark.long

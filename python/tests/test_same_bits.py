@@ -15,6 +15,25 @@ def test_a_model_is_the_commands_to_the_byte(program, files, tmp_path):
     assert (tmp_path / "n.json").read_bytes() == (tmp_path / "m.json").read_bytes()
 
 
+def test_each_argument_is_the_commands_option(program, files, donning, tmp_path):
+    pair = files / "glove-1.csv", files / "camera-1.csv"
+    offset_s = flexor.align(*pair, input="index_alpha_deg", output="index_deg")[0]["clock_offset_s"]
+    options = ("--structure", "line", "--split", 0.6, "--lead", 0.1, f"--clock-offset={offset_s!r}", "--fit-all", "--leave-out", "block",
+               "--reference-error", "index=2", "--pose-angles", "index=5:95")
+    command = json.loads(program("identify", "--pair", *pair, *options, "--model", tmp_path / "m.json", "--json"))
+    given = dict(structure="line", split=0.6, lead_s=0.1, clock_offset_s=offset_s, fit_all=True, leave_out="block",
+                 reference_error_deg={"index": 2}, ends_deg={"index": (5, 95)}, progress=False)
+    found = flexor.identify([pair], **given)
+    assert found.compensator.text == (tmp_path / "m.json").read_text() != found.proven.text
+    del command["fit_seconds"], found.results["fit_seconds"]
+    assert found.results == command
+    for name in set(given) - {"progress"}:  # each tells
+        less = flexor.identify([pair], **{key: value for key, value in given.items() if key != name})
+        assert (less.results, less.compensator) != (found.results, found.compensator), name
+    one = flexor.Recording({**donning.glove.columns, "index_deg": donning.glove["index_alpha_deg"]}, time=donning.glove.t_s)
+    assert flexor.identify([(one, one)], {"index": ("index_alpha_deg", "index_deg")}, structure="line").clock_offset_s == 0
+
+
 def test_results_are_the_commands_and_those_of_frames(program, files):
     pandas = pytest.importorskip("pandas")
     command = json.loads(program("identify", "--pair", files / "glove-1.csv", files / "camera-1.csv", "--rate", 10,
@@ -64,8 +83,8 @@ def test_scores_and_clocks_are_the_commands(program, files, found, tmp_path):
 
 
 def test_an_experiment_is_the_commands(program):
-    command = json.loads(program("experiment", "--gestures", "1", "--trials", 2, "--json"))
-    results = flexor.experiment("1", trials=2, progress=False).results
+    command = json.loads(program("experiment", "--gestures", "1", "--trials", 2, "--seed", 3, "--set", "radio.loss=0.2", "--json"))
+    results = flexor.experiment("1", trials=2, seed=3, set=["radio.loss=0.2"], progress=False).results
     assert {key: command[key] for key in results} == results
 
 

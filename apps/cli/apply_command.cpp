@@ -118,36 +118,30 @@ class Spool {
 
 // One JSON object. Its lists come one after the other, the estimates all at once.
 void print_json(const Options& o, const model::Model& model, recording::CsvReader& reader) {
-  Spool t_s;
-  std::vector<Spool> angle_deg(model.joints.size());
-  std::vector<Spool> status(model.joints.size());
-  std::vector<Spool> error_deg(o.intervals ? model.joints.size() : 0);
+  std::vector<std::string> before = {"{\"t_s\":["};  // each list
+  for (const model::Joint& joint : model.joints) {
+    const char* const end = before.size() == 1 ? "],\"channels\":{" : "]},";
+    before.push_back(fmt::format("{}\"{}\":{{\"angle_deg\":[", end, joint.name));
+    before.emplace_back("],\"status\":[");
+    if (o.intervals) before.emplace_back("],\"se_deg\":[");
+  }
+  std::vector<Spool> lists(before.size());
   const model::StandardErrors errors(model);
   const auto done = identify::apply(model, reader, options_of(o), [&](const identify::Estimate& e) {
-    t_s.add(fmt::format("{}", e.t_s));
-    for (std::size_t i = 0; i < angle_deg.size(); ++i) {
-      angle_deg[i].add(fmt::format("{}", e.angle_deg[i]));
-      status[i].add(fmt::format("{}", e.status[i]));
-      if (o.intervals) {
-        error_deg[i].add(fmt::format("{}", errors.of(i, e.angle_deg[i], e.reading)));
-      }
+    auto list = lists.begin();
+    const auto add = [&](auto number) { (list++)->add(fmt::format("{}", number)); };
+    add(e.t_s);
+    for (std::size_t i = 0; i < e.angle_deg.size(); ++i) {
+      add(e.angle_deg[i]);
+      add(e.status[i]);
+      if (o.intervals) add(errors.of(i, e.angle_deg[i], e.reading));
     }
   });
-  print("{\"t_s\":[");
-  t_s.print_all();
-  print("],\"channels\":{");
-  for (std::size_t i = 0; i < angle_deg.size(); ++i) {
-    print(fmt::format("{}\"{}\":{{\"angle_deg\":[", i > 0 ? "," : "", model.joints[i].name));
-    angle_deg[i].print_all();
-    print("],\"status\":[");
-    status[i].print_all();
-    if (o.intervals) {
-      print("],\"se_deg\":[");
-      error_deg[i].print_all();
-    }
-    print("]}");
+  for (std::size_t k = 0; k < lists.size(); ++k) {
+    print(before[k]);
+    lists[k].print_all();
   }
-  print("}");
+  print("]}}");
   if (o.track) print(",\"tracking\":" + to_json(done.followed));
   print(fmt::format(",\"version\":\"{}\"}}\n", FLEXOR_VERSION));
   identify::check_ranges(model, reader.name(), reader.columns(), done.ranges, log_warning, done.row_period_s);

@@ -63,7 +63,6 @@ class View {
   void draw(bool terminal, bool again) const {
     const char* clear = terminal ? "\033[K" : "";
     std::string out;
-    int lines = 1;
     for (std::size_t i = 0; i < ranges_.size(); ++i) {
       const Range& r = ranges_[i];
       const std::string& name = source_.columns()[i];
@@ -72,12 +71,11 @@ class View {
           r.least > r.most ? "no reading" : fmt::format("{:.1f} to {:.1f}", r.least, r.most);
       out += fmt::format("{}{:<18} {:8.1f} {} {}{}{}\n", clear, io::one_line(name), r.now, bar(r), ends,
                          r.remark.empty() ? "" : "  ", io::one_line(r.remark));
-      ++lines;
     }
-    if (again) out.insert(0, fmt::format("\033[{}A", lines));
     const listen::Tally& tally = source_.tally();
     out += fmt::format("{}{:.1f} samples a second, {} malformed, {}{}\n", clear, rate_hz(), tally.torn,
                        listen::lost_in_words(tally), terminal ? "; Ctrl-C ends this" : "");
+    if (again) out.insert(0, fmt::format("\033[{}A", std::ranges::count(out, '\n')));
     // A line that the terminal would break is cut off by it.
     print_as_it_is(terminal ? "\033[?7l" + out + "\033[?7h" : out);
   }

@@ -20,6 +20,14 @@ namespace {
 
 constexpr double kRate_hz = 15;
 
+struct LiveJobs {
+  std::map<std::string, io::Job> all = live_jobs();
+  Json open(const Json& json) { return all.at("watch_open")(json, {}); }
+  Json picture(const Json& json) { return all.at("watch_picture")(json, {}); }
+  Json close() { return all.at("watch_close")(Json::object(), {}); }
+  Json draw(const Json& json) { return all.at("draw_picture")(json, {}); }
+};
+
 Json joints() { return Json::parse(io::read_file(FLEXOR_SOURCE_DIR "/models/joints/paper_hand.json")); }
 
 std::vector<double> pose(double t_s) {
@@ -69,8 +77,8 @@ TEST(LiveJobs, WhatIsRefusedEndsNothing) {
   early["t_s"] = -1;
   io::expect_refused([&] { jobs.picture(early); }, "between 0 and");
   for (int k = 3; k < 6; ++k) jobs.picture(picture(jobs, k));
-  EXPECT_EQ(jobs.close(Json::object()).at("rows").size(), 6U);
-  io::expect_refused([&] { jobs.close(Json::object()); }, "watch_open comes first");
+  EXPECT_EQ(jobs.close().at("rows").size(), 6U);
+  io::expect_refused([&] { jobs.close(); }, "watch_open comes first");
 }
 
 TEST(LiveJobs, APictureWithoutAHandHasNoAngles) {

@@ -392,12 +392,12 @@ Json film(const Json& arguments, const io::JobProgress& progress) {
   io::require_folder(folder);
   const auto [glove, truth, frame_rate_hz] = play(inputs, seed);
   io::make_folder(folder);
-  HandFilm hand(seed);
-  camera::VideoWriter video(folder / "video.mp4", HandFilm::kWidth, HandFilm::kHeight, frame_rate_hz);
+  Renderer hand = hand_camera(seed);
+  camera::VideoWriter video(folder / "video.mp4", kFilmWidth, kFilmHeight, frame_rate_hz);
   for (std::size_t k = 0; k < truth.t_s.size(); ++k) {
     twin::PerFinger pose{};
     for (std::size_t i = 0; i < twin::kFingers; ++i) pose[i] = truth.columns[i].value[k];
-    video.add(hand.shoot(pose, k));
+    video.add(hand.draw(hand_scene(pose), k));
     if (!progress(k + 1, truth.t_s.size())) throw io::Cancelled("stopped");
   }
   video.finish();
@@ -410,7 +410,7 @@ Json film(const Json& arguments, const io::JobProgress& progress) {
 
 Json see(const Json& arguments, const io::JobProgress&) {
   const camera::Joints joints = joints_of(arguments);
-  HandFilm film(arguments.at("seed").get<std::uint64_t>());
+  Renderer film = hand_camera(arguments.at("seed").get<std::uint64_t>());
   Json out;
   for (const auto& [hand, paint] : {std::pair("glove_deg", kGreen), {"hand_deg", kBlue}}) {
     auto angles = arguments.at(hand).get<FingerAngles>();

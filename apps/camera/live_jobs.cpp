@@ -88,7 +88,7 @@ struct Watch {
 
 struct State {
   std::optional<Watch> open;
-  std::optional<HandFilm> film;
+  std::optional<Renderer> film;
 
   Watch& watch() {
     if (!open) throw io::InputError("nothing is watched: watch_open comes first");
@@ -162,8 +162,8 @@ Json draw(State& state, const Json& json) {
   arguments.done();
   twin::PerFinger pose{};
   std::ranges::copy(angles, pose.begin());
-  if (!state.film) state.film.emplace(kSeed);
-  const camera::Picture& picture = state.film->shoot(pose, static_cast<std::uint64_t>(frame));
+  if (!state.film) state.film.emplace(hand_camera(kSeed));
+  const camera::Picture& picture = state.film->draw(hand_scene(pose), static_cast<std::uint64_t>(frame));
   return {{"jpeg", io::base64(camera::to_jpeg(picture))}};
 }
 

@@ -42,13 +42,6 @@ Json picture(LiveJobs& jobs, int k) {
   return {{"t_s", k / kRate_hz}, {"jpeg", drawn.at("jpeg")}};
 }
 
-// As a canvas draws 960 pixels into 640: the mean over one and a half of them each way.
-camera::Picture at_two_thirds(const camera::Picture& large) {
-  camera::Picture out;
-  cv::resize(large, out, {2 * large.cols / 3, 2 * large.rows / 3}, 0, 0, cv::INTER_AREA);
-  return out;
-}
-
 // Where that finger's knuckle is among the angles.
 std::size_t knuckle(const Json& opened, std::size_t finger) {
   const auto names = opened.at("angles").get<std::vector<std::string>>();
@@ -92,7 +85,7 @@ TEST(LiveJobs, APictureWithoutAHandHasNoAngles) {
   }
 }
 
-// What a browser's canvas sends of a camera: at 640 pixels a mark's green runs into the skin that it lies on.
+// What a browser's canvas sends of a camera: 960 pixels drawn into 640, where a mark's green runs into the skin that it lies on.
 TEST(LiveJobs, MarksInSmallPicturesAreFollowedWhereverTheyBegin) {
   constexpr int kPictures = 60;
   constexpr int kQuality = 82;
@@ -104,8 +97,10 @@ TEST(LiveJobs, MarksInSmallPicturesAreFollowedWhereverTheyBegin) {
       const double t_s = begin_s + k / kRate_hz;
       const Json drawn = jobs.draw({{"mcp_deg", pose(t_s)}, {"frame", k}});
       const camera::Picture large = camera::from_jpeg(*io::from_base64(drawn.at("jpeg").get<std::string>()));
-      const std::string small = camera::to_jpeg(at_two_thirds(large), kQuality);
-      const Json seen = jobs.picture({{"t_s", t_s}, {"jpeg", io::base64(small)}});
+      camera::Picture small;
+      cv::resize(large, small, {2 * large.cols / 3, 2 * large.rows / 3}, 0, 0, cv::INTER_AREA);
+      const std::string jpeg = camera::to_jpeg(small, kQuality);
+      const Json seen = jobs.picture({{"t_s", t_s}, {"jpeg", io::base64(jpeg)}});
       for (const Json& row : seen.at("rows")) {
         for (std::size_t i = 0; i < twin::kFingers; ++i) {
           const std::size_t at = knuckle(opened, i);

@@ -280,16 +280,6 @@ TEST(Server, AHeadHasAnEnd) {
   EXPECT_TRUE(running.answers());
 }
 
-// Everything that it says to these bytes until it closes.
-std::string answer_to(const Running& running, const std::string& bytes) {
-  Wire wire(running.place.port);
-  wire.put(bytes);
-  wire.socket().shutdown(Wire::Tcp::socket::shutdown_send);
-  std::string answer = wire.rest();
-  EXPECT_TRUE(wire.ended());
-  return answer;
-}
-
 TEST(Server, GarbageIsABadRequest) {
   const Running running;
   const std::string zeros(4000, '\0');
@@ -298,8 +288,13 @@ TEST(Server, GarbageIsABadRequest) {
         zeros, std::string("GET\r\n\r\n"), std::string("GET / HTTP/9.9\r\n\r\n"),
         std::string("GET / HTTP/1.1\nHost\n\n"), frame(kText, "hello"),
         fmt::format("GET {} HTTP/1.1\r\nHost: {}\r\nContent-Length: x\r\n\r\n", running.path(""),
-                    running.place.host)})
-    EXPECT_EQ(status_of(answer_to(running, bytes)), 400) << bytes.substr(0, 40);
+                    running.place.host)}) {
+    Wire wire(running.place.port);
+    wire.put(bytes);
+    wire.socket().shutdown(Wire::Tcp::socket::shutdown_send);
+    EXPECT_EQ(status_of(wire.rest()), 400) << bytes.substr(0, 40);
+    EXPECT_TRUE(wire.ended());
+  }
   Wire early(running.place.port);
   early.put(handshake(running.place) + frame(kText, "too early"));
   EXPECT_EQ(status_of(early.rest()), 400);

@@ -143,110 +143,99 @@ double typical_bone_px(const camera::Joints& joints, const std::vector<camera::O
   return count > 0 ? sum / count : 0;
 }
 
-// One video on its way through.
-class Track {
- public:
-  explicit Track(const TrackRequest& request)
-      : request_(request), joints_(camera::load_joints(request.joints)) {
-    if (!request.lens.empty()) lens_ = camera::load_lens(request.lens);
-    io::require_outputs({request.out, request.preview});
-    if (!request.preview.empty()) io::require_file(request.preview);
-    if (!request.report.empty()) io::require_file(request.out);  // which the report reads back
-  }
+// Angles of a few dots that happened to look like a finger are no measurement of a hand.
+void require_fit(const camera::Summary& s, const TrackRequest& request) {
+  const bool any = std::ranges::any_of(
+      s.angles, [](const camera::AngleSummary& a) { return a.frames[0] + a.frames[1] + a.frames[2] > 0; });
+  const bool fits = s.labelled > 0 || 2 * s.never_found.size() <= s.marks;
+  if (any && fits) return;
+  constexpr std::size_t kNamed = 12;
+  const auto named = std::min(kNamed, s.never_found.size());
+  const auto end = s.never_found.begin() + static_cast<std::ptrdiff_t>(named);
+  std::string missing = fmt::format("{}", fmt::join(s.never_found.begin(), end, ", "));
+  if (named < s.never_found.size()) missing += ", ...";
+  throw io::JobError(
+      "{}: {} in any of {} frame(s); {} does not fit it: {} of its {} marks were never found "
+      "({}){}{}; flexor track --setup shows what is seen, --assign names it",
+      request.video.string(), any ? "not all marks" : "no angle", s.frames, request.joints.string(),
+      s.never_found.size(), s.marks, missing, s.trouble.empty() ? "" : "; ",
+      s.trouble.empty() ? "" : s.trouble.front());
+}
 
-  Tracked run(const io::JobProgress& progress) {
-    camera::VideoReader video(request_.video);
-    Tracked out;
-    camera::Picture picture;
-    camera::Picture labelled;
-    std::optional<camera::Tracker> tracker;
-    std::optional<io::Output> file;
-    std::optional<camera::VideoWriter> preview;
-    double bone_px = 0;
-    double t_s = 0;
-    for (;;) {
-      const auto decode = Clock::now();
-      if (!video.next(picture, t_s)) break;
-      out.decoding_s += seconds_since(decode);
-      if (!tracker) {
-        out.width = picture.cols;
-        out.height = picture.rows;
-        if (lens_) lens_->require_size(out.width, out.height, request_.video.string());
-        tracker.emplace(joints_, lens_, out.width, out.height);
-        file.emplace(request_.out);
-        file->write("t_s");
-        for (const std::string& name : tracker->angles())
-          file->write(fmt::format(",{0}_deg,{0}_se_deg,{0}_quality", name));
-        file->write("\n");
-        if (!request_.preview.empty()) {
-          const double rate = video.nominal_rate_hz();
-          preview.emplace(request_.preview, out.width, out.height, rate > 0 ? rate : kDefaultRate_hz);
-        }
-      }
-      const auto begin = Clock::now();
-      const std::vector<camera::FilteredRow> rows = tracker->push(picture, t_s);
-      out.tracking_s += seconds_since(begin);
-      file->write(lines_of(rows));
-      if (preview) preview->add(camera::draw_seen(picture, joints_, tracker->seen()));
-      const bool all = std::ranges::all_of(tracker->seen(), &camera::Observation::labelled);
-      if (all && labelled.empty()) {
-        labelled = camera::draw_seen(picture, joints_, tracker->seen());
-        bone_px = typical_bone_px(joints_, tracker->seen());
-      }
-      if (!progress(video.frames(), video.declared_frames())) break;
-      if (request_.seconds > 0 && t_s >= request_.seconds) break;
-    }
-    file->write(lines_of(tracker->flush()));
-    out.summary = tracker->summary();
-    require_fit(out.summary);
-    out.warnings = video.warnings();
-    add_warnings(out, bone_px > 0 ? bone_px : out.width / 12.0);
-    file->commit();
-    if (preview) preview->finish();
-    if (!request_.report.empty()) save_results(out, request_, labelled);
-    return out;
-  }
-
- private:
-  // Angles of a few dots that happened to look like a finger are no measurement of a hand.
-  void require_fit(const camera::Summary& s) const {
-    const bool any = std::ranges::any_of(
-        s.angles, [](const camera::AngleSummary& a) { return a.frames[0] + a.frames[1] + a.frames[2] > 0; });
-    const bool fits = s.labelled > 0 || 2 * s.never_found.size() <= s.marks;
-    if (any && fits) return;
-    constexpr std::size_t kNamed = 12;
-    const auto named = std::min(kNamed, s.never_found.size());
-    const auto end = s.never_found.begin() + static_cast<std::ptrdiff_t>(named);
-    std::string missing = fmt::format("{}", fmt::join(s.never_found.begin(), end, ", "));
-    if (named < s.never_found.size()) missing += ", ...";
-    throw io::JobError(
-        "{}: {} in any of {} frame(s); {} does not fit it: {} of its {} marks were never found "
-        "({}){}{}; flexor track --setup shows what is seen, --assign names it",
-        request_.video.string(), any ? "not all marks" : "no angle", s.frames, request_.joints.string(),
-        s.never_found.size(), s.marks, missing, s.trouble.empty() ? "" : "; ",
-        s.trouble.empty() ? "" : s.trouble.front());
-  }
-
-  void add_warnings(Tracked& out, double bone_px) const {
-    for (const std::string& trouble : out.summary.trouble) out.warnings.push_back(trouble);
-    if (out.summary.dropped > 0) {
-      out.warnings.push_back(
-          fmt::format("{} frame(s) are missing by the video's own clock", out.summary.dropped));
-    }
-    if (lens_) return;
-    const bool printed = std::ranges::any_of(
-        joints_.skeletons, [](const camera::Skeleton& s) { return s.kind == camera::MarkKind::printed; });
+void add_warnings(Tracked& out, const camera::Joints& joints, bool has_lens, double bone_px) {
+  for (const std::string& trouble : out.summary.trouble) out.warnings.push_back(trouble);
+  if (out.summary.dropped > 0) {
     out.warnings.push_back(
-        fmt::format("no lens calibration: an ordinary lens bends bones as long as these by {:.1f} degrees at "
-                    "the picture's corner, less towards its middle{}; flexor camera calibrate",
-                    camera::edge_error_deg(out.width, out.height, bone_px),
-                    printed ? ", and printed marks are taken as seen by a lens of 49 degrees" : ""));
+        fmt::format("{} frame(s) are missing by the video's own clock", out.summary.dropped));
   }
+  if (has_lens) return;
+  const bool printed = std::ranges::any_of(
+      joints.skeletons, [](const camera::Skeleton& s) { return s.kind == camera::MarkKind::printed; });
+  out.warnings.push_back(
+      fmt::format("no lens calibration: an ordinary lens bends bones as long as these by {:.1f} degrees at "
+                  "the picture's corner, less towards its middle{}; flexor camera calibrate",
+                  camera::edge_error_deg(out.width, out.height, bone_px),
+                  printed ? ", and printed marks are taken as seen by a lens of 49 degrees" : ""));
+}
 
-  const TrackRequest& request_;
-  camera::Joints joints_;
-  std::optional<camera::Lens> lens_;
-};
+Tracked run(const TrackRequest& request, const io::JobProgress& progress) {
+  const camera::Joints joints = camera::load_joints(request.joints);
+  std::optional<camera::Lens> lens;
+  if (!request.lens.empty()) lens = camera::load_lens(request.lens);
+  io::require_outputs({request.out, request.preview});
+  if (!request.preview.empty()) io::require_file(request.preview);
+  if (!request.report.empty()) io::require_file(request.out);  // which the report reads back
+  camera::VideoReader video(request.video);
+  Tracked out;
+  camera::Picture picture;
+  camera::Picture labelled;
+  std::optional<camera::Tracker> tracker;
+  std::optional<io::Output> file;
+  std::optional<camera::VideoWriter> preview;
+  double bone_px = 0;
+  double t_s = 0;
+  for (;;) {
+    const auto decode = Clock::now();
+    if (!video.next(picture, t_s)) break;
+    out.decoding_s += seconds_since(decode);
+    if (!tracker) {
+      out.width = picture.cols;
+      out.height = picture.rows;
+      if (lens) lens->require_size(out.width, out.height, request.video.string());
+      tracker.emplace(joints, lens, out.width, out.height);
+      file.emplace(request.out);
+      file->write("t_s");
+      for (const std::string& name : tracker->angles())
+        file->write(fmt::format(",{0}_deg,{0}_se_deg,{0}_quality", name));
+      file->write("\n");
+      if (!request.preview.empty()) {
+        const double rate = video.nominal_rate_hz();
+        preview.emplace(request.preview, out.width, out.height, rate > 0 ? rate : kDefaultRate_hz);
+      }
+    }
+    const auto begin = Clock::now();
+    const std::vector<camera::FilteredRow> rows = tracker->push(picture, t_s);
+    out.tracking_s += seconds_since(begin);
+    file->write(lines_of(rows));
+    if (preview) preview->add(camera::draw_seen(picture, joints, tracker->seen()));
+    const bool all = std::ranges::all_of(tracker->seen(), &camera::Observation::labelled);
+    if (all && labelled.empty()) {
+      labelled = camera::draw_seen(picture, joints, tracker->seen());
+      bone_px = typical_bone_px(joints, tracker->seen());
+    }
+    if (!progress(video.frames(), video.declared_frames())) break;
+    if (request.seconds > 0 && t_s >= request.seconds) break;
+  }
+  file->write(lines_of(tracker->flush()));
+  out.summary = tracker->summary();
+  require_fit(out.summary, request);
+  out.warnings = video.warnings();
+  add_warnings(out, joints, lens.has_value(), bone_px > 0 ? bone_px : out.width / 12.0);
+  file->commit();
+  if (preview) preview->finish();
+  if (!request.report.empty()) save_results(out, request, labelled);
+  return out;
+}
 
 // Its number; the first without a name.
 std::size_t skeleton_index(const camera::Joints& joints, const std::string& wanted) {
@@ -324,7 +313,7 @@ Json track(const Json& arguments, const io::JobProgress& progress) {
   const auto request = arguments.get<TrackRequest>();
   for (const auto& input : {request.video, request.joints, request.lens}) io::note_input(input);
   try {
-    return to_json(Track(request).run(progress), request);
+    return to_json(run(request, progress), request);
   } catch (const std::bad_alloc&) {
     throw io::JobError("{}: its pictures need more memory than there is{}: make them smaller",
                        request.video.string(), request.preview.empty() ? "" : ", with --preview");
@@ -403,12 +392,12 @@ Json film(const Json& arguments, const io::JobProgress& progress) {
   io::require_folder(folder);
   const auto [glove, truth, frame_rate_hz] = play(inputs, seed);
   io::make_folder(folder);
-  HandFilm hand(seed);
-  camera::VideoWriter video(folder / "video.mp4", HandFilm::kWidth, HandFilm::kHeight, frame_rate_hz);
+  Renderer hand = hand_camera(seed);
+  camera::VideoWriter video(folder / "video.mp4", kFilmWidth, kFilmHeight, frame_rate_hz);
   for (std::size_t k = 0; k < truth.t_s.size(); ++k) {
     twin::PerFinger pose{};
     for (std::size_t i = 0; i < twin::kFingers; ++i) pose[i] = truth.columns[i].value[k];
-    video.add(hand.shoot(pose, k));
+    video.add(hand.draw(hand_scene(pose), k));
     if (!progress(k + 1, truth.t_s.size())) throw io::Cancelled("stopped");
   }
   video.finish();
@@ -421,7 +410,7 @@ Json film(const Json& arguments, const io::JobProgress& progress) {
 
 Json see(const Json& arguments, const io::JobProgress&) {
   const camera::Joints joints = joints_of(arguments);
-  HandFilm film(arguments.at("seed").get<std::uint64_t>());
+  Renderer film = hand_camera(arguments.at("seed").get<std::uint64_t>());
   Json out;
   for (const auto& [hand, paint] : {std::pair("glove_deg", kGreen), {"hand_deg", kBlue}}) {
     auto angles = arguments.at(hand).get<FingerAngles>();

@@ -8,17 +8,16 @@
 #include "host/twin/simulation.hpp"
 
 namespace flexor::filming {
-namespace {
 
-View film_view() {
+Renderer hand_camera(std::uint64_t seed) {
   View view;
-  view.lens = camera::ordinary_lens(HandFilm::kWidth, HandFilm::kHeight);
+  view.lens = camera::ordinary_lens(kFilmWidth, kFilmHeight);
   view.lens.focal_px = {1000, 1000};
-  view.distance_mm = 541;  // the fifths of the picture are the columns of spread()
-  return view;
+  view.distance_mm = 541;  // the fifths of the picture are the columns of hand_scene()
+  return {view, {.gradient = 0.3, .noise = 2}, seed};
 }
 
-Scene spread(const twin::PerFinger& mcp_deg, Bgr paint) {
+Scene hand_scene(const twin::PerFinger& mcp_deg, Bgr paint) {
   constexpr double kColumn_mm = 104;
   constexpr double kLeft_mm = 38;  // of the column's middle: bent fingers reach to the right
   constexpr double kBase_mm = 50;
@@ -38,23 +37,15 @@ Scene spread(const twin::PerFinger& mcp_deg, Bgr paint) {
   return out;
 }
 
-}  // namespace
-
-HandFilm::HandFilm(std::uint64_t seed) : renderer_(film_view(), {.gradient = 0.3, .noise = 2}, seed) {}
-
-const camera::Picture& HandFilm::shoot(const twin::PerFinger& mcp_deg, std::uint64_t frame, Bgr paint) {
-  return renderer_.draw(spread(mcp_deg, paint), frame);
-}
-
 camera::Joints drawn_hand(camera::Joints joints) {
   constexpr double kMeasured = 0.1;  // the twin draws exactly these lengths
   for (camera::Skeleton& s : joints.skeletons) s.length_tolerance = kMeasured;
   return joints;
 }
 
-void track_drawn(const camera::Joints& joints, HandFilm& film, FingerAngles& angles, double rate_hz,
+void track_drawn(const camera::Joints& joints, Renderer& film, FingerAngles& angles, double rate_hz,
                  Bgr paint) {
-  camera::Tracker tracker(joints, std::nullopt, HandFilm::kWidth, HandFilm::kHeight);
+  camera::Tracker tracker(joints, std::nullopt, kFilmWidth, kFilmHeight);
   std::array<std::size_t, twin::kFingers> column{};
   for (std::size_t i = 0; i < twin::kFingers; ++i) {
     const auto it = std::ranges::find(tracker.angles(), model::finger_names()[i] + "_mcp");
@@ -78,7 +69,7 @@ void track_drawn(const camera::Joints& joints, HandFilm& film, FingerAngles& ang
   for (std::size_t k = 0; k < frames; ++k) {
     twin::PerFinger pose{};
     for (std::size_t i = 0; i < twin::kFingers; ++i) pose[i] = static_cast<double>(angles[i][k]);
-    take(tracker.push(film.shoot(pose, k, paint), static_cast<double>(k) / rate_hz));
+    take(tracker.push(film.draw(hand_scene(pose, paint), k), static_cast<double>(k) / rate_hz));
   }
   take(tracker.flush());
 }

@@ -16,20 +16,11 @@ inline const Bgr kBlue = {190, 90, 30};
 // Five fingers side by side, each in a fifth of the picture, before an ordinary camera: a little noise, light that falls off to
 // one side. No real hand shows itself like that; a laboratory would use a camera for every finger that another one hides. Marks
 // on palm and joints as in models/joints/paper_hand.json, link lengths of an adult, bones are rods, joints pins.
-class HandFilm {
- public:
-  static constexpr int kWidth = 960;
-  static constexpr int kHeight = 540;
-
-  explicit HandFilm(std::uint64_t seed);
-
-  // Five MCP angles in the article's convention (thumb 90 when straight, others 0); the other joints follow by its eqs. 4 and 5.
-  // The picture is valid until the next call.
-  const camera::Picture& shoot(const twin::PerFinger& mcp_deg, std::uint64_t frame, Bgr paint = kGreen);
-
- private:
-  Renderer renderer_;
-};
+inline constexpr int kFilmWidth = 960;
+inline constexpr int kFilmHeight = 540;
+Renderer hand_camera(std::uint64_t seed);
+// Five MCP angles in the article's convention (thumb 90 when straight, others 0); the other joints follow by its eqs. 4 and 5.
+Scene hand_scene(const twin::PerFinger& mcp_deg, Bgr paint = kGreen);
 
 // A joint file of the drawn hand (models/joints/paper_hand.json), with lengths that are known.
 camera::Joints drawn_hand(camera::Joints joints);
@@ -38,7 +29,7 @@ using FingerAngles = std::array<std::vector<float>, twin::kFingers>;  // of each
 
 // Exact angles become tracked ones: the hand drawn and tracked, frame by frame. Throws io::JobError when the tracker loses a
 // finger, which it never should in these pictures.
-void track_drawn(const camera::Joints& joints, HandFilm& film, FingerAngles& angles, double rate_hz,
+void track_drawn(const camera::Joints& joints, Renderer& film, FingerAngles& angles, double rate_hz,
                  Bgr paint);
 
 }  // namespace flexor::filming

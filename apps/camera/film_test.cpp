@@ -141,41 +141,6 @@ std::function<void(int, Scene&, Renderer&)> occluder(std::uint64_t seed) {
   };
 }
 
-// The promises of the camera room, each with a lower bound as well: a figure that is too good is a mistake.
-struct Promise {
-  const char* name;
-  double most_deg;
-  std::function<Shot(std::uint64_t)> shot;
-  friend std::ostream& operator<<(std::ostream& out, const Promise& p) { return out << p.name; }
-};
-
-class RenderedTruth : public testing::TestWithParam<Promise> {};
-
-TEST_P(RenderedTruth, ErrorsAreSmallAndStandardErrorsHonest) {
-  double squares = 0;
-  std::vector<std::array<double, 2>> errors;
-  constexpr int kTakes = 3;
-  for (std::uint64_t take = 1; take <= kTakes; ++take) {
-    const Observation seen = film(GetParam().shot(take));
-    for (const camera::AngleSummary& a : seen.summary.angles) EXPECT_EQ(a.frames[3], 0U) << a.name;
-    squares += std::pow(seen.rms_deg(), 2) / kTakes;
-    std::ranges::copy(seen.errors(), std::back_inserter(errors));
-  }
-  const auto within = [&](double times) {
-    const auto hits =
-        std::ranges::count_if(errors, [&](const auto& e) { return std::abs(e[0]) < times * e[1]; });
-    return 100.0 * static_cast<double>(hits) / static_cast<double>(errors.size());
-  };
-  std::printf("%s: rms %.3f deg, within one standard error %.1f %%, within two %.1f %%\n", GetParam().name,
-              std::sqrt(squares), within(1), within(2));
-  EXPECT_LT(std::sqrt(squares), GetParam().most_deg);
-  EXPECT_GT(std::sqrt(squares), 0.005);
-  EXPECT_GT(within(1), 60);
-  EXPECT_LT(within(1), 76);
-  EXPECT_GT(within(2), 90);
-  EXPECT_LT(within(2), 99);
-}
-
 Shot clean(std::uint64_t take) {
   Shot s;
   s.view = view();
@@ -204,10 +169,44 @@ Shot turned(std::uint64_t take) {
   return s;
 }
 
-INSTANTIATE_TEST_SUITE_P(Promises, RenderedTruth,
-                         testing::Values(Promise{"clean", 0.3, clean}, Promise{"degraded", 0.6, degraded},
-                                         Promise{"turned", 1.0, turned}),
-                         [](const auto& promise) { return std::string(promise.param.name); });
+// The promises of the camera room, each with a lower bound as well: a figure that is too good is a mistake.
+struct Promise {
+  const char* name;
+  double most_deg;
+  Shot (*shot)(std::uint64_t take);
+};
+
+void expect_kept(const Promise& promise) {
+  SCOPED_TRACE(promise.name);
+  double squares = 0;
+  std::vector<std::array<double, 2>> errors;
+  constexpr int kTakes = 3;
+  for (std::uint64_t take = 1; take <= kTakes; ++take) {
+    const Observation seen = film(promise.shot(take));
+    for (const camera::AngleSummary& a : seen.summary.angles) EXPECT_EQ(a.frames[3], 0U) << a.name;
+    squares += std::pow(seen.rms_deg(), 2) / kTakes;
+    std::ranges::copy(seen.errors(), std::back_inserter(errors));
+  }
+  const auto within = [&](double times) {
+    const auto hits =
+        std::ranges::count_if(errors, [&](const auto& e) { return std::abs(e[0]) < times * e[1]; });
+    return 100.0 * static_cast<double>(hits) / static_cast<double>(errors.size());
+  };
+  std::printf("%s: rms %.3f deg, within one standard error %.1f %%, within two %.1f %%\n", promise.name,
+              std::sqrt(squares), within(1), within(2));
+  EXPECT_LT(std::sqrt(squares), promise.most_deg);
+  EXPECT_GT(std::sqrt(squares), 0.005);
+  EXPECT_GT(within(1), 60);
+  EXPECT_LT(within(1), 76);
+  EXPECT_GT(within(2), 90);
+  EXPECT_LT(within(2), 99);
+}
+
+TEST(RenderedTruth, ErrorsAreSmallAndStandardErrorsHonest) {
+  for (const Promise& promise :
+       {Promise{"clean", 0.3, clean}, {"degraded", 0.6, degraded}, {"turned", 1.0, turned}})
+    expect_kept(promise);
+}
 
 TEST(Rendered, ColourMarksOutOfPlaneAreWrongAndPrintedOnesAreNot) {
   Shot colour = clean(1);
@@ -215,13 +214,27 @@ TEST(Rendered, ColourMarksOutOfPlaneAreWrongAndPrintedOnesAreNot) {
   EXPECT_GT(film(colour).rms_deg(), 2);
 }
 
-TEST(Rendered, LightThatHalvesAndComesBackLosesNothing) {
-  Shot s = clean(1);
-  s.look.noise = 3;
-  s.change = [](int k, Scene&, Renderer& r) { r.set_light(0.75 + 0.25 * std::cos(0.1 * k)); };
-  const Observation seen = film(s);
-  EXPECT_EQ(seen.summary.labelled, 100U);
-  EXPECT_LT(seen.rms_deg(), 0.3);
+// Five green things below the hand.
+void add_others(Scene& d, double right_mm) {
+  for (int i = 0; i < 5; ++i) {
+    const camera::Point at = {-150.0 + 60 * i + right_mm, 90};
+    d.marks.push_back({at, at, 3.5, kGreen});
+  }
+}
+
+TEST(Rendered, NeitherLightThatHalvesNorOtherThingsOfTheMarksColourCostAnAngle) {
+  const auto light = [](int k, Scene&, Renderer& r) { r.set_light(0.75 + 0.25 * std::cos(0.1 * k)); };
+  const auto others = [](int k, Scene& d, Renderer&) {
+    if (k >= 5) add_others(d, 0.2 * k);
+  };
+  for (const auto& [noise, change] : {std::pair<double, decltype(Shot::change)>(3, light), {0, others}}) {
+    Shot s = clean(1);
+    s.look.noise = noise;
+    s.change = change;
+    const Observation seen = film(s);
+    EXPECT_EQ(seen.summary.labelled, 100U) << noise;
+    EXPECT_LT(seen.rms_deg(), 0.3) << noise;
+  }
 }
 
 TEST(Rendered, AMarkHiddenForLongIsLostAndComesBackByItself) {
@@ -242,27 +255,10 @@ TEST(Rendered, AMarkHiddenForLongIsLostAndComesBackByItself) {
   EXPECT_NEAR(at(72, "index_pip").deg, pinch(72 / kRate_hz).index_pip, 0.5);
 }
 
-TEST(Rendered, OtherThingsOfTheSameColourAreNotTakenForMarks) {
-  Shot s = clean(1);
-  s.change = [](int k, Scene& d, Renderer&) {
-    if (k < 5) return;
-    for (int i = 0; i < 5; ++i) {
-      const camera::Point at = {-150.0 + 60 * i + 0.2 * k, 90};
-      d.marks.push_back({at, at, 3.5, kGreen});
-    }
-  };
-  const Observation seen = film(s);
-  EXPECT_LT(seen.rms_deg(), 0.3);
-  EXPECT_EQ(seen.summary.labelled, 100U);
-}
-
-TEST(Rendered, AmongThemFromTheStartNothingIsFoundWhichIsSaid) {
+TEST(Rendered, AmongOtherThingsFromTheStartNothingIsFoundWhichIsSaid) {
   Shot s = clean(1);
   s.frames = 10;
-  s.change = [](int, Scene& d, Renderer&) {
-    for (int i = 0; i < 5; ++i)
-      d.marks.push_back({{-150.0 + 60 * i, 90}, {-150.0 + 60 * i, 90}, 3.5, kGreen});
-  };
+  s.change = [](int, Scene& d, Renderer&) { add_others(d, 0); };
   const Observation seen = film(s);
   EXPECT_FALSE(seen.summary.trouble.empty());
   EXPECT_TRUE(std::isnan(seen.rms_deg())) << "no frame has an angle";

@@ -43,10 +43,8 @@ std::string bytes_of(io::JsonReader& arguments, const char* key) {
   return std::move(*bytes);
 }
 
-}  // namespace
-
 // Pictures one after the other as somebody sends them, or as a camera gives them.
-struct LiveJobs::Watch {
+struct Watch {
   camera::Joints joints;
   std::optional<camera::Lens> lens;
   std::optional<camera::Tracker> tracker = {};  // from the first picture on
@@ -88,15 +86,17 @@ struct LiveJobs::Watch {
   }
 };
 
-LiveJobs::LiveJobs() = default;
-LiveJobs::~LiveJobs() = default;
+struct State {
+  std::optional<Watch> open;
+  std::optional<Renderer> film;
 
-LiveJobs::Watch& LiveJobs::watch() {
-  if (!watch_) throw io::InputError("nothing is watched: watch_open comes first");
-  return *watch_;
-}
+  Watch& watch() {
+    if (!open) throw io::InputError("nothing is watched: watch_open comes first");
+    return *open;
+  }
+};
 
-Json LiveJobs::open(const Json& json) {
+Json open(State& state, const Json& json) {
   io::JsonReader arguments(json, "watch_open");
   const Json& from = arguments.member("joints");
   camera::Joints joints = from.is_object() ? camera::joints_from_json(from.dump(), "joints")
@@ -107,22 +107,22 @@ Json LiveJobs::open(const Json& json) {
       arguments.has("lens") ? io::bytes_from_json(arguments.member("lens")) : std::string();
   if (!path.empty()) lens = camera::load_lens(path);
   arguments.done();
-  watch_ = std::make_unique<Watch>(Watch{std::move(joints), std::move(lens)});
-  return {{"angles", camera::angle_names(watch_->joints)}};
+  state.open = Watch{std::move(joints), std::move(lens)};
+  return {{"angles", camera::angle_names(state.open->joints)}};
 }
 
-Json LiveJobs::picture(const Json& json) {
+Json picture(State& state, const Json& json) {
   io::JsonReader arguments(json, "watch_picture");
-  Watch& open = watch();
+  Watch& open = state.watch();
   const double t_s = arguments.number("t_s");
   const std::string bytes = bytes_of(arguments, "jpeg");
   arguments.done();
   return open.seen(open.push(camera::from_jpeg(bytes), t_s));
 }
 
-Json LiveJobs::camera(const Json& json) {
+Json camera(State& state, const Json& json) {
   io::JsonReader arguments(json, "watch_camera");
-  Watch& open = watch();
+  Watch& open = state.watch();
   const std::string device = io::bytes_from_json(arguments.member("device"));
   arguments.done();
   if (!open.video) {
@@ -144,16 +144,16 @@ Json LiveJobs::camera(const Json& json) {
   return out;
 }
 
-Json LiveJobs::close(const Json& json) {
+Json close(State& state, const Json& json) {
   io::JsonReader(json, "watch_close").done();
-  Watch& open = watch();
+  Watch& open = state.watch();
   const auto rows = open.tracker ? open.tracker->flush() : std::vector<camera::FilteredRow>();
   Json out = {{"rows", rows_of(rows)}};
-  watch_.reset();
+  state.open.reset();
   return out;
 }
 
-Json LiveJobs::draw(const Json& json) {
+Json draw(State& state, const Json& json) {
   io::JsonReader arguments(json, "draw_picture");
   const std::vector<double> angles = arguments.numbers_within("mcp_deg", -180, 360);
   if (angles.size() != twin::kFingers) arguments.fail("\"mcp_deg\" must be five angles");
@@ -162,20 +162,22 @@ Json LiveJobs::draw(const Json& json) {
   arguments.done();
   twin::PerFinger pose{};
   std::ranges::copy(angles, pose.begin());
-  if (!film_) film_ = std::make_unique<HandFilm>(kSeed);
-  const camera::Picture& picture = film_->shoot(pose, static_cast<std::uint64_t>(frame));
+  if (!state.film) state.film.emplace(hand_camera(kSeed));
+  const camera::Picture& picture = state.film->draw(hand_scene(pose), static_cast<std::uint64_t>(frame));
   return {{"jpeg", io::base64(camera::to_jpeg(picture))}};
 }
 
-std::map<std::string, io::Job> LiveJobs::jobs() {
-  const auto bound = [this](Json (LiveJobs::*job)(const Json&)) {
-    return [this, job](const Json& json, const io::JobProgress&) { return (this->*job)(json); };
+}  // namespace
+
+std::map<std::string, io::Job> live_jobs() {
+  const auto bound = [state = std::make_shared<State>()](Json (*job)(State&, const Json&)) {
+    return [state, job](const Json& json, const io::JobProgress&) { return job(*state, json); };
   };
-  return {{"watch_open", bound(&LiveJobs::open)},
-          {"watch_picture", bound(&LiveJobs::picture)},
-          {"watch_camera", bound(&LiveJobs::camera)},
-          {"watch_close", bound(&LiveJobs::close)},
-          {"draw_picture", bound(&LiveJobs::draw)}};
+  return {{"watch_open", bound(open)},
+          {"watch_picture", bound(picture)},
+          {"watch_camera", bound(camera)},
+          {"watch_close", bound(close)},
+          {"draw_picture", bound(draw)}};
 }
 
 }  // namespace flexor::filming

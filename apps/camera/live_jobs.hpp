@@ -13,7 +13,6 @@
 #pragma once
 
 #include <map>
-#include <memory>
 #include <string>
 
 #include "apps/camera/film.hpp"
@@ -21,26 +20,7 @@
 
 namespace flexor::filming {
 
-class LiveJobs {
- public:
-  LiveJobs();
-  ~LiveJobs();
-
-  nlohmann::ordered_json open(const nlohmann::ordered_json& json);
-  nlohmann::ordered_json picture(const nlohmann::ordered_json& json);
-  nlohmann::ordered_json camera(const nlohmann::ordered_json& json);
-  nlohmann::ordered_json close(const nlohmann::ordered_json& json);
-  nlohmann::ordered_json draw(const nlohmann::ordered_json& json);
-
-  // By name, for io::serve(). This object outlives them.
-  std::map<std::string, io::Job> jobs();
-
- private:
-  struct Watch;
-  Watch& watch();
-
-  std::unique_ptr<Watch> watch_;
-  std::unique_ptr<HandFilm> film_;
-};
+// By name, for io::serve().
+std::map<std::string, io::Job> live_jobs();
 
 }  // namespace flexor::filming

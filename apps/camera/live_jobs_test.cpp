@@ -20,6 +20,14 @@ namespace {
 
 constexpr double kRate_hz = 15;
 
+struct LiveJobs {
+  std::map<std::string, io::Job> all = live_jobs();
+  Json open(const Json& json) { return all.at("watch_open")(json, {}); }
+  Json picture(const Json& json) { return all.at("watch_picture")(json, {}); }
+  Json close() { return all.at("watch_close")(Json::object(), {}); }
+  Json draw(const Json& json) { return all.at("draw_picture")(json, {}); }
+};
+
 Json joints() { return Json::parse(io::read_file(FLEXOR_SOURCE_DIR "/models/joints/paper_hand.json")); }
 
 std::vector<double> pose(double t_s) {
@@ -32,13 +40,6 @@ std::vector<double> pose(double t_s) {
 Json picture(LiveJobs& jobs, int k) {
   const Json drawn = jobs.draw({{"mcp_deg", pose(k / kRate_hz)}, {"frame", k}});
   return {{"t_s", k / kRate_hz}, {"jpeg", drawn.at("jpeg")}};
-}
-
-// As a canvas draws 960 pixels into 640: the mean over one and a half of them each way.
-camera::Picture at_two_thirds(const camera::Picture& large) {
-  camera::Picture out;
-  cv::resize(large, out, {2 * large.cols / 3, 2 * large.rows / 3}, 0, 0, cv::INTER_AREA);
-  return out;
 }
 
 // Where that finger's knuckle is among the angles.
@@ -69,8 +70,8 @@ TEST(LiveJobs, WhatIsRefusedEndsNothing) {
   early["t_s"] = -1;
   io::expect_refused([&] { jobs.picture(early); }, "between 0 and");
   for (int k = 3; k < 6; ++k) jobs.picture(picture(jobs, k));
-  EXPECT_EQ(jobs.close(Json::object()).at("rows").size(), 6U);
-  io::expect_refused([&] { jobs.close(Json::object()); }, "watch_open comes first");
+  EXPECT_EQ(jobs.close().at("rows").size(), 6U);
+  io::expect_refused([&] { jobs.close(); }, "watch_open comes first");
 }
 
 TEST(LiveJobs, APictureWithoutAHandHasNoAngles) {
@@ -84,7 +85,7 @@ TEST(LiveJobs, APictureWithoutAHandHasNoAngles) {
   }
 }
 
-// What a browser's canvas sends of a camera: at 640 pixels a mark's green runs into the skin that it lies on.
+// What a browser's canvas sends of a camera: 960 pixels drawn into 640, where a mark's green runs into the skin that it lies on.
 TEST(LiveJobs, MarksInSmallPicturesAreFollowedWhereverTheyBegin) {
   constexpr int kPictures = 60;
   constexpr int kQuality = 82;
@@ -96,8 +97,10 @@ TEST(LiveJobs, MarksInSmallPicturesAreFollowedWhereverTheyBegin) {
       const double t_s = begin_s + k / kRate_hz;
       const Json drawn = jobs.draw({{"mcp_deg", pose(t_s)}, {"frame", k}});
       const camera::Picture large = camera::from_jpeg(*io::from_base64(drawn.at("jpeg").get<std::string>()));
-      const std::string small = camera::to_jpeg(at_two_thirds(large), kQuality);
-      const Json seen = jobs.picture({{"t_s", t_s}, {"jpeg", io::base64(small)}});
+      camera::Picture small;
+      cv::resize(large, small, {2 * large.cols / 3, 2 * large.rows / 3}, 0, 0, cv::INTER_AREA);
+      const std::string jpeg = camera::to_jpeg(small, kQuality);
+      const Json seen = jobs.picture({{"t_s", t_s}, {"jpeg", io::base64(jpeg)}});
       for (const Json& row : seen.at("rows")) {
         for (std::size_t i = 0; i < twin::kFingers; ++i) {
           const std::size_t at = knuckle(opened, i);

@@ -16,8 +16,7 @@ int main(int argc, char** argv) {
   const rlim_t bytes = kMostBytes + kStacks * std::thread::hardware_concurrency();
   const rlimit most{bytes, bytes};
   setrlimit(RLIMIT_DATA, &most);
-  filming::LiveJobs live;
-  std::map<std::string, io::Job> jobs = live.jobs();
+  std::map<std::string, io::Job> jobs = filming::live_jobs();
   jobs.insert({{"track", filming::track},
                {"propose_marks", filming::propose_marks},
                {"fit_lens", filming::fit_lens},

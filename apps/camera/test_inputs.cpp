@@ -17,14 +17,14 @@ namespace fs = std::filesystem;
 constexpr int kFrames = 20;
 
 void film(const fs::path& folder) {
-  using flexor::filming::HandFilm;
-  HandFilm hand(1);
-  flexor::camera::VideoWriter video(folder / "video.mp4", HandFilm::kWidth, HandFilm::kHeight, 30);
+  using namespace flexor::filming;
+  Renderer hand = hand_camera(1);
+  flexor::camera::VideoWriter video(folder / "video.mp4", kFilmWidth, kFilmHeight, 30);
   for (int k = 0; k < kFrames; ++k) {
     flexor::twin::PerFinger mcp_deg{};
     mcp_deg.fill(10 + k);
     mcp_deg[0] = 100 + k;
-    video.add(hand.shoot(mcp_deg, static_cast<std::uint64_t>(k)));
+    video.add(hand.draw(hand_scene(mcp_deg), static_cast<std::uint64_t>(k)));
   }
   video.finish();
   flexor::io::write_file(folder / "joints.json",

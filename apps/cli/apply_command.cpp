@@ -20,44 +20,6 @@ struct Options {
   bool json = false;
 };
 
-// Wide CSV as it comes: each row at once from standard input, in large pieces from a file.
-class CsvSink {
- public:
-  CsvSink(const model::Model& model, bool live, bool intervals)
-      : errors_(model), live_(live), intervals_(intervals) {
-    fmt::format_to(std::back_inserter(out_), "t_s");
-    for (const model::Joint& joint : model.joints) {
-      fmt::format_to(std::back_inserter(out_), ",{0}_deg,{0}_status", joint.name);
-      if (intervals_) fmt::format_to(std::back_inserter(out_), ",{}_se_deg", joint.name);
-    }
-    out_.push_back('\n');
-  }
-
-  void operator()(const identify::Estimate& row) {
-    fmt::format_to(std::back_inserter(out_), "{:.6f}", row.t_s);
-    for (std::size_t i = 0; i < row.angle_deg.size(); ++i) {
-      fmt::format_to(std::back_inserter(out_), ",{:.4f},{}", row.angle_deg[i], row.status[i]);
-      if (intervals_) {
-        fmt::format_to(std::back_inserter(out_), ",{:.4f}", errors_.of(i, row.angle_deg[i], row.reading));
-      }
-    }
-    out_.push_back('\n');
-    if (live_ || out_.size() > kPiece) flush();
-  }
-
-  void flush() {
-    print(fmt::to_string(out_));
-    out_.clear();
-  }
-
- private:
-  static constexpr std::size_t kPiece = 1 << 16;
-  model::StandardErrors errors_;
-  bool live_;
-  bool intervals_;
-  fmt::memory_buffer out_;
-};
-
 identify::ApplyOptions options_of(const Options& o) {
   return {o.model, o.arithmetic, o.intervals, o.track, log_note};
 }
@@ -84,6 +46,33 @@ std::string to_json(const std::vector<model::Followed>& followed) {
                     {"alarm", f.alarmed}};
   }
   return out.dump();
+}
+
+// Wide CSV as it comes: each row at once from standard input, in large pieces from a file.
+identify::Applied print_csv(const Options& o, const model::Model& model, recording::CsvReader& reader) {
+  constexpr std::size_t kPiece = 1 << 16;
+  const model::StandardErrors errors(model);
+  std::string out = "t_s";
+  const auto end = std::back_inserter(out);
+  for (const model::Joint& joint : model.joints) {
+    fmt::format_to(end, ",{0}_deg,{0}_status", joint.name);
+    if (o.intervals) fmt::format_to(end, ",{}_se_deg", joint.name);
+  }
+  out += '\n';
+  auto done = identify::apply(model, reader, options_of(o), [&](const identify::Estimate& row) {
+    fmt::format_to(end, "{:.6f}", row.t_s);
+    for (std::size_t i = 0; i < row.angle_deg.size(); ++i) {
+      fmt::format_to(end, ",{:.4f},{}", row.angle_deg[i], row.status[i]);
+      if (o.intervals) fmt::format_to(end, ",{:.4f}", errors.of(i, row.angle_deg[i], row.reading));
+    }
+    out += '\n';
+    if (o.file != "-" && out.size() <= kPiece) return;
+    print(out);
+    out.clear();
+  });
+  print(out);
+  say(done.followed);
+  return done;
 }
 
 // A list of numbers that may be long, kept in a file without a name until its turn comes.
@@ -117,50 +106,40 @@ class Spool {
 };
 
 // One JSON object. Its lists come one after the other, the estimates all at once.
-void print_json(const Options& o, const model::Model& model, recording::CsvReader& reader) {
-  Spool t_s;
-  std::vector<Spool> angle_deg(model.joints.size());
-  std::vector<Spool> status(model.joints.size());
-  std::vector<Spool> error_deg(o.intervals ? model.joints.size() : 0);
+identify::Applied print_json(const Options& o, const model::Model& model, recording::CsvReader& reader) {
+  std::vector<std::string> before = {"{\"t_s\":["};  // each list
+  for (const model::Joint& joint : model.joints) {
+    const char* const end = before.size() == 1 ? "],\"channels\":{" : "]},";
+    before.push_back(fmt::format("{}\"{}\":{{\"angle_deg\":[", end, joint.name));
+    before.emplace_back("],\"status\":[");
+    if (o.intervals) before.emplace_back("],\"se_deg\":[");
+  }
+  std::vector<Spool> lists(before.size());
   const model::StandardErrors errors(model);
-  const auto done = identify::apply(model, reader, options_of(o), [&](const identify::Estimate& e) {
-    t_s.add(fmt::format("{}", e.t_s));
-    for (std::size_t i = 0; i < angle_deg.size(); ++i) {
-      angle_deg[i].add(fmt::format("{}", e.angle_deg[i]));
-      status[i].add(fmt::format("{}", e.status[i]));
-      if (o.intervals) {
-        error_deg[i].add(fmt::format("{}", errors.of(i, e.angle_deg[i], e.reading)));
-      }
+  auto done = identify::apply(model, reader, options_of(o), [&](const identify::Estimate& e) {
+    auto list = lists.begin();
+    const auto add = [&](auto number) { (list++)->add(fmt::format("{}", number)); };
+    add(e.t_s);
+    for (std::size_t i = 0; i < e.angle_deg.size(); ++i) {
+      add(e.angle_deg[i]);
+      add(e.status[i]);
+      if (o.intervals) add(errors.of(i, e.angle_deg[i], e.reading));
     }
   });
-  print("{\"t_s\":[");
-  t_s.print_all();
-  print("],\"channels\":{");
-  for (std::size_t i = 0; i < angle_deg.size(); ++i) {
-    print(fmt::format("{}\"{}\":{{\"angle_deg\":[", i > 0 ? "," : "", model.joints[i].name));
-    angle_deg[i].print_all();
-    print("],\"status\":[");
-    status[i].print_all();
-    if (o.intervals) {
-      print("],\"se_deg\":[");
-      error_deg[i].print_all();
-    }
-    print("]}");
+  for (std::size_t k = 0; k < lists.size(); ++k) {
+    print(before[k]);
+    lists[k].print_all();
   }
-  print("}");
+  print("]}}");
   if (o.track) print(",\"tracking\":" + to_json(done.followed));
   print(fmt::format(",\"version\":\"{}\"}}\n", FLEXOR_VERSION));
-  identify::check_ranges(model, reader.name(), reader.columns(), done.ranges, log_warning, done.row_period_s);
+  return done;
 }
 
 void run(const Options& o) {
   const model::Model model = model::load(o.model);
   recording::CsvReader reader(o.file, {model::columns_of(model, o.inputs), o.time, recording::Holes::some});
-  if (o.json) return print_json(o, model, reader);
-  CsvSink sink(model, o.file == "-", o.intervals);
-  const auto done = identify::apply(model, reader, options_of(o), std::ref(sink));
-  sink.flush();
-  say(done.followed);
+  const auto done = o.json ? print_json(o, model, reader) : print_csv(o, model, reader);
   identify::check_ranges(model, reader.name(), reader.columns(), done.ranges, log_warning, done.row_period_s);
 }
 

@@ -24,14 +24,6 @@ const std::string kVideo = of_source("../shared/data/video/green_markers.mp4");
 class Cli : public Command {
  protected:
   Cli() { make(FLEXOR_SIMULATE); }
-
-  std::string glove() const { return path("simulated_glove.csv"); }
-
-  static std::string line(const std::string& text, int number) {
-    std::size_t begin = 0;
-    for (int i = 1; i < number; ++i) begin = text.find('\n', begin) + 1;
-    return text.substr(begin, text.find('\n', begin) - begin);
-  }
 };
 
 TEST_F(Cli, WrongUsageIsExitTwo) {
@@ -41,13 +33,13 @@ TEST_F(Cli, WrongUsageIsExitTwo) {
 }
 
 TEST_F(Cli, NoOutputTakesThePlaceOfAnInput) {
-  const std::string before = content(glove());
+  const std::string before = content(path("simulated_glove.csv"));
   for (const std::string& arguments :
        {"identify --structure linear --model simulated_glove.csv " + kPair,
         "align --out simulated_glove.csv " + kPair, "align --out simulated_camera.csv " + kPair}) {
     expect_refused(arguments, 2, "is an input of this command");
   }
-  EXPECT_EQ(content(glove()), before);
+  EXPECT_EQ(content(path("simulated_glove.csv")), before);
   fs::create_directories(path("own"));
   io::write_file(fs::path(path("own")) / "glove-2.csv", before);
   expect_refused("twin record --donnings 2 --out own", 2, "choose another folder");
@@ -188,7 +180,7 @@ TEST_F(Cli, ApplyHoldsThroughPausesAndSaysSo) {
   io::write_file(path("log.csv"), log);
   const Finished r = run("apply " + kPublished + " log.csv");
   ASSERT_EQ(r.exit, 0) << r.err;
-  EXPECT_EQ(line(r.out, 1).substr(0, 38), "t_s,thumb_deg,thumb_status,index_deg,i");
+  EXPECT_TRUE(r.out.starts_with("t_s,thumb_deg,thumb_status,index_deg,i")) << r.out.substr(0, 50);
   EXPECT_NE(r.out.find(",4\n"), std::string::npos);  // pause
   EXPECT_NE(r.out.find(",2\n"), std::string::npos);  // above the range
   const auto json = json_of("apply --json " + kPublished + " log.csv");
@@ -400,7 +392,7 @@ TEST_F(Cli, TrackWritesAnglesPreviewAndReportOfTheRealVideo) {
   const std::string angles = content(path("a.csv"));
   EXPECT_TRUE(angles.starts_with("t_s,index_dip_deg,index_dip_se_deg,index_dip_quality,index_pip_deg,"))
       << angles;
-  EXPECT_EQ(std::ranges::count(line(angles, 1), ','), 18);
+  EXPECT_EQ(std::ranges::count(angles.substr(0, angles.find('\n')), ','), 18);
   EXPECT_EQ(lines(angles), 50);
   EXPECT_GT(fs::file_size(path("p.mp4")), 10000U);
   for (const char* part : {"class=\"chart\"", "data:image/jpeg;base64,"})

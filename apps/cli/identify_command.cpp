@@ -41,46 +41,28 @@ struct Options {
 };
 
 // The search goes on until a signal or the time limit, and shows how far it is. Then the best so far is taken.
-class Search {
- public:
-  explicit Search(std::optional<double> limit_s) : limit_s_(limit_s) {}
-
-  bool operator()(std::size_t done, std::size_t of, const std::string& what) {
-    line_->step(what, done, of);
-    const bool interrupted = *stop_->flag();
-    if (interrupted && !said_ && done > 0) {
+identify::Result search(const Options& o) {
+  const auto begin = std::chrono::steady_clock::now();
+  const io::StopOnSignal stop;
+  ProgressLine line;
+  bool said = false;
+  const auto goes_on = [&](std::size_t done, std::size_t of, const std::string& what) {
+    line.step(what, done, of);
+    const bool interrupted = *stop.flag();
+    if (interrupted && !said && done > 0) {
       log("interrupted: what is found so far is finished and scored; once more ends it at once");
-      said_ = true;
+      said = true;
     }
-    return !interrupted && !(limit_s_ && seconds() > *limit_s_);
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+    return !interrupted && !(o.time_limit_s && taken.count() > *o.time_limit_s);
+  };
+  try {
+    return identify::identify_files(o.request, goes_on);
+  } catch (const io::Cancelled&) {
+    if (!*stop.flag()) throw io::JobError("nothing was fitted within the time limit: a larger --time-limit");
+    throw io::Cancelled("interrupted");
   }
-
-  template <typename Work>
-  auto run(const Work& work) {
-    try {
-      auto result = work();
-      line_.reset();
-      stop_.reset();
-      return result;
-    } catch (const io::Cancelled&) {
-      line_.reset();
-      if (!*stop_->flag())
-        throw io::JobError("nothing was fitted within the time limit: a larger --time-limit");
-      throw io::Cancelled("interrupted");
-    }
-  }
-
- private:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-  }
-
-  std::optional<double> limit_s_;
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  std::optional<io::StopOnSignal> stop_{std::in_place};
-  bool said_ = false;
-  std::optional<ProgressLine> line_{std::in_place};
-};
+}
 
 // JOINT=NUMBER, or so many numbers with ":" between them, by the joint.
 std::map<std::string, std::vector<double>> by_joint(const std::vector<std::string>& items,
@@ -271,8 +253,7 @@ void run(Options& o) {
   track_reference(o, temporary);
   add_takes(o);
   add_common(o);
-  Search search(o.time_limit_s);
-  identify::Result result = search.run([&] { return identify::identify_files(o.request, std::ref(search)); });
+  identify::Result result = search(o);
   if (!o.is_named)
     result.warnings.emplace_back(
         "no column names a finger: the joint is called index; --map ring=INPUT:OUTPUT says otherwise");

@@ -8,19 +8,7 @@
 namespace flexor::cli {
 namespace interrupt_test {
 
-class Interrupted : public Command {
- protected:
-  void expect_nothing_left() const {
-    EXPECT_TRUE(fs::is_empty(path("tmp")));
-    for (const auto& entry : fs::recursive_directory_iterator(path("o"))) {
-      const std::string name = entry.path().filename();
-      EXPECT_TRUE(name.find(".part-") == name.npos && !name.starts_with(".deploy-")) << name;
-    }
-    // A worker's command line names nothing: what it may write to does.
-    for (const auto& process : fs::directory_iterator("/proc"))
-      EXPECT_EQ(content(process.path() / "environ").find(path("tmp")), std::string::npos) << process;
-  }
-};
+using Interrupted = Command;
 
 TEST_F(Interrupted, AtAnyInstantACommandEndsInOneLineAndLeavesNothing) {
   make(FLEXOR_TEST_INPUTS);
@@ -51,7 +39,14 @@ TEST_F(Interrupted, AtAnyInstantACommandEndsInOneLineAndLeavesNothing) {
       stopped += r.signal != 0;
       said += std::regex_search(r.err, kLine);
       EXPECT_TRUE(r.signal == 0 || r.err.empty() || std::regex_search(r.err, kLine)) << command << r.err;
-      expect_nothing_left();
+      EXPECT_TRUE(fs::is_empty(path("tmp")));
+      for (const auto& entry : fs::recursive_directory_iterator(path("o"))) {
+        const std::string name = entry.path().filename();
+        EXPECT_TRUE(name.find(".part-") == name.npos && !name.starts_with(".deploy-")) << name;
+      }
+      // A worker's command line names nothing: what it may write to does.
+      for (const auto& process : fs::directory_iterator("/proc"))
+        EXPECT_EQ(content(process.path() / "environ").find(path("tmp")), std::string::npos) << process;
     }
     EXPECT_GT(2 * said, stopped) << command << ": the others died before they listened";
     fs::remove_all(path("o"));

@@ -22,12 +22,7 @@ class Memory : public Command {
     EXPECT_LE(r.exit, 2) << arguments;
   }
 
-  // A finger between 10 and 80 degrees, never twice the same.
-  static double angle_at(double t) {
-    return 45 + 20 * std::sin(1.3 * t) + 15 * std::sin(0.41 * t + 0.3 * std::sin(0.07 * t));
-  }
-
-  // time_of(k) in seconds for each row.
+  // Of a finger between 10 and 80 degrees, never twice the same, at time_of(k) in seconds for each row.
   template <class TimeOf>
   std::string log(const std::string& name, const std::string& column, int rows, double scale,
                   TimeOf time_of) const {
@@ -35,8 +30,10 @@ class Memory : public Command {
     out << "t_s," << column << "\n";
     out.precision(12);
     for (int k = 0; k < rows; ++k) {
-      const double t = time_of(k);
-      out << t << "," << std::round(scale * angle_at(std::fmod(t, 1e6)) * 100) / 100 << "\n";
+      const double t_s = time_of(k);
+      const double t = std::fmod(t_s, 1e6);
+      const double angle = 45 + 20 * std::sin(1.3 * t) + 15 * std::sin(0.41 * t + 0.3 * std::sin(0.07 * t));
+      out << t_s << "," << std::round(scale * angle * 100) / 100 << "\n";
     }
     return name;
   }

@@ -44,73 +44,41 @@ std::string bar(const Range& range) {
   return out;
 }
 
-class View {
- public:
-  explicit View(const listen::Source& source) : source_(source) {}
-
-  void add(const std::vector<listen::Sample>& samples) {
-    for (const listen::Sample& sample : samples) {
-      ranges_.resize(sample.value.size());
-      for (std::size_t i = 0; i < sample.value.size(); ++i) {
-        ranges_[i].add(sample.value[i]);
-        if (!sample.remark.empty()) ranges_[i].remark = sample.remark[i];
-      }
-    }
-    samples_ += samples.size();
+void add(std::vector<Range>& ranges, const listen::Sample& sample) {
+  ranges.resize(sample.value.size());
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    ranges[i].add(sample.value[i]);
+    if (!sample.remark.empty()) ranges[i].remark = sample.remark[i];
   }
+}
 
-  // The same place of the terminal again and again; in a pipe only the last.
-  void draw(bool terminal, bool again) const {
-    const char* clear = terminal ? "\033[K" : "";
-    std::string out;
-    int lines = 1;
-    for (std::size_t i = 0; i < ranges_.size(); ++i) {
-      const Range& r = ranges_[i];
-      const std::string& name = source_.columns()[i];
-      if (name.ends_with("_quality")) continue;  // the remark says it
-      const std::string ends =
-          r.least > r.most ? "no reading" : fmt::format("{:.1f} to {:.1f}", r.least, r.most);
-      out += fmt::format("{}{:<18} {:8.1f} {} {}{}{}\n", clear, io::one_line(name), r.now, bar(r), ends,
-                         r.remark.empty() ? "" : "  ", io::one_line(r.remark));
-      ++lines;
-    }
-    if (again) out.insert(0, fmt::format("\033[{}A", lines));
-    const listen::Tally& tally = source_.tally();
-    out += fmt::format("{}{:.1f} samples a second, {} malformed, {}{}\n", clear, rate_hz(), tally.torn,
-                       listen::lost_in_words(tally), terminal ? "; Ctrl-C ends this" : "");
-    // A line that the terminal would break is cut off by it.
-    print_as_it_is(terminal ? "\033[?7l" + out + "\033[?7h" : out);
+std::string text_of(const listen::Source& source, const std::vector<Range>& ranges, double rate_hz,
+                    bool terminal) {
+  const char* clear = terminal ? "\033[K" : "";
+  std::string out;
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    const Range& r = ranges[i];
+    const std::string& name = source.columns()[i];
+    if (name.ends_with("_quality")) continue;  // the remark says it
+    const std::string ends =
+        r.least > r.most ? "no reading" : fmt::format("{:.1f} to {:.1f}", r.least, r.most);
+    out += fmt::format("{}{:<18} {:8.1f} {} {}{}{}\n", clear, io::one_line(name), r.now, bar(r), ends,
+                       r.remark.empty() ? "" : "  ", io::one_line(r.remark));
   }
+  const listen::Tally& tally = source.tally();
+  return out + fmt::format("{}{:.1f} samples a second, {} malformed, {}{}\n", clear, rate_hz, tally.torn,
+                           listen::lost_in_words(tally), terminal ? "; Ctrl-C ends this" : "");
+}
 
-  bool has_rows() const { return !ranges_.empty(); }
-  double rate_hz() const {
-    return static_cast<double>(samples_) / std::max(source_.now_s() - begin_s_, 1e-3);
-  }
-
-  Json json() const {
-    Json columns = Json::array();
-    for (std::size_t i = 0; i < ranges_.size(); ++i)
-      columns.push_back({{"name", source_.columns()[i]},
-                         {"now", ranges_[i].now},
-                         {"least", ranges_[i].least},
-                         {"most", ranges_[i].most},
-                         {"remark", ranges_[i].remark}});
-    return columns;
-  }
-
- private:
-  const listen::Source& source_;
-  double begin_s_ = source_.now_s();
-  std::vector<Range> ranges_;
-  std::uint64_t samples_ = 0;
-};
-
+// On a terminal in the same place again and again; in a pipe only the last.
 void run(const Options& o) {
   const std::unique_ptr<listen::Source> source = open_glove(o.glove);
   io::StopOnSignal stop;
-  View view(*source);
   const bool live = !o.json && isatty(STDOUT_FILENO) != 0;
   const double begin_s = source->now_s();
+  std::vector<Range> ranges;
+  double count = 0;  // of samples
+  const auto rate_hz = [&] { return count / std::max(source->now_s() - begin_s, 1e-3); };
   double drawn_s = -1;
   bool drawn = false;
   while (!*stop.flag() && (o.for_s == 0 || source->now_s() - begin_s < o.for_s)) {
@@ -119,22 +87,30 @@ void run(const Options& o) {
     if (event == listen::Event::gone) log("the port has gone: plug the board in again");
     if (event == listen::Event::back) log("the port is back");
     if (event == listen::Event::ended) break;
-    view.add(samples);
-    if (!live || !view.has_rows() || source->now_s() - drawn_s < kRefresh_s) continue;
-    view.draw(true, std::exchange(drawn, event != listen::Event::gone && event != listen::Event::back) &&
-                        drawn_s >= 0);
+    for (const listen::Sample& sample : samples) add(ranges, sample);
+    count += static_cast<double>(samples.size());
+    if (!live || ranges.empty() || source->now_s() - drawn_s < kRefresh_s) continue;
+    std::string text = text_of(*source, ranges, rate_hz(), true);
+    const bool is_over_last =
+        std::exchange(drawn, event != listen::Event::gone && event != listen::Event::back) && drawn_s >= 0;
+    if (is_over_last) text.insert(0, fmt::format("\033[{}A", std::ranges::count(text, '\n')));
+    print_as_it_is("\033[?7l" + text + "\033[?7h");  // a line that the terminal would break is cut off by it
     drawn_s = source->now_s();
   }
-  if (o.json) {
-    const listen::Tally& tally = source->tally();
-    Json json = source_json(o.glove, *source);
-    json.update({{"rate_hz", view.rate_hz()},
-                 {"columns", view.json()},
-                 {"torn", tally.torn},
-                 {"lost", tally.lost ? Json(*tally.lost) : Json(nullptr)}});
-    return print({json, ""}, true);
+  if (!o.json) return live ? void() : print_as_it_is(text_of(*source, ranges, rate_hz(), false));
+  Json columns = Json::array();
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    const auto& [least, most, now, remark] = ranges[i];
+    columns.push_back(
+        {{"name", source->columns()[i]}, {"now", now}, {"least", least}, {"most", most}, {"remark", remark}});
   }
-  if (!live) view.draw(false, false);
+  const listen::Tally& tally = source->tally();
+  Json json = source_json(o.glove, *source);
+  json.update({{"rate_hz", rate_hz()},
+               {"columns", std::move(columns)},
+               {"torn", tally.torn},
+               {"lost", tally.lost ? Json(*tally.lost) : Json(nullptr)}});
+  print({json, ""}, true);
 }
 
 void add(CLI::App& app) {

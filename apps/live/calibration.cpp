@@ -187,12 +187,8 @@ void Calibration::add(const listen::Sample& sample, const std::vector<std::strin
   log_->add(sample);
 }
 
-// The article's hand has one angle for each sensor; elsewhere every angle counts.
-bool Calibration::is_needed(const std::string& angle) const {
-  return setup_.joints != kArticlesHand || angle.ends_with("_mcp_deg");
-}
-
-// Rows in which what is needed was seen: a fit takes no others.
+// Rows in which what is needed was seen: a fit takes no others. The article's hand has one angle for each sensor; elsewhere every
+// angle counts.
 void Calibration::add(const SeenRow& seen, const std::vector<std::string>& names) {
   if (step_ != Step::motion || !log_ || seen.t_s < motion_.begun_s) return;
   motion_.is_over = motion_.lasts_s > 0 && seen.t_s - motion_.begun_s > motion_.lasts_s;
@@ -201,7 +197,8 @@ void Calibration::add(const SeenRow& seen, const std::vector<std::string>& names
   angles_ = names;
   if (seen.t_s <= motion_.newest_angle_s || seen.deg.size() != names.size()) return;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (is_needed(names[i]) && !std::isfinite(seen.deg[i])) return;
+    const bool is_needed = setup_.joints != kArticlesHand || names[i].ends_with("_mcp_deg");
+    if (is_needed && !std::isfinite(seen.deg[i])) return;
   }
   motion_.newest_angle_s = seen.t_s;
   motion_.angle_came_s = motion_.seconds;
@@ -360,25 +357,21 @@ void Calibration::plot(const std::string& finger) {
            {"line_deg", curve.at("straight_line_deg")}};
 }
 
-// Of some strip at two places.
-bool Calibration::has_rested() const {
-  constexpr double kTwoOfThree = 0.6;
-  return motion_.coverage && std::ranges::any_of(motion_.coverage->covered(),
-                                                 [](const Covered& c) { return c.holds > kTwoOfThree; });
-}
-
 const char* Calibration::motion_asks() const {
+  constexpr double kTwoOfThree = 0.6;
+  const auto is_any = [this](bool (*holds)(const Covered&)) {
+    return motion_.coverage && std::ranges::any_of(motion_.coverage->covered(), holds);
+  };
   if (!log_) return "wait";
   if (motion_.lasts_s > 0) return motion_.is_over ? "enough" : "watch";
   const auto now = instructions(setup_.reference, motion_.seconds);
-  if (setup_.reference == Reference::poses)
-    return !now.empty() ? now.front().kind : has_rested() ? "enough" : "rest";
+  if (setup_.reference == Reference::poses && now.empty())  // some strip has rested at two places
+    return is_any([](const Covered& c) { return c.holds > kTwoOfThree; }) ? "enough" : "rest";
+  if (setup_.reference == Reference::poses) return now.front().kind;
   if (pictures_ > 20 && recent_share_ < kSeen) return "hidden";
   if (motion_.seconds - motion_.angle_came_s > kUnseen_s) return "no_angles";
   if (!now.empty()) return now.front().kind;
-  const bool lacks = motion_.coverage && std::ranges::any_of(motion_.coverage->covered(),
-                                                             [](const Covered& c) { return !c.is_enough(); });
-  return lacks ? "missing" : "enough";
+  return is_any([](const Covered& c) { return !c.is_enough(); }) ? "missing" : "enough";
 }
 
 const char* Calibration::asks() const {

@@ -86,8 +86,6 @@ class Calibration {
   void begin_motion();
   void require_complete(bool glove_is_there) const;
   void go(StepEvent event, const char* refusal);  // throws it where no step follows
-  bool is_needed(const std::string& angle) const;
-  bool has_rested() const;
   const char* motion_asks() const;
   nlohmann::ordered_json result_state() const;
   std::string map() const;

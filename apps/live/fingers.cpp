@@ -20,12 +20,6 @@ constexpr double kUncertain_deg = 5;
 constexpr double kVeryUncertain_deg = 10;
 constexpr double kBeyond = 0.1;  // of the span, beyond what the model was made from
 
-// "index" of "index_deg", as models name their joints.
-std::string shown_name(const std::string& column) {
-  const std::string name = recording::cut_name(column).name;
-  return name.empty() ? column : name;
-}
-
 // Of a converter of ten bits or twelve.
 bool is_at_an_end(double counts) { return counts <= 1 || counts == 1023 || counts == 4095; }
 
@@ -38,7 +32,8 @@ void at_best_fair(FingerView& view) {
 Fingers::Fingers(std::vector<std::string> columns) : names_(std::move(columns)) {
   for (const std::string& name : names_) {
     Column column;
-    column.name = shown_name(name);
+    column.name = recording::cut_name(name).name;  // as models name their joints
+    if (column.name.empty()) column.name = name;
     column.unit = recording::unit_of(name);
     columns_.push_back(column);
   }

@@ -12,7 +12,7 @@ TEST(DeviceState, EachEventInEachState) {
   constexpr std::array kStates = {none, left, listening, doubtful, misunderstood, glove, gone, replay, worn};
   struct Row {
     DeviceEvent event;
-    std::array<DeviceState, kStates.size()> next;
+    std::array<DeviceState, 9> next;
   };
   const std::array<Row, 10> rows = {{
       {DeviceEvent::drops, {none, none, none, none, none, none, none, none, none}},

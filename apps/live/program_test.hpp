@@ -44,14 +44,9 @@ class Program : public testing::Test {
   Json ask(Json message) {
     message["id"] = ++id_;
     tab_->say(message.dump());
-    for (;;) {
-      const auto [opcode, payload] = tab_->hear();
-      if (opcode == 0) return nullptr;
-      if (opcode != kText) continue;
-      const Json heard = Json::parse(payload);
-      if (heard.contains("event")) state_ = heard;
-      if (heard.contains("id") && heard["id"] == id_) return heard;
-    }
+    Json heard = tab_->hear_json();
+    while (!heard.is_null() && heard.value("id", Json()) != id_) heard = tab_->hear_json();
+    return heard;
   }
   void done(const Json& message) { EXPECT_TRUE(ask(message).at("ok").get<bool>()) << message; }
   // The next state for which this holds. Throws after two minutes, which fails the test.
@@ -59,10 +54,8 @@ class Program : public testing::Test {
   Json state_when(Holds&& holds) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
     while (std::chrono::steady_clock::now() < end) {
-      const auto [opcode, payload] = tab_->hear();
-      if (opcode == 0) break;
-      if (opcode != kText) continue;
-      const Json heard = Json::parse(payload);
+      const Json heard = tab_->hear_json();
+      if (heard.is_null()) break;
       if (heard.value("event", "") == "state" && holds(heard)) return heard;
     }
     throw std::runtime_error("no such state");
@@ -80,7 +73,6 @@ class Program : public testing::Test {
   std::optional<io::Process> process_;
   std::optional<Place> place_;
   std::optional<Tab> tab_;
-  Json state_;
   int id_ = 0;
 };
 

@@ -11,7 +11,7 @@
 #include "apps/live/assets.hpp"
 #include "apps/live/request.hpp"
 #include "apps/live/test_wire.hpp"
-#include "host/io/io.hpp"
+#include "host/io/process.hpp"
 #include "host/io/refusal_test.hpp"
 
 namespace flexor::live {
@@ -67,6 +67,10 @@ struct Heard {
     const std::lock_guard lock(mutex);
     return said;
   }
+  bool hears(Tab& tab) {
+    tab.say("still here");
+    return soon([this] { return all().back() == "text still here"; });
+  }
   std::mutex mutex;
   std::vector<std::string> said;
   Client last = 0;
@@ -87,7 +91,7 @@ TEST(Server, GivesThePageAndItsAssetsWithTheHeadersOfASafePage) {
           "Permissions-Policy: camera=(self)\r\n"})
       EXPECT_NE(answer.find(header), answer.npos) << header;
   }
-  EXPECT_EQ(status_of(get(running.place, running.path("none.js"))), 404);
+  EXPECT_EQ(running.status("none.js"), 404);
   const std::string bare = get(running.place, "/" + running.place.token + "?x");
   EXPECT_EQ(status_of(bare), 308);
   EXPECT_NE(bare.find("Location: " + running.path("") + "\r\n"), bare.npos);
@@ -143,7 +147,7 @@ TEST(Server, AnotherHostIsRefused) {
 TEST(Server, AForeignOriginIsRefusedAlsoAtTheSocket) {
   const Running running;
   const std::string own = fmt::format("Origin: http://{}\r\n", running.place.host);
-  EXPECT_EQ(status_of(get(running.place, running.path(""), own)), 200);
+  EXPECT_EQ(running.status("", own), 200);
   EXPECT_EQ(Tab(running.place, own).status, 101);
   EXPECT_EQ(Tab(running.place).status, 101);  // a program, which has none
   for (const std::string& other :
@@ -151,7 +155,7 @@ TEST(Server, AForeignOriginIsRefusedAlsoAtTheSocket) {
         "http://" + running.place.host + "/", fmt::format("http://localhost:{}", running.place.port),
         std::string("http://127.0.0.1"), std::string()}) {
     const std::string field = fmt::format("Origin: {}\r\n", other);
-    EXPECT_EQ(status_of(get(running.place, running.path(""), field)), 403) << other;
+    EXPECT_EQ(running.status("", field), 403) << other;
     EXPECT_EQ(Tab(running.place, field).status, 403) << other;
   }
   EXPECT_EQ(Tab(running.place, own + own).status, 403);
@@ -161,7 +165,8 @@ TEST(Server, AForeignOriginIsRefusedAlsoAtTheSocket) {
 TEST(Server, WithoutTheTokenNothingIsThere) {
   const Sessions sessions;
   const Running running(sessions.options());
-  std::string wrong = running.place.token;
+  Place other = running.place;
+  std::string& wrong = other.token;
   wrong.back() = wrong.back() == '0' ? '1' : '0';
   for (const std::string& path :
        {std::string("/"), std::string("/index.html"), std::string("/socket"), std::string("//"),
@@ -171,8 +176,6 @@ TEST(Server, WithoutTheTokenNothingIsThere) {
         "/%" + fmt::format("{:02x}", static_cast<int>(running.place.token[0])) +
             running.place.token.substr(1) + "/"})
     EXPECT_EQ(status_of(get(running.place, path)), 403) << path;
-  Place other = running.place;
-  other.token = wrong;
   EXPECT_EQ(Tab(other).status, 403);
   EXPECT_TRUE(running.answers());
 }
@@ -252,44 +255,29 @@ TEST(Server, NoPathLeadsOutOfTheSessions) {
     EXPECT_EQ(answer.find("root:"), answer.npos) << path;
   }
   const std::string long_name(5000, 'a');
-  EXPECT_EQ(status_of(get(running.place, running.path("files/" + long_name))), 404);
+  EXPECT_EQ(running.status("files/" + long_name), 404);
   EXPECT_EQ(status_of(get(Running().place, "/x/files/one/log.csv")), 403);
-  const Running without;
-  EXPECT_EQ(status_of(get(without.place, without.path("files/one/log.csv"))), 404);
+  EXPECT_EQ(Running().status("files/one/log.csv"), 404);
   EXPECT_TRUE(running.answers());
 }
 
 TEST(Server, OnlyGetAndHeadAndNoBody) {
   const Running running;
   for (const char* method : {"POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "CONNECT", "PROPFIND"})
-    EXPECT_EQ(status_of(get(running.place, running.path(""), "Content-Length: 0\r\n", method)), 405)
-        << method;
-  EXPECT_EQ(status_of(get(running.place, running.path(""), "Content-Length: 5\r\n")), 413);
-  EXPECT_EQ(status_of(get(running.place, running.path(""), "Content-Length: 99999999999\r\n")), 413);
-  EXPECT_EQ(status_of(get(running.place, running.path(""), "Transfer-Encoding: chunked\r\n")), 413);
+    EXPECT_EQ(running.status("", "Content-Length: 0\r\n", method), 405) << method;
+  for (const char* body : {"Content-Length: 5", "Content-Length: 99999999999", "Transfer-Encoding: chunked"})
+    EXPECT_EQ(running.status("", fmt::format("{}\r\n", body)), 413) << body;
   EXPECT_TRUE(running.answers());
 }
 
 TEST(Server, AHeadHasAnEnd) {
   const Running running;
-  EXPECT_EQ(status_of(get(running.place, running.path(""), fmt::format("X: {}\r\n", std::string(7000, 'x')))),
-            200);
-  EXPECT_EQ(status_of(get(running.place, running.path(""), fmt::format("X: {}\r\n", std::string(9000, 'x')))),
-            431);
+  EXPECT_EQ(running.status("", fmt::format("X: {}\r\n", std::string(7000, 'x'))), 200);
+  EXPECT_EQ(running.status("", fmt::format("X: {}\r\n", std::string(9000, 'x'))), 431);
   std::string many;
   for (int i = 0; i < 3000; ++i) many += "X: y\r\n";
-  EXPECT_EQ(status_of(get(running.place, running.path(""), many)), 431);
+  EXPECT_EQ(running.status("", many), 431);
   EXPECT_TRUE(running.answers());
-}
-
-// Everything that it says to these bytes until it closes.
-std::string answer_to(const Running& running, const std::string& bytes) {
-  Wire wire(running.place.port);
-  wire.put(bytes);
-  wire.socket().shutdown(Wire::Tcp::socket::shutdown_send);
-  std::string answer = wire.rest();
-  EXPECT_TRUE(wire.ended());
-  return answer;
 }
 
 TEST(Server, GarbageIsABadRequest) {
@@ -300,12 +288,17 @@ TEST(Server, GarbageIsABadRequest) {
         zeros, std::string("GET\r\n\r\n"), std::string("GET / HTTP/9.9\r\n\r\n"),
         std::string("GET / HTTP/1.1\nHost\n\n"), frame(kText, "hello"),
         fmt::format("GET {} HTTP/1.1\r\nHost: {}\r\nContent-Length: x\r\n\r\n", running.path(""),
-                    running.place.host)})
-    EXPECT_EQ(status_of(answer_to(running, bytes)), 400) << bytes.substr(0, 40);
+                    running.place.host)}) {
+    Wire wire(running.place.port);
+    wire.put(bytes);
+    wire.socket().shutdown(Wire::Tcp::socket::shutdown_send);
+    EXPECT_EQ(status_of(wire.rest()), 400) << bytes.substr(0, 40);
+    EXPECT_TRUE(wire.ended());
+  }
   Wire early(running.place.port);
   early.put(handshake(running.place) + frame(kText, "too early"));
   EXPECT_EQ(status_of(early.rest()), 400);
-  EXPECT_EQ(status_of(get(running.place, running.path("socket"))), 426);
+  EXPECT_EQ(running.status("socket"), 426);
   EXPECT_TRUE(running.answers());
 }
 
@@ -357,8 +350,7 @@ TEST(Server, AMessageBeyondTheLimitEndsItsSocketOnly) {
   large.rest();
   sending.join();
   ASSERT_TRUE(soon([&] { return running.server.clients() == 1; }));
-  other.say("still here");
-  EXPECT_TRUE(soon([&] { return heard.all().back() == "text still here"; }));
+  EXPECT_TRUE(heard.hears(other));
 
   Tab pieces(running.place);  // likewise in pieces
   std::string piece = frame(kBinary, std::string(60000, 'x'));
@@ -389,8 +381,7 @@ TEST(Server, GarbageInASocketEndsItOnly) {
   }
   EXPECT_TRUE(soon([&] { return running.server.clients() == 1; }));
   for (const std::string& said : heard.all()) EXPECT_FALSE(said.starts_with("text")) << said;
-  other.say("still here");
-  EXPECT_TRUE(soon([&] { return heard.all().back() == "text still here"; }));
+  EXPECT_TRUE(heard.hears(other));
 }
 
 TEST(Server, AThousandConnectionsThatSayNothingKeepNobodyOut) {
@@ -406,8 +397,7 @@ TEST(Server, AThousandConnectionsThatSayNothingKeepNobodyOut) {
   std::vector<Wire> idle;
   for (int i = 0; i < 1000; ++i) idle.emplace_back(running.place.port);
   EXPECT_TRUE(running.answers());
-  tab.say("still here");
-  EXPECT_TRUE(soon([&] { return heard.all().back() == "text still here"; }));
+  EXPECT_TRUE(heard.hears(tab));
   EXPECT_EQ(running.server.clients(), 1);
 }
 
@@ -419,7 +409,7 @@ TEST(Server, OneSocketMoreThanThereMayBeIsTold) {
     ASSERT_EQ(tabs.back()->status, 101);
   }
   EXPECT_EQ(Tab(running.place).status, 503);
-  EXPECT_EQ(status_of(get(running.place, running.path(""))), 503);
+  EXPECT_EQ(running.status(""), 503);
   for (int i = 0; i < 300; ++i) Wire(running.place.port).put("GET");
   tabs.pop_back();
   EXPECT_TRUE(soon([&] { return running.answers(); }));
@@ -501,17 +491,17 @@ TEST(Server, LivesWithoutDescriptors) {
 
 TEST(Server, WatchesTicksAndWorksOnItsThread) {
   Running running;
-  int pipe_ends[2];
-  ASSERT_EQ(pipe(pipe_ends), 0);
+  io::Pipe line;
+  const int end = line.end[0].number();
   std::atomic<int> read_bytes{0};
   std::atomic<int> ticks{0};
   std::set<std::thread::id> threads;
   std::shared_ptr<void> watch;
   running.server.post([&] {
-    watch = running.server.watch(pipe_ends[0], [&] {
+    watch = running.server.watch(end, [&] {
       threads.insert(std::this_thread::get_id());
       char byte = 0;
-      if (read(pipe_ends[0], &byte, 1) == 1) ++read_bytes;  // one of several: it is readable still
+      if (read(end, &byte, 1) == 1) ++read_bytes;  // one of several: it is readable still
     });
     running.server.every(0.01, [&] {
       threads.insert(std::this_thread::get_id());
@@ -520,37 +510,35 @@ TEST(Server, WatchesTicksAndWorksOnItsThread) {
   });
   for (const int bytes : {5, 2}) {
     const int before = read_bytes;
-    ASSERT_EQ(write(pipe_ends[1], "abcde", static_cast<std::size_t>(bytes)), bytes);
+    ASSERT_EQ(write(line.end[1].number(), "abcde", static_cast<std::size_t>(bytes)), bytes);
     EXPECT_TRUE(soon([&] { return read_bytes == before + bytes; }));
   }
   running.server.post([&] { watch.reset(); });
   const auto start = std::chrono::steady_clock::now();
   const int before = ticks;
   EXPECT_TRUE(soon([&] { return ticks - before >= 1; }));
-  ASSERT_EQ(write(pipe_ends[1], "h", 1), 1);
+  ASSERT_EQ(write(line.end[1].number(), "h", 1), 1);
   EXPECT_TRUE(soon([&] { return ticks - before >= 21; }));
   EXPECT_GE(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(180));
   EXPECT_EQ(read_bytes, 7);
   running.stop();
   EXPECT_EQ(threads.size(), 1U);
-  EXPECT_EQ(write(pipe_ends[1], "i", 1), 1);  // the descriptor is still the caller's
-  for (const int end : pipe_ends) close(end);
+  EXPECT_EQ(write(line.end[1].number(), "i", 1), 1);  // the descriptor is still the caller's
 }
 
 TEST(Server, AWatchMayEndItselfAndItsDescriptor) {
   Running running;
-  int pipe_ends[2];
-  ASSERT_EQ(pipe(pipe_ends), 0);
+  io::Pipe line;
   std::atomic<bool> over{false};
   std::shared_ptr<void> watch;
   running.server.post([&] {
-    watch = running.server.watch(pipe_ends[0], [&] {
+    watch = running.server.watch(line.end[0].number(), [&] {
       watch.reset();
-      close(pipe_ends[0]);
+      line.end[0].close();
       over = true;
     });
   });
-  close(pipe_ends[1]);  // the end of a pipe is readable too
+  line.end[1].close();  // the end of a pipe is readable too
   EXPECT_TRUE(soon([&] { return over.load(); }));
   EXPECT_TRUE(running.answers());
 }

@@ -26,13 +26,6 @@ constexpr std::size_t kLongestName = 60;
 constexpr std::uint64_t kMostBytes = 1U << 13U;  // of a session.json: twenty times an honest one's
 constexpr std::size_t kMostFiles = 40;           // of a session that are listed
 
-// Letters of every script, digits and what is plain in a path.
-std::string as_file_name(std::string text) {
-  std::ranges::replace_if(
-      text, [](unsigned char c) { return c < 0x80 && std::isalnum(c) == 0; }, '-');
-  return text;
-}
-
 void require_plain(const std::string& person) {
   if (io::one_line(person) != person || person.size() > kLongestName || io::to_utf8(person) != person) {
     throw io::InputError("the person's name must be at most {} letters of UTF-8 without line ends",
@@ -162,8 +155,11 @@ Session Sessions::create(const std::string& person, const std::string& side, con
   s.glove = glove;
   const std::tm now = fmt::localtime(std::time(nullptr));
   s.made = fmt::format("{:%Y-%m-%dT%H:%M:%S}", now);
-  const std::string stem =
-      fmt::format("{:%Y-%m-%d_%H%M%S}_{}", now, as_file_name(person.empty() ? what : person));
+  std::string name =
+      person.empty() ? what : person;  // letters of every script, digits and what is plain in a path
+  std::ranges::replace_if(
+      name, [](unsigned char c) { return c < 0x80 && std::isalnum(c) == 0; }, '-');
+  const std::string stem = fmt::format("{:%Y-%m-%d_%H%M%S}_{}", now, name);
   s.name = stem;
   io::make_folder(root_);
   std::error_code error;

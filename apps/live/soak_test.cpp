@@ -64,8 +64,7 @@ class Glove {
       const int count = static_cast<int>(rows_ % kWrap);
       const double t_s = static_cast<double>(rows_) / rate_hz_;
       text += std::to_string(count);
-      for (int k = 1; k < kChannels; ++k)
-        text += ',' + std::to_string(std::lround(500 + 300 * std::sin(t_s * k)));
+      for (int k = 1; k < kChannels; ++k) text += fmt::format(",{:.0f}", 500 + 300 * std::sin(t_s * k));
       text += '\n';
       written_[static_cast<std::size_t>(count) % written_.size()] = now_s();
     }
@@ -119,10 +118,9 @@ class Reader {
   std::jthread thread_;
 };
 
-// Rows of the log whose first value does not follow the one before, and all of them.
 struct Logged {
   std::uint64_t rows = 0;
-  std::uint64_t gaps = 0;
+  std::uint64_t gaps = 0;  // rows whose first value does not follow the one before
   int last = -1;
 };
 Logged read_log(const std::filesystem::path& sessions) {
@@ -224,16 +222,15 @@ Soaked LiveSoak::soak(double rate_hz, double seconds, double replug_every_s) {
 }
 
 void print(const char* what, const Soaked& soaked) {
-  const auto at = [&](double share) {
+  const auto late_ms = [&](double share) {
     const auto& all = soaked.late_s;
     return all.empty() ? NAN
                        : 1e3 * all[static_cast<std::size_t>(share * static_cast<double>(all.size() - 1))];
   };
-  printf(
-      "%s: %llu rows logged, %llu gaps, plugged in again %d times; written to heard by four tabs: median "
-      "%.2f ms, 99th percentile %.2f ms; %.1f %% of a core; %.1f MB and %+.1f MB\n",
-      what, static_cast<unsigned long long>(soaked.log.rows),
-      static_cast<unsigned long long>(soaked.log.gaps), soaked.replugged, at(0.5), at(0.99),
+  fmt::print(
+      "{}: {} rows logged, {} gaps, plugged in again {} times; written to heard by four tabs: median {:.2f} "
+      "ms, 99th percentile {:.2f} ms; {:.1f} % of a core; {:.1f} MB and {:+.1f} MB\n",
+      what, soaked.log.rows, soaked.log.gaps, soaked.replugged, late_ms(0.5), late_ms(0.99),
       100 * soaked.processor_share, soaked.memory_mb, soaked.memory_more_mb);
 }
 

@@ -7,6 +7,7 @@
 #include <boost/asio/write.hpp>
 #include <chrono>
 #include <cstdint>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -156,6 +157,14 @@ struct Tab : Wire {
     }
     return {head[0] & 0x0f, size == 0 ? std::string() : take(size, patience_s)};
   }
+  // The next text; null at the end.
+  nlohmann::json hear_json() {
+    for (;;) {
+      const auto [opcode, payload] = hear();
+      if (opcode == kText) return nlohmann::json::parse(payload);
+      if (opcode == 0 || opcode == kClose) return nullptr;
+    }
+  }
 };
 
 // A server on a thread of its own.
@@ -174,7 +183,10 @@ class Running {
   std::string path(std::string_view behind_the_token) const {
     return fmt::format("/{}/{}", place.token, behind_the_token);
   }
-  bool answers() const { return status_of(get(place, path(""))) == 200; }
+  int status(std::string_view behind, std::string_view fields = {}, std::string_view method = "GET") const {
+    return status_of(get(place, path(behind), fields, method));
+  }
+  bool answers() const { return status("") == 200; }
 
   Server server;
   Place place;

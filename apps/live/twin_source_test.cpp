@@ -20,24 +20,17 @@ std::vector<Sample> play(TwinSource& source, double seconds) {
   return out;
 }
 
-double mean(const std::vector<Sample>& samples, std::size_t finger) {
-  double sum = 0;
-  for (const Sample& s : samples) sum += s.value[finger];
-  return sum / static_cast<double>(samples.size());
+// Of the index finger's.
+Eigen::ArrayXd counts_of(const std::vector<Sample>& samples) {
+  Eigen::ArrayXd out(std::ssize(samples));
+  std::ranges::transform(samples, out.begin(), [](const Sample& s) { return s.value[1]; });
+  return out;
 }
 
-double sd(const std::vector<Sample>& samples, std::size_t finger) {
-  const double centre = mean(samples, finger);
-  double squares = 0;
-  for (const Sample& s : samples) squares += std::pow(s.value[finger] - centre, 2);
-  return std::sqrt(squares / static_cast<double>(samples.size()));
-}
+double sd(const Eigen::ArrayXd& x) { return std::sqrt((x - x.mean()).square().mean()); }
 
 TwinOptions quick(std::optional<twin::Motion> motion = {}) {
-  TwinOptions out;
-  out.motion = std::move(motion);
-  out.pace = 0;
-  return out;
+  return {.motion = std::move(motion), .pace = 0};
 }
 
 TEST(TwinSource, KeepsPaceWithTheWallAndStandsWhileNobodyAsks) {
@@ -67,9 +60,7 @@ TEST(TwinSource, SamplesAtItsRate) {
 }
 
 TEST(TwinSource, ReadsInTheUnitThatAModelTakes) {
-  TwinOptions options = quick();
-  options.unit = "deg";
-  TwinSource source(options);
+  TwinSource source({.motion = {}, .unit = "deg", .pace = 0});
   EXPECT_EQ(source.columns()[1], "index_alpha_deg");
   EXPECT_NEAR(play(source, 0.1).back().value[1], 20, 20) << "an open finger, of more than 200 counts";
 }
@@ -96,27 +87,23 @@ TEST(TwinSource, FollowsTheFinger) {
 
 TEST(TwinSource, SlipDriftAndNoise) {
   TwinSource source(quick());
-  const std::vector<Sample> before = play(source, 0.4);
+  const Eigen::ArrayXd before = counts_of(play(source, 0.4));
   source.set({.slip_deg = 20});
-  const std::vector<Sample> slipped = play(source, 0.4);
-  const double step = mean(slipped, 1) - mean(before, 1);
+  const double step = counts_of(play(source, 0.4)).mean() - before.mean();
   EXPECT_GT(std::abs(step), 5);
   EXPECT_LT(std::abs(step), 400);
   source.set({.drift_deg_per_min = 600});
   play(source, 1);
-  const std::vector<Sample> drifted = play(source, 0.2);
-  EXPECT_GT((mean(drifted, 1) - mean(before, 1)) / step, 0.2);  // about 11 of 20 degrees
-  EXPECT_LT((mean(drifted, 1) - mean(before, 1)) / step, 1.2);
+  const double drifted = counts_of(play(source, 0.2)).mean() - before.mean();
+  EXPECT_GT(drifted / step, 0.2);  // about 11 of 20 degrees
+  EXPECT_LT(drifted / step, 1.2);
   source.set({.noise_counts = 15});
-  const std::vector<Sample> noisy = play(source, 1);
-  EXPECT_NEAR(sd(noisy, 1), 15, 6);
-  EXPECT_LT(sd(before, 1), 5);
+  EXPECT_NEAR(sd(counts_of(play(source, 1))), 15, 6);
+  EXPECT_LT(sd(before), 5);
 }
 
 TEST(TwinSource, LosesAShare) {
-  TwinOptions options = quick();
-  options.rate_hz = 500;
-  TwinSource source(options);
+  TwinSource source({.rate_hz = 500, .motion = {}, .pace = 0});
   source.set({.loss = 0.3});
   const auto kept = static_cast<double>(play(source, 1).size());
   const auto lost = static_cast<double>(source.tally().lost.value());
@@ -150,7 +137,7 @@ TEST(TwinSource, AMotionIsTheSameEachTime) {
     while (!source.begun_s()) out = play(source, 0.01);
     while (out.size() < 500) source.wait(0, out);
     std::vector<std::vector<double>> values;
-    for (const Sample& s : out) values.push_back(s.value);
+    std::ranges::transform(out, std::back_inserter(values), &Sample::value);
     return values;
   };
   const auto once = counts(0.5);

@@ -3,7 +3,6 @@
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
 
@@ -52,15 +51,13 @@ bool is_still_there(live::Tab& tab) {
   static int count = 0;
   const std::string id = "fuzz " + std::to_string(++count);
   tab.say(Json{{"id", id}, {"do", "nothing"}}.dump());
-  for (;;) {
-    const auto [opcode, text] = tab.hear();
-    if (opcode == 0 || opcode == live::kClose) return false;
-    if (opcode != live::kText) continue;
-    const Json heard = Json::parse(text);
-    if (heard.contains("error") && heard["error"].get<std::string>().find('\n') != std::string::npos)
-      std::abort();
-    if (heard.contains("id") && heard["id"] == id) return true;
-  }
+  Json heard;
+  do {
+    heard = tab.hear_json();
+    if (heard.is_null()) return false;
+    if (heard.value("error", "").find('\n') != std::string::npos) std::abort();
+  } while (heard.value("id", Json()) != id);
+  return true;
 }
 
 }  // namespace

@@ -13,6 +13,9 @@ class Words : public Program {
   void SetUp() override { begin(); }
   using Program::begin;
   void begin() { begin({"--from", "twin"}); }
+  static Json calibration_of(const char* person, const char* by) {
+    return {{"do", "calibrate.start"}, {"person", person}, {"side", "left"}, {"reference", by}};
+  }
   // The published model with other words in it.
   static std::string published(const std::vector<std::pair<std::string, std::string>>& changes) {
     std::string text = io::read_file(FLEXOR_SOURCE_DIR "/models/published_hw.json");
@@ -48,8 +51,7 @@ TEST_F(Words, WhatIsWrongIsAnsweredInOneLine) {
   expect_refused({{"do", "replay.open"}, {"session", ".."}, {"file", "passwd"}}, "no file");
   expect_refused({{"do", "twin.set"}, {"slip_deg", 1e9}}, "between");
   expect_refused({{"do", "calibrate.next"}}, "no_calibration");
-  expect_refused({{"do", "calibrate.start"}, {"person", "a\nb"}, {"side", "left"}, {"reference", "poses"}},
-                 "name");
+  expect_refused(calibration_of("a\nb", "poses"), "name");
   expect_refused({{"do", "calibrate.start"}, {"person", "a"}, {"side", "up"}, {"reference", "poses"}},
                  "side");
   expect_refused({{"do", "send"}}, "no_model");
@@ -66,18 +68,14 @@ TEST_F(Words, WhatIsWrongIsAnsweredInOneLine) {
 
 TEST_F(Words, TwoTabsCannotCalibrateAtOnce) {
   five_fingers();
-  const Json start = {
-      {"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "poses"}};
-  done(start);
+  done(calibration_of("anna", "poses"));
   Tab other(*place_);
-  other.say(
-      R"({"id": "x", "do": "calibrate.start", "person": "bert", "side": "left", "reference": "poses"})");
-  std::string answer;
-  for (int k = 0; k < 500 && answer.find("\"id\":\"x\"") == answer.npos; ++k) {
-    const auto [opcode, payload] = other.hear();
-    if (opcode == kText) answer = payload;
-  }
-  EXPECT_NE(answer.find("calibration_is_open"), std::string::npos) << answer;
+  Json start = calibration_of("bert", "poses");
+  start["id"] = "x";
+  other.say(start.dump());
+  Json answer = other.hear_json();
+  for (int k = 0; k < 500 && answer.value("id", Json()) != "x"; ++k) answer = other.hear_json();
+  EXPECT_EQ(answer.at("error"), "calibration_is_open");
   const Json state = state_when([](const Json& s) { return s.at("calibration").is_object(); });
   EXPECT_EQ(state["calibration"]["person"], "anna");
   done({{"do", "calibrate.cancel"}});
@@ -85,7 +83,7 @@ TEST_F(Words, TwoTabsCannotCalibrateAtOnce) {
 
 TEST_F(Words, ACalibrationGoesOnAfterAKill) {
   five_fingers();
-  done({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "drawn"}});
+  done(calibration_of("anna", "drawn"));
   expect_refused({{"do", "calibrate.next"}}, "hand_unseen");
   state_when([](const Json& s) { return s["calibration"]["tracked"] > 0.5; });
   done({{"do", "calibrate.next"}});
@@ -114,9 +112,7 @@ TEST_F(Words, WhatCannotBeWrittenEndsAloneAndTheServerGoesOn) {
   begin();
   setrlimit(RLIMIT_FSIZE, &before);
   five_fingers();
-  const Json start = {
-      {"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "poses"}};
-  done(start);
+  done(calibration_of("anna", "poses"));
   const auto cannot_be_written = [](const Json& s) {
     return s.at("last").is_object() &&
            s["last"]["text"].get<std::string>().find("cannot be written") != std::string::npos;
@@ -135,8 +131,7 @@ TEST_F(Words, MarkersAreBounded) {
   Tab later(*place_);
   int heard = 0;
   for (int k = 0; k < 10 * kMost && heard < kMost; ++k) {
-    const auto [opcode, payload] = later.hear();
-    const Json marker = opcode == kText ? Json::parse(payload) : Json::object();
+    const Json marker = later.hear_json();
     if (marker.value("event", "") != "marker") continue;
     ++heard;
     EXPECT_EQ(marker["text"], std::string(200, 'm'));
@@ -164,7 +159,7 @@ TEST_F(Words, ARecordingOfMoreColumnsThanAMessageHoldsIsRefused) {
 TEST_F(Words, AMarkerlessTrackersAnglesAreWritten) {
   five_fingers();
   expect_refused({{"do", "angles"}, {"t_s", 1}, {"angles", {{"index_mcp", 20}}}}, "no_angles_wanted");
-  done({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "markerless"}});
+  done(calibration_of("anna", "markerless"));
   const auto see = [&](double t_s, const Json& angles) {
     tab_->say(Json({{"do", "angles"}, {"t_s", t_s}, {"angles", angles}}).dump());
   };

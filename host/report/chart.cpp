@@ -22,19 +22,11 @@ Json rounded(const std::vector<double>& values, int digits) {
   return out;
 }
 
-class Script {
- public:
-  template <class... Args>
-  void add(fmt::format_string<Args...> format, Args&&... args) {
-    text_ += fmt::format(format, std::forward<Args>(args)...) + "\n";
-  }
-  void begin(const Chart& chart, const std::filesystem::path& file);
-  void panel(const Panel& panel, bool is_last, const Chart& chart);
-  const std::string& text() const { return text_; }
-
- private:
-  std::string text_;
-};
+// A line of gnuplot's script.
+template <class... Args>
+void add(std::string& script, fmt::format_string<Args...> format, Args&&... args) {
+  script += fmt::format(format, std::forward<Args>(args)...) + "\n";
+}
 
 // The label of a tic is a format of gnuplot's.
 std::string tics(const std::vector<std::string>& names) {
@@ -49,34 +41,38 @@ std::string range(double least, double most) {
   return fmt::format("[{}:{}]", end(least), end(most));
 }
 
-void Script::begin(const Chart& chart, const std::filesystem::path& file) {
+void begin(std::string& script, const Chart& chart, const std::filesystem::path& file) {
   const std::size_t n = chart.panels.size();
   const auto height = static_cast<double>(90 + static_cast<int>(n) * chart.panel_px);
-  add("reset");
+  add(script, "reset");
   file.extension() == ".pdf"
-      ? add("set terminal pdfcairo size 4.7in,{:.2f}in font 'Helvetica,9' background '#ffffff'", height / 110)
-      : add("set terminal svg size 520,{:.0f} dynamic font 'Helvetica,14' name '{}' background '#ffffff'",
+      ? add(script, "set terminal pdfcairo size 4.7in,{:.2f}in font 'Helvetica,9' background '#ffffff'",
+            height / 110)
+      : add(script,
+            "set terminal svg size 520,{:.0f} dynamic font 'Helvetica,14' name '{}' background '#ffffff'",
             height, chart.figure.name);
-  add("set output {}", gnuplot_text(std::filesystem::absolute(file).string()));
-  add("set grid lc rgb '#dddddd'; set border 3 lc rgb '#666666'; set tics nomirror");
-  if (!chart.x_names.empty()) add("set xtics ({}) noenhanced rotate by -35", tics(chart.x_names));
+  add(script, "set output {}", gnuplot_text(std::filesystem::absolute(file).string()));
+  add(script, "set grid lc rgb '#dddddd'; set border 3 lc rgb '#666666'; set tics nomirror");
+  if (!chart.x_names.empty()) add(script, "set xtics ({}) noenhanced rotate by -35", tics(chart.x_names));
   const double foot = chart.x_names.empty() ? 55 : 110;
-  add("set multiplot layout {},1 margins 0.14,0.96,{:.3f},{:.3f} spacing 0,0.03", n, foot / height,
+  add(script, "set multiplot layout {},1 margins 0.14,0.96,{:.3f},{:.3f} spacing 0,0.03", n, foot / height,
       1 - 40 / height);
   for (const auto& [from, to] : chart.shaded)
-    add("set object rectangle from first {:.3f}, graph 0 to first {:.3f}, graph 1 fc rgb '#e8e8e8' fs solid "
+    add(script,
+        "set object rectangle from first {:.3f}, graph 0 to first {:.3f}, graph 1 fc rgb '#e8e8e8' fs solid "
         "noborder behind",
         from, to);
 }
 
-void Script::panel(const Panel& panel, bool is_last, const Chart& chart) {
+void add_panel(std::string& script, const Panel& panel, bool is_last, const Chart& chart) {
   std::string plot;
   for (std::size_t s = 0; s < panel.series.size(); ++s) {
     const Series& series = panel.series[s];
-    add("$data{} << EOD", s);
+    add(script, "$data{} << EOD", s);
     for (std::size_t i = 0; i < series.x.size(); ++i)
-      add("{}", std::isfinite(series.y[i]) ? fmt::format("{:.10g} {:.6g}", series.x[i], series.y[i]) : "");
-    add("EOD");
+      add(script, "{}",
+          std::isfinite(series.y[i]) ? fmt::format("{:.10g} {:.6g}", series.x[i], series.y[i]) : "");
+    add(script, "EOD");
     const std::string title =
         series.name.empty() ? "notitle" : fmt::format("title {} noenhanced", gnuplot_text(series.name));
     const std::string look =
@@ -87,13 +83,15 @@ void Script::panel(const Panel& panel, bool is_last, const Chart& chart) {
     plot += fmt::format("{}$data{} using 1:2 with {} lc rgb '{}' {}", s == 0 ? "plot " : ", ", s, look,
                         series.colour, title);
   }
-  add("set ylabel {} noenhanced; set yrange {}", gnuplot_text(panel.label), range(panel.least, panel.most));
-  add("{}", panel.is_logarithmic ? "set logscale y" : "unset logscale y");
-  if (!is_last) add("set format x ''; unset xlabel");
-  if (is_last) add("set format x '%g'; set xlabel {} noenhanced", gnuplot_text(chart.x_label));
-  add("{}", &panel == &chart.panels.front() ? "set key at screen 0.98,0.995 right top maxrows 2 samplen 1.5"
-                                            : "unset key");
-  if (!plot.empty()) add("{}", plot);
+  add(script, "set ylabel {} noenhanced; set yrange {}", gnuplot_text(panel.label),
+      range(panel.least, panel.most));
+  add(script, "{}", panel.is_logarithmic ? "set logscale y" : "unset logscale y");
+  if (!is_last) add(script, "set format x ''; unset xlabel");
+  if (is_last) add(script, "set format x '%g'; set xlabel {} noenhanced", gnuplot_text(chart.x_label));
+  add(script, "{}",
+      &panel == &chart.panels.front() ? "set key at screen 0.98,0.995 right top maxrows 2 samplen 1.5"
+                                      : "unset key");
+  if (!plot.empty()) add(script, "{}", plot);
 }
 
 // The same data are the same bytes: a PDF has the date.
@@ -183,16 +181,16 @@ void draw_files(const std::vector<Chart>& charts, const std::filesystem::path& f
   if (io::find_program("gnuplot").empty())
     throw io::InputError("gnuplot is missing (script/bootstrap installs it): it draws the files of --pdf");
   const io::TemporaryFolder drawn;
-  Script script;
+  std::string script;
   for (const Chart& chart : charts) {
     for (const char* ending : kEndings) {
-      script.begin(chart, drawn.path() / (chart.figure.name + "." + ending));
-      for (const Panel& panel : chart.panels) script.panel(panel, &panel == &chart.panels.back(), chart);
-      script.add("unset multiplot");
+      begin(script, chart, drawn.path() / (chart.figure.name + "." + ending));
+      for (const Panel& panel : chart.panels) add_panel(script, panel, &panel == &chart.panels.back(), chart);
+      add(script, "unset multiplot");
     }
   }
-  script.add("unset output");
-  io::write_file(drawn.path() / "script", script.text());
+  add(script, "unset output");
+  io::write_file(drawn.path() / "script", script);
   // Neither the reader's own settings nor the time zone, which a PDF carries, change a figure.
   const io::ProcessResult result = io::run_process(
       {"/usr/bin/env", "TZ=UTC", "gnuplot", "--default-settings", (drawn.path() / "script").string()},

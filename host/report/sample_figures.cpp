@@ -19,112 +19,91 @@ constexpr const char* kHeldOut = "#D55E00";
 constexpr std::size_t kMostPoints = 4000;
 constexpr double kBetween = 0.02;  // of the held-out parts' length, between two of them
 
-struct Samples {
-  std::vector<double> t_s;
-  std::vector<double> reading;
-  std::vector<double> measured_deg;
-  std::vector<double> estimated_deg;
-  std::vector<double> line_deg;
-  std::vector<double> gap;
-  std::vector<double> held_out;
-  std::vector<double> pair;  // of recordings that a sample is from; in each t_s starts anew
-  std::size_t size() const { return t_s.size(); }
+struct Sample {
+  double t_s = NAN;
+  double reading = NAN;
+  double measured_deg = NAN;
+  double estimated_deg = NAN;
+  double line_deg = NAN;
+  bool is_gap = false;
+  bool is_held_out = false;
+  double pair = 1;  // of recordings that it is from, each with t_s from its start
+  double error_deg() const { return estimated_deg - measured_deg; }
+  double line_error_deg() const { return line_deg - measured_deg; }
 };
+using Samples = std::vector<Sample>;
+
+template <class Value>
+std::vector<double> column(const Samples& samples, Value value) {
+  std::vector<double> out;
+  std::ranges::transform(samples, std::back_inserter(out), value);
+  return out;
+}
 
 // Every so many rows, so that an hour is drawn as quickly as a minute.
 std::size_t every(std::size_t rows) { return 1 + rows / kMostPoints; }
 
-// A pair's held-out part, and how much later than its own clock says it is drawn: they follow one another.
-struct HeldStretch {
-  std::size_t begin;
-  std::size_t end;
-  double shift_s;
-};
-
-std::vector<HeldStretch> held_out_stretches(const Samples& s) {
-  std::vector<HeldStretch> out;
+// Each pair's held-out part; where there are several, on one clock, one after the other.
+std::vector<Samples> held_out_parts(const Samples& s) {
+  std::vector<Samples> out;
   double length_s = 0;
   for (std::size_t k = 0; k < s.size(); ++k) {
-    if (s.held_out[k] == 0) continue;
-    const bool begins = k == 0 || s.held_out[k - 1] == 0 || s.pair[k] != s.pair[k - 1];
-    if (begins) out.push_back({k, k, 0});
-    if (!begins) length_s += s.t_s[k] - s.t_s[k - 1];
-    out.back().end = k + 1;
+    if (!s[k].is_held_out) continue;
+    const bool begins = k == 0 || !s[k - 1].is_held_out || s[k].pair != s[k - 1].pair;
+    if (begins) out.emplace_back();
+    if (!begins) length_s += s[k].t_s - s[k - 1].t_s;
+    out.back().push_back(s[k]);
   }
-  if (out.size() < 2) return out;
   double at_s = 0;
-  for (HeldStretch& part : out) {
-    part.shift_s = at_s - s.t_s[part.begin];
-    at_s += s.t_s[part.end - 1] - s.t_s[part.begin] + kBetween * length_s;
+  for (Samples& part : out) {
+    const double shift_s = out.size() > 1 ? at_s - part.front().t_s : 0;
+    at_s += part.back().t_s - part.front().t_s + kBetween * length_s;
+    for (Sample& sample : part) sample.t_s += shift_s;
   }
   return out;
 }
 
 // Where a log paused.
-void add_pauses(Chart& chart, const Samples& s, const HeldStretch& part) {
-  for (std::size_t k = part.begin; k < part.end; ++k) {
-    if (s.gap[k] == 0) continue;
-    const double from_s = s.t_s[k];
-    while (k + 1 < part.end && s.gap[k] != 0) ++k;
-    chart.shaded.emplace_back(from_s + part.shift_s, s.t_s[k] + part.shift_s);
+void add_pauses(Chart& chart, const Samples& part) {
+  for (std::size_t k = 0; k < part.size(); ++k) {
+    if (!part[k].is_gap) continue;
+    const double from_s = part[k].t_s;
+    while (k + 1 < part.size() && part[k].is_gap) ++k;
+    chart.shaded.emplace_back(from_s, part[k].t_s);
   }
 }
 
-// What is drawn of all parts; NaN between two.
-struct Drawn {
-  std::vector<double> t_s, measured_deg, estimated_deg, line_deg, error_deg, line_error_deg;
-  void add(double t, double measured, double estimated, double line) {
-    t_s.push_back(t);
-    measured_deg.push_back(measured);
-    estimated_deg.push_back(estimated);
-    line_deg.push_back(line);
-    error_deg.push_back(estimated - measured);
-    line_error_deg.push_back(line - measured);
-  }
-};
-
-Drawn drawn_of(const Samples& s, const std::vector<HeldStretch>& parts) {
+// What is drawn of all parts; nothing between two.
+Samples drawn_of(const std::vector<Samples>& parts) {
   std::size_t samples = 0;
-  for (const HeldStretch& part : parts) samples += part.end - part.begin;
-  const std::size_t step = every(samples);
-  Drawn out;
-  for (const HeldStretch& part : parts) {
-    if (!out.t_s.empty()) out.add(out.t_s.back(), NAN, NAN, NAN);
-    for (std::size_t k = part.begin; k < part.end; k += step)
-      out.add(s.t_s[k] + part.shift_s, s.measured_deg[k], s.estimated_deg[k], s.line_deg[k]);
+  for (const Samples& part : parts) samples += part.size();
+  Samples out;
+  for (const Samples& part : parts) {
+    if (!out.empty()) out.push_back({out.back().t_s});
+    for (std::size_t k = 0; k < part.size(); k += every(samples)) out.push_back(part[k]);
   }
   return out;
 }
 
 Samples read_samples(const Saved& saved, const std::string& file) {
-  Columns c = saved.columns(file);
-  Samples s{c.at("t_s"),
-            c.at("reading"),
-            c.at("measured_deg"),
-            c.at("estimated_deg"),
-            c.at("straight_line_deg"),
-            c.at("gap"),
-            c.at("held_out"),
-            c["pair"]};
-  s.pair.resize(s.size(), 1);
-  if (s.size() < 3 || std::ranges::find(s.held_out, 1.0) == s.held_out.end())
+  const Columns c = saved.columns(file);
+  const auto of = [&](const char* name) { return c.at(name).begin(); };
+  auto reading = of("reading"), measured = of("measured_deg"), estimated = of("estimated_deg"),
+       line = of("straight_line_deg"), gap = of("gap"), held_out = of("held_out");
+  Samples out;
+  for (const double t_s : c.at("t_s"))
+    out.push_back({t_s, *reading++, *measured++, *estimated++, *line++, *gap++ != 0, *held_out++ != 0});
+  if (const auto pair = c.find("pair"); pair != c.end())
+    for (std::size_t k = 0; k < out.size(); ++k) out[k].pair = pair->second[k];
+  if (out.size() < 3 || std::ranges::none_of(out, &Sample::is_held_out))
     throw io::InputError("{}: {} holds no held-out part", saved.folder().string(), file);
-  return s;
+  return out;
 }
 
 // What is held out, or what was fitted, outside pauses.
-struct Part {
-  std::vector<double> error_deg;  // estimated minus measured
-  std::vector<double> reading;
-};
-Part part_of(const Samples& s, bool held_out) {
-  Part out;
-  for (std::size_t k = 0; k < s.size(); ++k) {
-    if (s.gap[k] != 0 || (s.held_out[k] != 0) != held_out) continue;
-    out.error_deg.push_back(s.estimated_deg[k] - s.measured_deg[k]);
-    out.reading.push_back(s.reading[k]);
-  }
-  return out;
+Samples part_of(Samples s, bool held_out) {
+  std::erase_if(s, [&](const Sample& one) { return one.is_gap || one.is_held_out != held_out; });
+  return s;
 }
 
 // Correlation of `later` with `before`, from no lag to so many.
@@ -144,18 +123,16 @@ std::vector<double> correlation(const std::vector<double>& later, const std::vec
 // The readings against the angles, measured and estimated, and the static map that a finger held still approaches.
 Chart curve_chart(const std::string& name, const Samples& s, const Json& static_map,
                   const std::string& unit) {
-  std::vector<double> reading, measured_deg, estimated_deg;
-  for (std::size_t k = 0; k < s.size(); k += every(s.size())) {
-    if (s.gap[k] != 0) continue;
-    reading.push_back(s.reading[k]);
-    measured_deg.push_back(s.measured_deg[k]);
-    estimated_deg.push_back(s.estimated_deg[k]);
-  }
+  Samples shown;
+  for (std::size_t k = 0; k < s.size(); k += every(s.size()))
+    if (!s[k].is_gap) shown.push_back(s[k]);
+  const std::vector<double> reading = column(shown, &Sample::reading);
   const auto of = [&](const char* key) { return static_map.at(key).get<std::vector<double>>(); };
-  const Panel panel{"angle (deg)",
-                    {{"camera", kFaint, reading, measured_deg, Style::points, 2},
-                     {"compensator", kEstimated, reading, estimated_deg, Style::points, 2},
-                     {"finger held still", kHeldOut, of("reading"), of("angle_deg"), Style::line, 2.5}}};
+  const Panel panel{
+      "angle (deg)",
+      {{"camera", kFaint, reading, column(shown, &Sample::measured_deg), Style::points, 2},
+       {"compensator", kEstimated, reading, column(shown, &Sample::estimated_deg), Style::points, 2},
+       {"finger held still", kHeldOut, of("reading"), of("angle_deg"), Style::line, 2.5}}};
   return {
       .figure = {name, "From sensor reading to angle",
                  "Samples outside pauses. Where the compensator's cloud lies on the camera's, it follows the "
@@ -166,8 +143,9 @@ Chart curve_chart(const std::string& name, const Samples& s, const Json& static_
 }
 
 Chart holdout_chart(const std::string& name, const Samples& s) {
-  const std::vector<HeldStretch> parts = held_out_stretches(s);
-  const Drawn d = drawn_of(s, parts);
+  const std::vector<Samples> parts = held_out_parts(s);
+  const Samples d = drawn_of(parts);
+  const std::vector<double> t_s = column(d, &Sample::t_s);
   Chart chart{
       {name, "Held-out response and error",
        "Data that the fit never saw. Top: the camera's angle, the compensator's, and a straight line through "
@@ -176,12 +154,13 @@ Chart holdout_chart(const std::string& name, const Samples& s) {
        true},
       parts.size() > 1 ? "time, one recording after another (s)" : "time (s)",
       {{"angle (deg)",
-        {{"camera", kInk, d.t_s, d.measured_deg, Style::line, 2.2},
-         {"straight line", kBaseline, d.t_s, d.line_deg},
-         {"compensator", kEstimated, d.t_s, d.estimated_deg, Style::line, 1.8}}},
+        {{"camera", kInk, t_s, column(d, &Sample::measured_deg), Style::line, 2.2},
+         {"straight line", kBaseline, t_s, column(d, &Sample::line_deg)},
+         {"compensator", kEstimated, t_s, column(d, &Sample::estimated_deg), Style::line, 1.8}}},
        {"error (deg)",
-        {{"", kBaseline, d.t_s, d.line_error_deg}, {"", kEstimated, d.t_s, d.error_deg, Style::line, 1.8}}}}};
-  for (const HeldStretch& part : parts) add_pauses(chart, s, part);
+        {{"", kBaseline, t_s, column(d, &Sample::line_error_deg)},
+         {"", kEstimated, t_s, column(d, &Sample::error_deg), Style::line, 1.8}}}}};
+  for (const Samples& part : parts) add_pauses(chart, part);
   return chart;
 }
 
@@ -209,12 +188,13 @@ Chart error_histogram(const std::string& name, const std::vector<double>& fitted
           .panel_px = 300};
 }
 
-Chart error_correlation(const std::string& name, const Part& held, double period_s) {
-  const auto n = static_cast<double>(held.error_deg.size());
+Chart error_correlation(const std::string& name, const std::vector<double>& error_deg,
+                        const std::vector<double>& readings, double period_s) {
+  const auto n = static_cast<double>(error_deg.size());
   const auto lags = static_cast<std::size_t>(std::clamp(5 / period_s, 0.0, n / 4));
-  const std::vector<double> own = correlation(held.error_deg, held.error_deg, lags);
-  const std::vector<double> reading = correlation(held.reading, held.reading, lags);
-  const std::vector<double> cross = correlation(held.error_deg, held.reading, lags);
+  const std::vector<double> own = correlation(error_deg, error_deg, lags);
+  const std::vector<double> reading = correlation(readings, readings, lags);
+  const std::vector<double> cross = correlation(error_deg, readings, lags);
   double together = 1;
   std::vector<double> distance_s(lags + 1, 0);
   for (std::size_t k = 1; k <= lags; ++k) {
@@ -257,11 +237,12 @@ void joint_figures(Page& page, const Saved& saved, const Json& joint, std::size_
   if (sensors.size() > 1)
     curve.figure.caption += " The joint's other sensors are held at their medians for that line.";
   page.chart(std::move(curve));
-  const Part held = part_of(s, true);
-  if (held.error_deg.empty()) return;  // none of it lies outside pauses
-  page.chart(error_histogram(name("errors"), part_of(s, false).error_deg, held.error_deg));
-  page.chart(
-      error_correlation(name("error_correlation"), held, 1 / saved.results().at("rate_hz").get<double>()));
+  const Samples held = part_of(s, true);
+  if (held.empty()) return;  // none of it lies outside pauses
+  const std::vector<double> error_deg = column(held, &Sample::error_deg);
+  page.chart(error_histogram(name("errors"), column(part_of(s, false), &Sample::error_deg), error_deg));
+  page.chart(error_correlation(name("error_correlation"), error_deg, column(held, &Sample::reading),
+                               1 / saved.results().at("rate_hz").get<double>()));
 }
 
 }  // namespace flexor::report

@@ -25,7 +25,7 @@ export function Calibrate() {
 function Steps({ calibration }: { calibration: Calibration | null }) {
   const now = calibration ? kSteps.indexOf(calibration.step) : -1;
   return (
-    <ol class="steps" aria-label="Steps of the calibration" data-testid="steps">
+    <ol class="steps" aria-label="Steps of the calibration">
       {kSteps.map((step, i) => (
         <li
           data-testid={`step-${step}`}
@@ -67,12 +67,7 @@ function Work({ calibration }: { calibration: Calibration }) {
           <p class="lead" data-testid="calibrate-then">
             {left && (then ? `In ${left}: ${askWords(then, calibration)}` : `${left} more`)}
           </p>
-          <progress
-            max={of_seconds}
-            value={Math.min(of_seconds, seconds)}
-            aria-label="Time in this step"
-            data-testid="calibrate-progress"
-          />
+          <progress max={of_seconds} value={Math.min(of_seconds, seconds)} aria-label="Time in this step" />
           <p class="facts">{seconds > of_seconds ? time(seconds) : `${time(seconds)} of ${time(of_seconds)}`}</p>
           <Switch test="sound" on={loud} turn={turn}>
             A tone at each change
@@ -101,15 +96,11 @@ function Covered({ covered, hidden }: { covered: Coverage[]; hidden: boolean }) 
     );
   };
   return (
-    <div data-testid="coverage" hidden={hidden}>
+    <div hidden={hidden}>
       <h3>What has been covered</h3>
       <ul class="coverage">
         {covered.map((finger) => (
-          <li
-            key={finger.name}
-            data-testid={`covered-${finger.name}`}
-            style={{ '--finger': fingerColour(finger.name) }}
-          >
+          <li key={finger.name} style={{ '--finger': fingerColour(finger.name) }}>
             <strong>{title(finger.name)}</strong>
             {(['range', 'slow', 'fast', 'holds'] as const).map((of) => part(finger, of))}
             <span class="missing" data-testid={`missing-${finger.name}`}>

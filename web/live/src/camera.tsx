@@ -50,14 +50,7 @@ export function Camera({ calibration, isFilmed }: { calibration: Calibration; is
   return (
     <aside class="camera" aria-label="Camera" hidden={!isFilmed}>
       <div class="camera-frame">
-        <video
-          muted
-          playsInline
-          aria-label="Picture of your camera"
-          data-testid="camera-video"
-          hidden={!own || !webcam.on}
-          ref={video}
-        />
+        <video muted playsInline aria-label="Picture of your camera" hidden={!own || !webcam.on} ref={video} />
         <canvas aria-hidden="true" data-testid="camera-skeleton" hidden={!withoutMarks || !webcam.on} ref={overlay} />
         {shown && <img alt="What the program’s camera sees" data-testid="server-picture" src={shown} ref={picture} />}
         <svg class="found" aria-hidden="true" data-testid="camera-marks" viewBox={`0 0 ${width} ${height}`}>
@@ -73,7 +66,6 @@ export function Camera({ calibration, isFilmed }: { calibration: Calibration; is
         </Button>
         <select
           aria-label="Camera"
-          data-testid="camera-choose"
           hidden={!webcam.on || cameras.length < 2}
           onChange={({ currentTarget }) => void webcam.start(currentTarget.value)}
         >

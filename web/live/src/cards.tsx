@@ -36,7 +36,7 @@ function Card({ finger, channel }: { finger: Finger; channel: number }) {
         </span>
       </div>
       <p class="card-value">
-        <span class="card-angle" data-testid={`angle-${name}`} ref={angle} />
+        <span class="card-angle" ref={angle} />
         <span class="card-sd">{sd_deg === null ? '' : `± ${degrees(sd_deg, 1)}`}</span>
         <span class="card-closed" data-testid={`closed-${name}`} ref={closed} />
       </p>
@@ -53,7 +53,7 @@ function Card({ finger, channel }: { finger: Finger; channel: number }) {
         </p>
       </div>
       <Note kind="card-remark" text={remark} />
-      <Note kind="card-tracked muted" test={`tracked-${name}`} text={tracked} />
+      <Note kind="card-tracked muted" text={tracked} />
     </article>
   );
 }
@@ -117,7 +117,7 @@ export function Cards() {
   const { fingers } = store.state;
   return (
     <section aria-label="Fingers">
-      <div class="cards" data-testid="cards">
+      <div class="cards">
         {fingers.map((finger, channel) => (
           <Card key={finger.name} finger={finger} channel={channel} />
         ))}

@@ -60,9 +60,7 @@ function Replay() {
   return (
     replay && (
       <Panel id="replay" name="Replay">
-        <p class="lead" data-testid="replay-file">
-          {replay.file}
-        </p>
+        <p class="lead">{replay.file}</p>
         <TimeLine {...replay} />
         <div class="row">
           <Button test="replay-play" act={() => ask('replay.play', { on: !store.state.replay?.playing })}>
@@ -85,9 +83,7 @@ function TimeLine({ t_s, of_s }: { t_s: number; of_s: number }) {
   return (
     <>
       <input {...range} max={of_s} step={0.01} aria-label={name} aria-valuetext={clock} data-testid="replay-line" />
-      <p class="facts" data-testid="replay-clock">
-        {clock}
-      </p>
+      <p class="facts">{clock}</p>
     </>
   );
 }
@@ -223,7 +219,7 @@ function Sessions() {
   const { sessions } = store.state;
   return (
     <Panel id="sessions" name="Sessions">
-      <ul class="sessions" data-testid="sessions">
+      <ul class="sessions">
         {sessions.map(({ name, person, side, seconds, files }) => (
           <li key={name} data-testid="session">
             <div class="session-head">
@@ -282,14 +278,14 @@ function Flash() {
       <div class="row">
         <div class="field">
           <label for="flash-board">Board</label>
-          <select id="flash-board" data-testid="flash-board" ref={board}>
+          <select id="flash-board" ref={board}>
             <option value="glove">Glove</option>
             <option value="hand">Hand</option>
           </select>
         </div>
         <div class="field">
           <label for="flash-port">Port</label>
-          <select id="flash-port" data-testid="flash-port" ref={port}>
+          <select id="flash-port" ref={port}>
             <option value="">Where it was heard</option>
             <Options of={ports.map(({ path }) => [path, path])} />
           </select>

@@ -65,7 +65,6 @@ function Page() {
               class="place"
               tabindex={-1}
               aria-labelledby={`tab-${name}`}
-              data-testid={`place-${name}`}
               hidden={place !== name}
             >
               <Element />

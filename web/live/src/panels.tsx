@@ -29,10 +29,8 @@ export function Glove() {
   );
   return (
     <Panel id="glove" name="Glove" beside={leave}>
-      <p class="lead" data-testid="device-status">
-        {`${kStatus[device.status]}: ${device.name}`}
-      </p>
-      <Note test="device-says" text={device.says} />
+      <p class="lead">{`${kStatus[device.status]}: ${device.name}`}</p>
+      <Note text={device.says} />
       <Note kind="facts" text={facts.join(' · ')} />
       <Names />
       <div class="row" hidden={isHere}>
@@ -92,7 +90,7 @@ export function Record() {
         <span class="record-dot" aria-hidden="true" />
         <span>{recording ? `Stop ${time(recording.seconds)}` : 'Start recording'}</span>
       </Button>
-      <Note test="record-file" text={recording && `${recording.rows} rows in ${recording.file}`} />
+      <Note text={recording && `${recording.rows} rows in ${recording.file}`} />
     </Panel>
   );
 }
@@ -154,7 +152,7 @@ export function Anew() {
   );
   return (
     <Panel id="anew" name="Put on anew" kind={isSlipped ? 'offered' : ''}>
-      <Note test="anew-intro" text={!isRunning && !isDone && (isSlipped ? kSlipped : kPutOn)} />
+      <Note text={!isRunning && !isDone && (isSlipped ? kSlipped : kPutOn)} />
       {!isDone && control('Ten seconds of motion', 'start', isSlipped ? 'primary' : '', !model || isRunning)}
       <progress
         max={of}
@@ -197,7 +195,7 @@ function Tracking() {
       <Switch test="tracking" on={tracking} disabled={!!why} turn={(on) => void tell('tracking.set', { on })}>
         Follow slow changes while worn
       </Switch>
-      <Note test="tracking-remark" text={refusalWords(why)} />
+      <Note text={refusalWords(why)} />
     </div>
   );
 }

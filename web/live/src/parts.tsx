@@ -29,9 +29,9 @@ export function Wrong({ id, text }: { id: string; text: string | null }) {
 }
 
 // A line that is there while it says something.
-export function Note({ kind = 'muted', test, text }: { kind?: string; test?: string; text: string | false | null }) {
+export function Note({ kind = 'muted', text }: { kind?: string; text: string | false | null }) {
   return (
-    <p class={kind} data-testid={test} hidden={!text}>
+    <p class={kind} hidden={!text}>
       {text}
     </p>
   );
@@ -179,12 +179,7 @@ interface PanelOptions {
 export function Panel({ id, name, kind = '', hidden, beside, children }: PanelOptions) {
   const heading = <h2 id={`${id}-title`}>{name}</h2>;
   return (
-    <section
-      class={`panel part-${id} ${kind}`}
-      aria-labelledby={`${id}-title`}
-      data-testid={`panel-${id}`}
-      hidden={hidden}
-    >
+    <section class={`panel part-${id} ${kind}`} aria-labelledby={`${id}-title`} hidden={hidden}>
       <Controls id={id}>
         {beside === undefined ? (
           heading

@@ -35,16 +35,16 @@ export function Result({ calibration: { step, result, reference } }: { calibrati
       <p class="muted">
         {reference_deg > 0 && `The camera’s angles err themselves, by up to about ${degrees(reference_deg)}.`}
       </p>
-      <details data-testid="result-warned" hidden={warnings.length === 0}>
+      <details hidden={warnings.length === 0}>
         <summary>{warnings.length === 1 ? 'One warning' : `${warnings.length} warnings`}</summary>
-        <ul class="verdicts" data-testid="result-warnings">
+        <ul class="verdicts">
           {warnings.map((text) => (
             <li>{text}</li>
           ))}
         </ul>
       </details>
       {report && (
-        <a class="button quiet" target="_blank" data-testid="result-report" href={`files/${report}`}>
+        <a class="button quiet" target="_blank" href={`files/${report}`}>
           The whole report
         </a>
       )}
@@ -108,8 +108,8 @@ function HeldOutPlot({ plot: { finger, t_s, reference_deg, model_deg, line_deg }
     () => [t_s, reference_deg, model_deg, line_deg],
   );
   return (
-    <figure class="result-plot" data-testid="result-plot" style={{ '--finger': colour }}>
-      <figcaption data-testid="result-plot-caption">{`${title(finger)}, on the part that the fit never saw`}</figcaption>
+    <figure class="result-plot" style={{ '--finger': colour }}>
+      <figcaption>{`${title(finger)}, on the part that the fit never saw`}</figcaption>
       <ul class="keys">
         {kKeys.map((name) => (
           <li>

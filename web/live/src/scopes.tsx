@@ -39,7 +39,6 @@ export function Scopes() {
           type="button"
           class="chip"
           aria-pressed={!isHidden(finger)}
-          data-testid={`scope-${finger.name}`}
           style={{ '--finger': fingerColour(finger.name) }}
           onClick={() => turn(finger)}
         >
@@ -53,7 +52,7 @@ export function Scopes() {
     <Panel id="scopes" name="Scopes" beside={chips}>
       <Toolbar window={window} change={change} />
       <p class="muted hint">Draw across a scope to zoom in. Raw on the left, compensated on the right.</p>
-      <div class="scopes" data-testid="scopes">
+      <div class="scopes">
         {wasShown.current &&
           fingers.flatMap((finger, channel) =>
             isHidden(finger)

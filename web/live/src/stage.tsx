@@ -64,7 +64,7 @@ export function Stage() {
   const hasBionic = store.bionicPose() !== null;
   const isStill = state.fingers.length > 0 && state.fingers.every(({ angle_deg }) => angle_deg === null);
   return (
-    <section class={`stage ${hasBionic ? 'two' : ''}`} aria-label="Hand" data-testid="stage">
+    <section class={`stage ${hasBionic ? 'two' : ''}`} aria-label="Hand">
       <div class="stage-canvas">
         <canvas
           role="img"
@@ -87,7 +87,7 @@ export function Stage() {
         <span hidden={!hasBionic}>{`Bionic hand${kHandWords[state.hand?.status ?? ''] ?? ''}`}</span>
       </div>
       <Note kind="stage-message" text={message} />
-      <Note kind="stage-fault" test="hand-fault" text={faultsOf(state)} />
+      <Note kind="stage-fault" text={faultsOf(state)} />
       <div class="stage-bar">
         <Segmented name="Which hand is drawn" test="side" values={['left', 'right']} pressed={side} pick={choose} />
         <Segmented name="Seen from" test="view" values={['palm', 'side', 'back']} pressed={view} pick={look} />

@@ -96,12 +96,7 @@ export function Start({ hidden }: { hidden: boolean }) {
       />
       <div class="field" hidden={reference !== 'marks'}>
         <label for="joints">Where the marks are</label>
-        <select
-          id="joints"
-          data-testid="calibrate-joints"
-          value={joints}
-          onChange={({ currentTarget }) => chooseJoints(currentTarget.value)}
-        >
+        <select id="joints" value={joints} onChange={({ currentTarget }) => chooseJoints(currentTarget.value)}>
           <Options of={joint_files.map((name) => [name, title(name)])} />
         </select>
         <Marks test="marks-chosen" joints={joints} />

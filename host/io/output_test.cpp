@@ -186,14 +186,7 @@ TEST_F(Outputs, ANameOfTheGreatestLengthIsWritten) {
   EXPECT_EQ(read_file(file), "x");
 }
 
-TEST_F(Outputs, WhatAKilledProcessLeftIsNotInTheWay) {
-  const fs::path file = old_file();
-  std::ofstream(folder_ / ("file.part-" + std::to_string(::getpid()))) << "left";
-  write_file(file, "new");
-  EXPECT_EQ(read_file(file), "new");
-}
-
-TEST_F(Outputs, WhatAKilledProcessLeftGoesWithTheNextWriteToThatName) {
+TEST_F(Outputs, WhatAKilledProcessLeftIsNotInTheWayAndGoesWithTheNextWriteToThatName) {
   const fs::path file = old_file("table.csv");
   const pid_t child = fork();
   if (child == 0) {
@@ -203,12 +196,13 @@ TEST_F(Outputs, WhatAKilledProcessLeftGoesWithTheNextWriteToThatName) {
   waitpid(child, nullptr, 0);
   EXPECT_GT(entries(), 1);
   const auto left = [&](const std::string& name) { std::ofstream(folder_ / name) << "left"; };
-  left("table.csv.part-" + std::to_string(::getppid()));  // of a process that may still write
+  left("table.csv.part-" + std::to_string(::getppid()));          // of a process that may still write
+  left("table.csv.part-" + std::to_string(::getpid()) + ".csv");  // of one that had our number
   left("table.csv.part-99x");
   left("another.csv.part-4194999");
   write_both_ways(file, "new");
   EXPECT_EQ(read_file(file), "new");
-  EXPECT_EQ(entries(), 4) << "nobody else's";
+  EXPECT_EQ(entries(), 5) << "nobody else's";
 }
 
 // A limit on the size of files stands for a disk that is full in the middle of a write.

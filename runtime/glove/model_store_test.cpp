@@ -96,7 +96,8 @@ void cut_everywhere(std::size_t old_size, std::size_t new_size) {
   const int writes = whole.writes;
   EXPECT_EQ(writes, static_cast<int>(new_size) + 7) << "an invalid mark, the bytes, the head, the mark";
   for (int cut = 0; cut < writes; ++cut) {
-    for (const auto garbage : {std::mt19937::result_type{0}, {0xff}, {1}, random(), random(), random()}) {
+    for (const auto garbage :
+         std::vector<std::mt19937::result_type>{0, 0xff, 1, random(), random(), random()}) {
       Eeprom eeprom = full;
       eeprom.lost_at = cut;
       eeprom.garbage = static_cast<std::uint8_t>(garbage);

@@ -20,6 +20,7 @@ namespace flexor::cosim {
 
 using Cycles = std::uint64_t;
 inline constexpr Cycles kCyclesPerMs = 16000;
+constexpr Cycles byte_cycles(double baud) { return static_cast<Cycles>(10 / baud * 1000 * kCyclesPerMs); }
 
 // What any number of boards have in flash.
 struct Firmware {

@@ -85,9 +85,7 @@ class CoSimulation {
  private:
   enum class From { glove, hand };
   void on_the_air(From from, Cycles begin, std::uint8_t byte);
-  Cycles byte_cycles() const {
-    return static_cast<Cycles>(10 / input_.parameters.baud * 1000 * kCyclesPerMs);
-  }
+  Cycles byte_cycles() const { return cosim::byte_cycles(input_.parameters.baud); }
   bool collides(From from, Cycles begin);
 
   const Images& images_;

@@ -140,8 +140,6 @@ class Expected {
 
 constexpr Cycles kSwitchedOn = 60 * kCyclesPerMs;  // the UART is up, a model is loaded
 
-Cycles byte_cycles(double baud) { return static_cast<Cycles>(10 / baud * 1000 * kCyclesPerMs); }
-
 // What a glove says that waits for a challenge, which begins with a delimiter. COBS: the first byte is a distance, the
 // next the frame's first.
 bool is_state(const deploy::Glove& glove, const std::string& wire) {
@@ -201,25 +199,18 @@ deploy::GloveFigures replay(const deploy::Glove& glove, const Counts& counts,
     return counts_of(glove, now_read(), channel, result.samples);
   };
   board.on_marker = [&](Cycles now, std::uint8_t value) {
-    switch (static_cast<Marker>(value)) {
-      case Marker::sampled:
-        sampled = now;
-        press(board, glove.pins, result.samples);
-        host.sample(now_read());
-        ++result.samples;
-        return;
-      case Marker::step_begin:
-        step_begin = now;
-        return;
-      case Marker::step_end:
-        if (result.samples > 1) result.step.add(now - step_begin - kMarkerCycles);
-        return;
-      case Marker::frame_sealed:
-        expected.push_back(host.messages());
-        result.sample.add(now - sampled);
-        return;
-      default:
-        return;
+    const auto marker = static_cast<Marker>(value);
+    if (marker == Marker::step_begin) step_begin = now;
+    if (marker == Marker::step_end && result.samples > 1) result.step.add(now - step_begin - kMarkerCycles);
+    if (marker == Marker::sampled) {
+      sampled = now;
+      press(board, glove.pins, result.samples);
+      host.sample(now_read());
+      ++result.samples;
+    }
+    if (marker == Marker::frame_sealed) {
+      expected.push_back(host.messages());
+      result.sample.add(now - sampled);
     }
   };
   board.on_byte = [&](Cycles, std::uint8_t byte) {

@@ -119,7 +119,7 @@ void warn_of_guesses(const Options& o, const deploy::Glove& glove) {
 }
 
 void require_fingers(const Options& o, const deploy::Glove& glove) {
-  const std::vector<std::string> missing = deploy::missing_fingers(glove.model);
+  const std::vector<std::string> missing = model::missing_fingers(glove.model);
   if (glove.output != deploy::Output::opengloves || o.allow_missing || missing.empty()) return;
   throw io::InputError(
       "{}: has no joint for {}, which VR would show straight: identify all five fingers, or add "

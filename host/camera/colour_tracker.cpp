@@ -118,10 +118,7 @@ std::optional<std::vector<std::size_t>> ColourTracker::by_start(const std::vecto
 
 void ColourTracker::search(const Picture& picture, double t_s) {
   try {
-    if (!colour_) {
-      colour_is_learnt_ = true;
-      colour_ = learn_colour(skeleton_, picture);
-    }
+    if (!colour_) colour_ = learn_colour(skeleton_, picture);
   } catch (const io::Failure& e) {
     trouble_ = e.what();
     return;
@@ -137,7 +134,7 @@ void ColourTracker::search(const Picture& picture, double t_s) {
       trouble_ = fmt::format("{} dot(s) of the marks' colour, which do not look like the {} marks of \"{}\"",
                              candidates.size(), skeleton_.marks.size(), skeleton_.name);
       // Perhaps the wrong colour was learnt, from a picture without the hand.
-      if (colour_is_learnt_ && searches_ == 0) colour_.reset();
+      if (!skeleton_.colour && searches_ == 0) colour_.reset();
       return;
     }
     if (found->margin < kMinMargin) {

@@ -97,7 +97,6 @@ class ColourTracker {
   Skeleton skeleton_;
   std::optional<Lens> lens_;
   std::optional<ColourModel> colour_;
-  bool colour_is_learnt_ = false;
   bool following_ = false;
   std::vector<Followed> marks_;
   std::vector<double> bone_px_;  // 0: not known yet

@@ -12,8 +12,10 @@ namespace {
 constexpr double kFrame_s = 1.0 / 30;
 
 // What comes out for angle(t) with white noise, measured where seen(frame).
-std::vector<FilteredRow> run(int frames, double sigma_deg, const std::function<double(double)>& angle,
-                             const std::function<bool(int)>& seen, double told_sigma_deg, unsigned seed = 1) {
+std::vector<FilteredRow> run(
+    int frames, double sigma_deg, double told_sigma_deg, unsigned seed,
+    const std::function<double(double)>& angle,
+    const std::function<bool(int)>& seen = [](int) { return true; }) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   AngleFilter filter(1);
@@ -28,11 +30,10 @@ std::vector<FilteredRow> run(int frames, double sigma_deg, const std::function<d
   return out;
 }
 
-bool always(int) { return true; }
 double swing(double t) { return 50 + 40 * std::sin(2 * 3.14159 * 0.7 * t); }
 
 TEST(Filter, GivesEveryFrameOnceInOrder) {
-  const auto rows = run(40, 0, swing, always, 0.1);
+  const auto rows = run(40, 0, 0.1, 1, swing);
   ASSERT_EQ(rows.size(), 40U);
   for (std::size_t k = 0; k < rows.size(); ++k)
     EXPECT_NEAR(rows[k].t_s, static_cast<double>(k) * kFrame_s, 1e-12);
@@ -45,7 +46,7 @@ TEST(Filter, HasNoLagAndItsStandardErrorIsHonest) {
   double lagging = 0;
   double squares = 0;
   for (unsigned seed = 1; seed <= 5; ++seed) {
-    for (const FilteredRow& row : run(300, 0.5, swing, always, 0.5, seed)) {
+    for (const FilteredRow& row : run(300, 0.5, 0.5, seed, swing)) {
       const double e = row.angles[0].deg - swing(row.t_s);
       squares += e * e;
       lagging += e * (swing(row.t_s + 0.01) - swing(row.t_s - 0.01));
@@ -63,15 +64,13 @@ TEST(Filter, HasNoLagAndItsStandardErrorIsHonest) {
 
 TEST(Filter, SmoothsAtRest) {
   double squares = 0;
-  const auto rows = run(
-      600, 0.3, [](double) { return 20.0; }, always, 0.3);
+  const auto rows = run(600, 0.3, 0.3, 1, [](double) { return 20.0; });
   for (const FilteredRow& row : rows) squares += std::pow(row.angles[0].deg - 20, 2);
   EXPECT_LT(std::sqrt(squares / static_cast<double>(rows.size())), 0.2);
 }
 
 TEST(Filter, BridgesTenHiddenFramesWithAFlagAndCallsElevenLost) {
-  const auto hidden = run(
-      100, 0.05, swing, [](int k) { return k < 40 || k >= 50; }, 0.05);
+  const auto hidden = run(100, 0.05, 0.05, 1, swing, [](int k) { return k < 40 || k >= 50; });
   for (int k = 40; k < 50; ++k) {
     const FilteredAngle& a = hidden[static_cast<std::size_t>(k)].angles[0];
     EXPECT_EQ(a.quality, Quality::hidden);
@@ -79,8 +78,7 @@ TEST(Filter, BridgesTenHiddenFramesWithAFlagAndCallsElevenLost) {
     EXPECT_LT(a.se_deg, 30);
   }
   EXPECT_EQ(hidden[50].angles[0].quality, Quality::good);
-  const auto lost = run(
-      100, 0.05, swing, [](int k) { return k < 40 || k >= 51; }, 0.05);
+  const auto lost = run(100, 0.05, 0.05, 1, swing, [](int k) { return k < 40 || k >= 51; });
   for (int k = 40; k < 51; ++k) {
     EXPECT_EQ(lost[static_cast<std::size_t>(k)].angles[0].quality, Quality::lost) << k;
     EXPECT_EQ(lost[static_cast<std::size_t>(k)].angles[0].se_deg, 180);
@@ -89,26 +87,21 @@ TEST(Filter, BridgesTenHiddenFramesWithAFlagAndCallsElevenLost) {
 }
 
 TEST(Filter, IsLostUntilSomethingIsSeenAndForeverIfNothingIs) {
-  const auto late = run(
-      60, 0, swing, [](int k) { return k >= 30; }, 0.1);
+  const auto late = run(60, 0, 0.1, 1, swing, [](int k) { return k >= 30; });
   EXPECT_EQ(late[29].angles[0].quality, Quality::lost);
   EXPECT_EQ(late[30].angles[0].quality, Quality::good);
-  for (const FilteredRow& row : run(
-           30, 0, swing, [](int) { return false; }, 0.1)) {
+  for (const FilteredRow& row : run(30, 0, 0.1, 1, swing, [](int) { return false; }))
     EXPECT_EQ(row.angles[0].quality, Quality::lost);
-  }
 }
 
 TEST(Filter, AJumpIsFollowedInItsOwnFrame) {
   const auto step = [](double t) { return t < 1.5 ? 20.0 : 90.0; };
-  for (const FilteredRow& row : run(90, 0.05, step, always, 0.05)) {
+  for (const FilteredRow& row : run(90, 0.05, 0.05, 1, step))
     EXPECT_NEAR(row.angles[0].deg, step(row.t_s + 1e-9), 0.5) << row.t_s;
-  }
 }
 
 TEST(Filter, NoiseThatTheMarksDidNotAnnounceIsLearnt) {
-  const auto rows = run(
-      400, 0.6, [](double) { return 30.0; }, always, 0.1);
+  const auto rows = run(400, 0.6, 0.1, 1, [](double) { return 30.0; });
   double squares = 0;
   double told = 0;
   for (std::size_t k = 100; k < rows.size(); ++k) {

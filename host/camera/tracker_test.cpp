@@ -206,23 +206,14 @@ Summary hostile(const Joints& joints, const std::function<Picture(int)>& picture
 }
 
 TEST(Hostile, PicturesWithoutAHandGiveNoAngleAndAReason) {
-  const std::vector<std::function<Picture(int)>> cases = {
-      [](int) {
-        return dots(160, 120, {0, 0, 0}, {});
-      },
-      [](int) {
-        return dots(160, 120, {40, 150, 50}, {});
-      },
-      [](int) { return Picture(1, 1, CV_8UC3, cv::Scalar()); },
-      [](int) {
-        return dots(160, 120, kWall, {{{80, 60}}});
-      },
-      [](int k) {
-        Picture noise(120, 160, CV_8UC3);
-        cv::RNG(static_cast<unsigned>(k + 1)).fill(noise, cv::RNG::UNIFORM, 0, 256);
-        return noise;
-      },
-  };
+  std::vector<std::function<Picture(int)>> cases = {[](int k) {
+    Picture noise(120, 160, CV_8UC3);
+    cv::RNG(static_cast<unsigned>(k + 1)).fill(noise, cv::RNG::UNIFORM, 0, 256);
+    return noise;
+  }};
+  for (const Picture& still : {dots(160, 120, {0, 0, 0}, {}), dots(160, 120, {40, 150, 50}, {}),
+                               Picture(1, 1, CV_8UC3, cv::Scalar()), dots(160, 120, kWall, {{{80, 60}}})})
+    cases.emplace_back([still](int) { return still; });
   for (const char* file : {"green_markers", "paper_hand", "printed_finger"}) {
     const Joints joints = load_joints(std::string(FLEXOR_SOURCE_DIR "/models/joints/") + file + ".json");
     for (const auto& picture : cases) {

@@ -13,10 +13,17 @@ namespace flexor::camera {
 namespace {
 namespace fs = std::filesystem;
 
+// Four bytes, the largest first.
+std::string number(std::uint32_t value) {
+  std::string out;
+  for (int shift = 24; shift >= 0; shift -= 8) out += static_cast<char>(value >> shift & 255U);
+  return out;
+}
+
 // The smallest Matroska file: JPEG pictures, each with a time of its own in milliseconds.
 class Matroska {
  public:
-  Matroska(int width, int height) {
+  Matroska(std::uint32_t width, std::uint32_t height) {
     const std::string video = element("\xB0", number(width)) + element("\xBA", number(height));
     const std::string track = element("\xD7", number(1)) + element("\x73\xC5", number(1)) +
                               element("\x83", number(1)) + element("\x86", "V_MJPEG") +
@@ -26,7 +33,7 @@ class Matroska {
                element("\x16\x54\xAE\x6B", element("\xAE", track));
   }
 
-  void add(int t_ms, const Picture& picture) {
+  void add(std::uint32_t t_ms, const Picture& picture) {
     std::vector<std::uint8_t> jpeg;
     cv::imencode(".jpg", picture, jpeg, {cv::IMWRITE_JPEG_QUALITY, 98});
     std::string block = {'\x81', '\0', '\0', '\x80'};
@@ -43,11 +50,6 @@ class Matroska {
   }
 
  private:
-  static std::string number(int value) {
-    std::string out;
-    for (int shift = 24; shift >= 0; shift -= 8) out += static_cast<char>(value >> shift & 255);
-    return out;
-  }
   static std::string element(const std::string& id, const std::string& content) {
     std::string size = "\x01";
     for (int shift = 48; shift >= 0; shift -= 8) size += static_cast<char>(content.size() >> shift & 255U);
@@ -105,9 +107,9 @@ class Video : public testing::Test {
 Picture grey(int width, int height, int level) { return dots(width, height, {level, level, level}, {}); }
 
 TEST_F(Video, TimesAreTheContainersAtAVariableRateAndDroppedFramesAreCounted) {
-  const std::vector<int> times = {0, 33, 67, 100, 133, 167, 200, 300, 333, 340, 380, 413};
+  const std::vector<unsigned> times = {0, 33, 67, 100, 133, 167, 200, 300, 333, 340, 380, 413};
   Matroska matroska(64, 48);
-  for (const int t : times) matroska.add(t, grey(64, 48, 100 + t / 10));
+  for (const unsigned t : times) matroska.add(t, grey(64, 48, 100 + static_cast<int>(t) / 10));
   const Film film = read(file("variable.mkv", matroska.bytes()));
   ASSERT_EQ(film.t_s.size(), times.size());
   DropFinder drops;
@@ -132,7 +134,7 @@ TEST_F(Video, PicturesWithoutAContainerHaveTheTimesOfTheNominalRate) {
 
 TEST_F(Video, FramesThatGoBackInTimeAreLeftOutWithAWarning) {
   Matroska matroska(64, 48);
-  for (const int t : {10, 43, 77, 60, 110}) matroska.add(t, grey(64, 48, 100));
+  for (const unsigned t : {10U, 43U, 77U, 60U, 110U}) matroska.add(t, grey(64, 48, 100));
   const Film film = read(file("back.mkv", matroska.bytes()));
   EXPECT_EQ(film.t_s.size(), 4U);
   io::expect_line(film.warnings.at(0), "1 frame(s) whose time does not increase");
@@ -205,16 +207,10 @@ TEST_F(Video, SixteenBitsBecomeEightAndOnePixelIsAPicture) {
   EXPECT_THROW(write_picture(path("picture.xyz"), Picture(4, 4, CV_8UC3, cv::Scalar())), io::InputError);
 }
 
-std::string big_endian_4(std::uint32_t value) {
-  std::string out;
-  for (int shift = 24; shift >= 0; shift -= 8) out += static_cast<char>(value >> shift & 255U);
-  return out;
-}
-
 // A header of 33 bytes that states a size, and no picture.
 std::string png_of(std::uint32_t width, std::uint32_t height) {
-  return "\x89PNG\r\n\x1a\n" + big_endian_4(13) + "IHDR" + big_endian_4(width) + big_endian_4(height) +
-         std::string("\x08\x02\0\0\0", 5) + big_endian_4(0);
+  return "\x89PNG\r\n\x1a\n" + number(13) + "IHDR" + number(width) + number(height) +
+         std::string("\x08\x02\0\0\0", 5) + number(0);
 }
 
 // What FFmpeg does with a picture, its metadata too, has no bound.

@@ -145,15 +145,6 @@ int sample_rate_hz(const model::Model& model) {
       "a sample rate of {:g} Hz: a glove samples at 10, 20, 50 or 100 Hz: --rate takes one of them", rate);
 }
 
-std::vector<std::string> missing_fingers(const model::Model& model) {
-  const model::Wiring wiring = model::wiring_of(model);
-  std::vector<std::string> out;
-  for (std::size_t f = 0; f < kFingers; ++f) {
-    if (!wiring.joint[f]) out.push_back(model::finger_names()[f]);
-  }
-  return out;
-}
-
 std::vector<BoardOutput> outputs_of(const Glove& glove) {
   const model::Model& m = glove.model;
   const model::Wiring wiring = model::wiring_of(m);

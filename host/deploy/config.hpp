@@ -121,9 +121,6 @@ int uart_divisor(double baud);
 using model::GloveTables;
 GloveTables glove_tables(const Glove& glove);
 
-// Names of the fingers that no joint of the model moves.
-std::vector<std::string> missing_fingers(const model::Model& model);
-
 // What leaves the glove: each finger's joint and, in text for VR drivers of encoding beta, the model's further joints that
 // end in _mcp, _pip, _dip, of the thumb in _cmc, _mcp, _ip.
 struct BoardOutput {

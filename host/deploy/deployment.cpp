@@ -279,7 +279,7 @@ Json to_json(const Deployment& d) {
   json["greatest_delay_ms"] =
       has_hand(d) && d.glove.key ? Json(link::greatest_delay_ms(t.frame_period_ms)) : Json(nullptr);
   json["joints_left_out"] = joints_left_out(d.glove);
-  const std::vector<std::string> missing = missing_fingers(d.glove.model);
+  const std::vector<std::string> missing = model::missing_fingers(d.glove.model);
   std::vector<std::string> covered = model::finger_names();
   for (const std::string& finger : missing) std::erase(covered, finger);
   json["fingers"] = {{"covered", covered}, {"missing", missing}};

@@ -13,14 +13,7 @@
 namespace flexor::deploy {
 namespace {
 
-enum RecordType : std::uint8_t {
-  kData = 0,
-  kEnd = 1,
-  kSegment = 2,
-  kStart = 3,
-  kLinear = 4,
-  kLinearStart = 5
-};
+enum RecordType : std::uint8_t { kData, kEnd, kSegment, kStart, kLinear, kLinearStart };  // 0 to 5
 
 constexpr std::size_t kHeadBytes = 4;  // size, address, type
 constexpr std::size_t kRecordBytes = 16;

@@ -35,11 +35,12 @@ FlashContent pages_at(std::size_t at, const Bytes& block, int generation) {
   return out;
 }
 
-// Over the copy that does not run.
-FlashContent model_pages(const FlashContent& content, const Bytes& block) {
+// Over the copy of the model that does not run, so many generations newer than the one that does.
+FlashContent pages_beside_model(const FlashContent& content, const Bytes& block, int newer) {
   const Copies copy = models_in(content);
   const std::uint8_t runs = core::newest_of(copy.data());
-  return pages_at(place_of(runs == 0 ? 1 : 0), block, runs < 2 ? copy.at(runs).generation + 1 : 1);
+  const int generation = runs < 2 ? copy.at(runs).generation + newer : std::max(newer, 0);
+  return pages_at(place_of(runs == 0 ? 1 : 0), block, generation);
 }
 
 Bytes bytes_of(const core::Copy& copy) { return {copy.bytes, copy.bytes + copy.size}; }
@@ -52,12 +53,7 @@ core::Copy settings_at_their_place(const FlashContent& content) {
 void add_settings(const FlashContent& content, const Bytes& block, std::vector<BlockPages>& out) {
   const core::Copy there = settings_at_their_place(content);
   if (there.size > 0 && bytes_of(there) == block) return;
-  if (there.size > 0) {
-    const Copies copy = models_in(content);
-    const std::uint8_t runs = core::newest_of(copy.data());
-    out.push_back({"settings", pages_at(place_of(runs == 0 ? 1 : 0), block,
-                                        runs < 2 ? copy.at(runs).generation - 1 : 0)});
-  }
+  if (there.size > 0) out.push_back({"settings", pages_beside_model(content, block, -1)});
   out.push_back({"settings", pages_at(core::kSettingsBegin, block, 0)});
 }
 
@@ -135,7 +131,7 @@ FlashContent pages_with_model(const FlashContent& content, const Glove& glove, c
   Glove board = glove;  // what leaves it is the board's business
   board.output = settings->head.output;
   board.encoding = (settings->head.vr & glove::kFurtherJoints) != 0 ? Encoding::beta : Encoding::alpha;
-  return model_pages(all, flash_block(board));
+  return pages_beside_model(all, flash_block(board), 1);
 }
 
 std::vector<BlockPages> pages_with_blocks(FlashContent content, FlashContent wanted,
@@ -163,7 +159,7 @@ std::vector<BlockPages> pages_with_blocks(FlashContent content, FlashContent wan
     out.push_back({"key", page_with_key(key_in(wanted, name))});
   if (!now->model) return out;
   // Whether it is there or not: one that was sent into EEPROM may run, and counts no more then.
-  out.push_back({"model", model_pages(content, bytes_of(models_in(wanted)[0]))});
+  out.push_back({"model", pages_beside_model(content, bytes_of(models_in(wanted)[0]), 1)});
   return out;
 }
 

@@ -222,22 +222,23 @@ TEST(Send, AGloveOfAnotherRateGetsItsModelAtThatRate) {
 }
 
 TEST(Send, RefusesByNameWhatTheGloveDoesNotTake) {
+  FakeGlove board(published());
+  const auto refuses = [&](const Glove& glove, const char* says) {
+    expect_refused<std::exception>([&] { (void)send_model(board.line(), glove, {}); }, says);
+  };
   Glove foreign = published();
   foreign.key->bytes[0] ^= 1;
-  FakeGlove board(published());
-  expect_refused<std::exception>([&] { (void)send_model(board.line(), foreign, {}); }, "another key");
+  refuses(foreign, "another key");
   Glove plain = published();
   plain.key.reset();
-  expect_refused<std::exception>([&] { (void)send_model(board.line(), plain, {}); },
-                                 "the glove has a key: --key");
+  refuses(plain, "the glove has a key: --key");
   Glove other = published();
   other.sensor[2] = divider(47, 25, 100.0 / 180);
-  expect_refused<std::exception>([&] { (void)send_model(board.line(), other, {}); },
-                                 "middle: the glove has another calibration");
+  refuses(other, "middle: the glove has another calibration");
   board.rate_hz = 50;
-  expect_refused<std::exception>([&] { (void)send_model(board.line(), published(), {}); }, "--rate 50");
+  refuses(published(), "--rate 50");
   board.deaf = true;
-  expect_refused<std::exception>([&] { (void)send_model(board.line(), published(), {}); }, "nothing answers");
+  refuses(published(), "nothing answers");
   EXPECT_TRUE(board.stored().empty()) << "and nothing is written";
 }
 

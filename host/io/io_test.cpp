@@ -7,9 +7,9 @@
 #include <fstream>
 
 #include "host/io/beneath.hpp"
+#include "host/io/expect_test.hpp"
 #include "host/io/folder_lock.hpp"
 #include "host/io/numbers.hpp"
-#include "host/io/refusal_test.hpp"
 
 namespace flexor::io {
 namespace {
@@ -17,10 +17,6 @@ namespace fs = std::filesystem;
 
 class Io : public testing::Test {
  protected:
-  std::string message_of_reading(const fs::path& path) const {
-    return io::refusal_of([&] { (void)read_file(path); });
-  }
-
   const TemporaryFolder temporary_;
   const fs::path folder_ = temporary_.path();
 };
@@ -52,28 +48,22 @@ TEST_F(Io, OnlyABoundedFileOfTheFolderIsRead) {
 
 TEST_F(Io, WhatATerminalObeysIsNotPrinted) {
   EXPECT_EQ(one_line("a\x1b[2J\nb\x7f"), "a?[2J?b?");
-  EXPECT_EQ(one_line("a\xc2\x9b"
-                     "2Jb\xc2\x80\xc2\x9f"),
-            "a?2Jb??");
-  EXPECT_EQ(one_line("\x9b"
-                     "2J"),
-            "?2J")
-      << "as a byte alone";
-  EXPECT_EQ(one_line("\xc2\xa0Ä€\xe2\x82\x9b\xf0\x9f\x98\x80"), "\xc2\xa0Ä€\xe2\x82\x9b\xf0\x9f\x98\x80")
-      << "letters";
-  EXPECT_EQ(one_line("\xff\x9b"
-                     "2J\u202ea\u2069"),
-            "\xff?2J?a?")
+  EXPECT_EQ(one_line("a\xc2\x9bJb\xc2\x80\xc2\x9f"), "a?Jb??");
+  EXPECT_EQ(one_line("\x9bJ"), "?J") << "as a byte alone";
+  const std::string letters = "\xc2\xa0Ä€\xe2\x82\x9b\xf0\x9f\x98\x80";
+  EXPECT_EQ(one_line(letters), letters);
+  EXPECT_EQ(one_line("\xff\x9bJ\u202ea\u2069"), "\xff?J?a?")
       << "after a byte that is no UTF-8, and what turns a line round";
   EXPECT_EQ(without_controls("a\t\n\x1b", "\n\t"), "a\t\n?");
 }
 
 TEST_F(Io, ReadingNamesTheFileAndTheReason) {
-  EXPECT_NE(message_of_reading(folder_ / "none").find("none: no such file"), std::string::npos);
-  EXPECT_NE(message_of_reading(folder_).find("is a directory"), std::string::npos);
-  EXPECT_NE(message_of_reading("/dev/zero").find("is a device, which may never end"), std::string::npos);
   std::ofstream(folder_ / "empty").close();
-  EXPECT_NE(message_of_reading(folder_ / "empty").find("is empty"), std::string::npos);
+  for (const auto& [path, says] : {std::pair{folder_ / "none", "none: no such file"},
+                                   {folder_, "is a directory"},
+                                   {"/dev/zero", "is a device, which may never end"},
+                                   {folder_ / "empty", "is empty"}})
+    expect_refused([&path = path] { (void)read_file(path); }, says);
 }
 
 TEST_F(Io, FoldersOfOutputsAreCheckedBeforeTheWork) {

@@ -35,10 +35,8 @@ TEST(Worker, ArgumentsAndResultsKeepTheirBits) {
     const double x = std::bit_cast<double>(random());
     if (std::isfinite(x)) numbers.push_back(x);
   }
-  for (const double x :
-       {0.0, -0.0, 5.0, std::numeric_limits<double>::denorm_min(), std::numeric_limits<double>::max()}) {
-    numbers.push_back(x);
-  }
+  using Limits = std::numeric_limits<double>;
+  for (const double x : {0.0, -0.0, 5.0, Limits::denorm_min(), Limits::max()}) numbers.push_back(x);
   numbers.push_back(UINT64_MAX);
   const Json back = worker.run("echo", {{"numbers", numbers}, {"text", "Größe\n\"x\""}});
   ASSERT_EQ(back.at("numbers").size(), numbers.size());
@@ -99,11 +97,9 @@ TEST(Worker, OneThatDiesIsAJobErrorOfOneLine) {
 }
 
 TEST(Worker, NonsenseIsAJobErrorOfOneLine) {
-  const std::string deep(100, '[');
   for (const std::string& text :
-       {std::string("not JSON"), std::string("{}"), std::string("[1, 2]"), std::string(R"({"result": 1)"),
-        std::string(R"({"progress": 3})"), std::string(R"({"error": {"kind": 1}})"),
-        std::string(R"({"surprise": 1})"), deep}) {
+       std::vector<std::string>{"not JSON", "{}", "[1, 2]", R"({"result": 1)", R"({"progress": 3})",
+                                R"({"error": {"kind": 1}})", R"({"surprise": 1})", std::string(100, '[')}) {
     Worker worker(kProgram);
     const std::string said = job_error(worker, "babble", {{"text", text}});
     EXPECT_TRUE(said.starts_with("test_worker does not answer babble as it should: ")) << said;

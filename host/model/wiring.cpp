@@ -102,6 +102,15 @@ Wiring wiring_of(const Model& model) {
   return out;
 }
 
+std::vector<std::string> missing_fingers(const Model& model) {
+  const Wiring wiring = wiring_of(model);
+  std::vector<std::string> out;
+  for (std::size_t f = 0; f < kFingers; ++f) {
+    if (!wiring.joint[f]) out.push_back(finger_names()[f]);
+  }
+  return out;
+}
+
 std::vector<std::string> left_out(const Model& model) {
   const Wiring wiring = wiring_of(model);
   std::vector<std::string> out;

@@ -28,6 +28,9 @@ struct Wiring {
 // Throws io::InputError.
 Wiring wiring_of(const Model& model);
 
+// Names of the fingers that no joint of the model moves.
+std::vector<std::string> missing_fingers(const Model& model);
+
 // Names of joints that move no finger: another joint of its finger does, or it is none's.
 std::vector<std::string> left_out(const Model& model);
 

@@ -21,18 +21,12 @@ namespace {
 
 // The compensator's joint for each finger, all of which the hand has.
 model::Wiring full_wiring(const model::Model& compensator) {
-  model::Wiring out = model::wiring_of(compensator);
-  std::vector<std::string> missing;
-  for (std::size_t i = 0; i < kFingers; ++i) {
-    if (!out.joint[i]) missing.push_back(model::finger_names()[i]);
-  }
-  if (!missing.empty()) {
-    std::vector<std::string> has;
-    for (const model::Joint& joint : compensator.joints) has.push_back(joint.name);
-    throw io::InputError("compensator {}: the hand has a motor for {}, the model only joint(s) {}",
-                         compensator.name, fmt::join(missing, ", "), fmt::join(has, ", "));
-  }
-  return out;
+  const std::vector<std::string> missing = model::missing_fingers(compensator);
+  if (missing.empty()) return model::wiring_of(compensator);
+  std::vector<std::string> has;
+  for (const model::Joint& joint : compensator.joints) has.push_back(joint.name);
+  throw io::InputError("compensator {}: the hand has a motor for {}, the model only joint(s) {}",
+                       compensator.name, fmt::join(missing, ", "), fmt::join(has, ", "));
 }
 
 // The glove of a trial: what its strips read, and its chain. A recalibration lies in the table of counts, as on the board.

@@ -65,11 +65,8 @@ TEST(PositionLoop, AFingerThatIsHeldDoesNotWindUp) {
   start(kSettings, state, 30 * 16);
   for (int k = 0; k < 5000; ++k) (void)step(kSettings, state, 110 * 16, 30 * 16);
   // Let go and commanded back, it must not first fly to the far end.
-  const int16_t duty = [&] {
-    int16_t last = 0;
-    for (int k = 0; k < 300; ++k) last = step(kSettings, state, 30 * 16, 30 * 16);
-    return last;
-  }();
+  int16_t duty = 0;
+  for (int k = 0; k < 300; ++k) duty = step(kSettings, state, 30 * 16, 30 * 16);
   EXPECT_LE(duty, kFullDuty / 2);  // the integral's limit
 }
 

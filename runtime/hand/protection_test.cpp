@@ -92,10 +92,8 @@ struct Motor {
 enum class Lie {
   none,
   frozen,
-  slipped_up,
-  slipped_down,
-  slips_up,
-  slips_down,
+  slipped,
+  slips,
   reversed,
   neighbour,
   noisy,
@@ -112,8 +110,8 @@ constexpr double kStick_deg = 3;
 // How, where the lie needs it.
 struct Shape {
   double noise_deg = 0;  // of Lie::noisy
-  double slip_deg = 40;
-  double factor = 1;  // of a neighbour's reading, and what is added
+  double slip_deg = 40;  // below 0: down
+  double factor = 1;     // of a neighbour's reading, and what is added
   int offset_counts = 0;
   double lag_ms = 80;
   double wander_deg = 0;
@@ -151,36 +149,20 @@ struct ElasticBench {
   }
   // What the first one's potentiometer says instead of its angle, degrees.
   double told_deg(double command_deg) {
-    const double slowly_deg = std::min(how.slip_deg, lied_ms * kSlipSpeed_deg_s / 1000);
     const double at_deg = motor[0].angle_deg;
+    const double slowly_deg = lied_ms * kSlipSpeed_deg_s / 1000;
     if (lie == Lie::lags) lagging_deg += (at_deg - lagging_deg) / how.lag_ms;
     if (lie == Lie::creeps)
       lagging_deg += std::clamp(command_deg - lagging_deg, -kCreep_deg_s / 1000, kCreep_deg_s / 1000);
     if (lie == Lie::sticks && std::abs(at_deg - lagging_deg) > kStick_deg) lagging_deg = at_deg;
-    switch (lie) {
-      case Lie::slipped_up:
-        return motor[0].angle_deg + how.slip_deg;
-      case Lie::slipped_down:
-        return motor[0].angle_deg - how.slip_deg;
-      case Lie::slips_up:
-        return motor[0].angle_deg + slowly_deg;
-      case Lie::slips_down:
-        return motor[0].angle_deg - slowly_deg;
-      case Lie::reversed:
-        return 2 * lie_from_deg - motor[0].angle_deg;
-      case Lie::half:
-        return (lie_from_deg + motor[0].angle_deg) / 2;
-      case Lie::wanders:
-        return at_deg + how.wander_deg * std::sin(2 * 3.14159 * how.wander_Hz * lied_ms / 1000);
-      case Lie::lags:
-      case Lie::creeps:
-      case Lie::sticks:
-        return lagging_deg;
-      case Lie::noisy:
-        return motor[0].angle_deg + how.noise_deg * normal();
-      default:
-        return motor[0].angle_deg;
-    }
+    if (lie == Lie::lags || lie == Lie::creeps || lie == Lie::sticks) return lagging_deg;
+    if (lie == Lie::slipped) return at_deg + how.slip_deg;
+    if (lie == Lie::slips) return at_deg + std::clamp(how.slip_deg, -slowly_deg, slowly_deg);
+    if (lie == Lie::reversed) return 2 * lie_from_deg - at_deg;
+    if (lie == Lie::half) return (lie_from_deg + at_deg) / 2;
+    if (lie == Lie::noisy) return at_deg + how.noise_deg * normal();
+    if (lie != Lie::wanders) return at_deg;
+    return at_deg + how.wander_deg * std::sin(2 * 3.14159 * how.wander_Hz * lied_ms / 1000);
   }
   std::array<std::uint16_t, 2> readings(double command_deg) {
     std::array<std::uint16_t, 2> out{};
@@ -341,12 +323,12 @@ TEST_P(Lies, PressOnWithoutTheWatch) {
 INSTANTIATE_TEST_SUITE_P(
     Protection, Lies,
     testing::Values(
-        Case{"frozen", Lie::frozen, 2000}, Case{"slipped_up", Lie::slipped_up, 2000},
-        Case{"slipped_down", Lie::slipped_down, 2000},
-        Case{"slipped_up_9", Lie::slipped_up, 500, {.slip_deg = 9}},
-        Case{"slipped_down_9", Lie::slipped_down, 500, {.slip_deg = 9}},
-        Case{.name = "slips_up", .lie = Lie::slips_up, .unguarded_ms = 500, .noticed = 0.8},
-        Case{.name = "slips_down", .lie = Lie::slips_down, .unguarded_ms = 500, .noticed = 0.8},
+        Case{"frozen", Lie::frozen, 2000}, Case{"slipped_up", Lie::slipped, 2000},
+        Case{"slipped_down", Lie::slipped, 2000, {.slip_deg = -40}},
+        Case{"slipped_up_9", Lie::slipped, 500, {.slip_deg = 9}},
+        Case{"slipped_down_9", Lie::slipped, 500, {.slip_deg = -9}},
+        Case{"slips_up", Lie::slips, 500, {}, 0.8},
+        Case{"slips_down", Lie::slips, 500, {.slip_deg = -40}, 0.8},
         Case{.name = "half", .lie = Lie::half, .unguarded_ms = 500, .noticed = 0.9, .longest_ms = 60},
         Case{.name = "lags", .lie = Lie::lags, .unguarded_ms = 0, .longest_ms = 80},
         Case{"reversed", Lie::reversed, 2000},
@@ -391,13 +373,14 @@ TEST(Protection, ADriverThatSticksIsSwitchedOffSoonAndAnHonestHandNever) {
 
 // A slip from before the start: nothing jumps. Each time that it comes to a stop, it gives up there.
 TEST(Protection, ASlipThatNobodySawPressesOnlyBrieflyEachTime) {
-  for (const Lie lie : {Lie::slipped_up, Lie::slipped_down}) {
+  for (const double slip_deg : {40., -40.}) {
     for (std::uint64_t seed = 1; seed <= 40; ++seed) {
       ElasticBench bench;
       bench.random.seed(seed);
-      bench.begin(lie);
+      bench.how.slip_deg = slip_deg;
+      bench.begin(Lie::slipped);
       Commands commands(seed);
-      for (Motor& m : bench.motor) m.angle_deg = lie == Lie::slipped_up ? 50 : 90;
+      for (Motor& m : bench.motor) m.angle_deg = 70 - slip_deg / 2;
       int since_free_ms = 0;
       for (int ms = 0; ms < 10000; ++ms) {
         const int before = bench.motor[0].pressed_ms;
@@ -541,7 +524,7 @@ TEST(Protection, AShadowIsOverAFifthOfASecondAfterItsEndAndNoSooner) {
 TEST(Protection, ASlipEndsWhereTheReadingIsBackAndNowhereElse) {
   ElasticBench bench;
   for (int ms = 0; ms < 1000; ++ms) bench.tick({60, 60});
-  bench.begin(Lie::slipped_up);
+  bench.begin(Lie::slipped);
   for (int ms = 0; ms < 3000; ++ms) bench.tick({90, 60});
   EXPECT_EQ(bench.finger[0].fault(), Fault::slipped);
   EXPECT_NEAR(bench.motor[0].angle_deg, 60, 1);

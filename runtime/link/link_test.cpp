@@ -432,10 +432,9 @@ class AirAt {
   int period_ms = 1000 / kHz;
   uint16_t noise = 0;  // of the hand's converter
 
-  void restart_hand(uint32_t starts, uint16_t with_noise = 0) {
+  void restart_hand(uint32_t starts) {
     hand = HandEnd(hand.receiver().pair());
     hand.start(starts);
-    noise = with_noise;
   }
   void restart_glove() { glove = glove_of(glove.end().pair()); }
 
@@ -540,7 +539,8 @@ TEST(Freshness, DoesNotDependOnWhatEitherEndRemembers) {
     air.restart_hand(starts);
     EXPECT_NE(air.until_accepted(31'000), -1) << starts;
   }
-  air.restart_hand(1, 77);  // erased, other noise
+  air.noise = 77;
+  air.restart_hand(1);  // erased
   EXPECT_NE(air.until_accepted(31'000), -1);
 }
 
@@ -844,20 +844,17 @@ TEST(Freshness, AGloveThatHasUsedUpItsCountersIsChallengedAnew) {
 
 TEST(Freshness, NoncesAreNotGivenTwice) {
   std::set<std::string> seen;
-  for (uint32_t start = 0; start < 100; ++start) {
-    NonceSource source;
+  NonceSource source;
+  const auto draw = [&](uint32_t start, int count) {
+    source = {};
     source.start(start);
-    for (int k = 0; k < 200; ++k) {
+    for (int k = 0; k < count; ++k) {
       const Nonce nonce = source.next();
       EXPECT_TRUE(seen.emplace(reinterpret_cast<const char*>(nonce.bytes), kNonceBytes).second);
     }
-  }
-  NonceSource source;
-  source.start(200);
-  for (int k = 0; k < 1000; ++k) {
-    const Nonce nonce = source.next();
-    EXPECT_TRUE(seen.emplace(reinterpret_cast<const char*>(nonce.bytes), kNonceBytes).second);
-  }
+  };
+  for (uint32_t start = 0; start < 100; ++start) draw(start, 200);
+  draw(200, 1000);
   EXPECT_EQ(source.starts(), 203U) << "to be kept anew every 256 challenges";
 }
 

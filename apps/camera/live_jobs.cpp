@@ -107,7 +107,7 @@ Json open(State& state, const Json& json) {
       arguments.has("lens") ? io::bytes_from_json(arguments.member("lens")) : std::string();
   if (!path.empty()) lens = camera::load_lens(path);
   arguments.done();
-  state.open = Watch{std::move(joints), std::move(lens)};
+  state.open = Watch{std::move(joints), lens};
   return {{"angles", camera::angle_names(state.open->joints)}};
 }
 

@@ -77,7 +77,7 @@ void Renderer::set_light(double light) {
 
 // colour_at(p) of a point of the plane; null: the thing is not there.
 template <class ColourAt>
-void Renderer::paint(std::vector<cv::Point3d> outline, const ColourAt& colour_at) {
+void Renderer::paint(const std::vector<cv::Point3d>& outline, const ColourAt& colour_at) {
   // No two of a lattice's points share a row or a column: an edge along the pixels is drawn as exactly as any other.
   constexpr int kPoints = 16;
   constexpr int kLattice = 7;

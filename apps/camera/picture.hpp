@@ -87,7 +87,7 @@ class Renderer {
 
  private:
   template <class ColourAt>
-  void paint(std::vector<cv::Point3d> outline, const ColourAt& colour_at);
+  void paint(const std::vector<cv::Point3d>& outline, const ColourAt& colour_at);
   void paint(const Rod& rod);
   void paint(const Pattern& pattern);
 

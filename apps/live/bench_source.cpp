@@ -26,7 +26,7 @@ void BenchSource::advance() {
   }
   study::BenchView view = bench_.advance(change);
   const std::lock_guard lock(mutex_);
-  view_ = std::move(view);
+  view_ = view;
 }
 
 WornGlove::Score BenchSource::score() {

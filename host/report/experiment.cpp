@@ -315,14 +315,14 @@ void draw_hand(Drawing& d, const Json& posture_deg, const std::string& colour, c
 }
 
 void add_posture(Page& page, const Experiment& e, std::size_t m) {
-  constexpr int kTile_px = 170;
+  constexpr double kTile_px = 170;
   constexpr double kUnit_px = 28;
   const Json& motion = e.motions.at(m);
   Drawing d;
   const auto hand = [&](std::size_t tile, const std::string& name, const Json& posture,
                         const std::string& colour) {
     const double left = static_cast<double>(tile % 2) * kTile_px;
-    const double top = static_cast<double>(tile / 2) * (kTile_px + 20);
+    const double top = static_cast<double>(tile >> 1) * (kTile_px + 20);
     d.text(left + kTile_px / 2, top + 18, io::start_of(name, 22), "middle", kInk, 13);
     draw_hand(d, posture, colour, [&](double x, double y) {
       return std::pair(left + kTile_px / 2 + kUnit_px * x, top + 128 - kUnit_px * y);

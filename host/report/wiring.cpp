@@ -159,19 +159,19 @@ std::string wiring_svg(const Json& board, double divider_kohm) {
   ByPin pins;
   for (const Json& c : board.at("connections")) pins[c.at("pin").get<std::string>()] = c;
   const int height = std::max(14 * kDigitalRow, analog_rows(pins) * kAnalogRow) + 40;
-  d.text(kWidth / 2, 28, title, "middle", kInk, 18);
+  d.text(kWidth / 2.0, 28, title, "middle", kInk, 18);
   d.part(kBoardLeft, kTop, kBoardRight - kBoardLeft, height, name);
   const bool usb = pins.contains("USB");
-  d.part((kBoardLeft + kBoardRight) / 2 - 30, kTop - 26, 60, 26, "USB", usb ? kSignal : kInk);
+  d.part((kBoardLeft + kBoardRight) / 2.0 - 30, kTop - 26, 60, 26, "USB", usb ? kSignal : kInk);
   const bool shares_d0 = pins.contains("D0") && pins.at("D0").at("how").get<std::string>().starts_with("off");
-  d.text((kBoardLeft + kBoardRight) / 2 + 42, kTop - 8,
+  d.text((kBoardLeft + kBoardRight) / 2.0 + 42, kTop - 8,
          usb         ? "to the PC"
          : shares_d0 ? "for flashing; then D0 off"
                      : "for flashing",
          "start");
   draw_analog_side(d, pins, divider_kohm);
   draw_digital_side(d, pins);
-  d.text(kWidth / 2, kTop + height + 28,
+  d.text(kWidth / 2.0, kTop + height + 28,
          "5 V and ground are the board's own pins; every ground is one. Grey pins are not used.", "middle");
   return d.svg({"wiring_" + name, title, "Blue wires carry what the board reads or sends."}, kWidth,
                kTop + height + 44);

@@ -15,7 +15,8 @@ namespace flexor::score {
 namespace {
 
 constexpr double kMaxLag_s = 1.0;
-constexpr int kLagSteps = 80;  // over [-kMaxLag_s, kMaxLag_s], then a parabola
+constexpr int kMiddle = 40;  // of the lags
+constexpr int kLagSteps = 2 * kMiddle;  // over [-kMaxLag_s, kMaxLag_s], then a parabola
 constexpr double kMinOverlap_s = 1.0;
 
 double integral_of_absolute(std::span<const double> t_s, std::span<const double> error, double max_step_s) {
@@ -59,9 +60,9 @@ Lag best_lag(std::span<const double> t_s, std::span<const double> measured,
     return 2 * e.deg.size() < t_s.size() ? std::numeric_limits<double>::infinity() : rms(e.deg);
   };
   std::vector<double> costs;
-  for (int i = 0; i <= kLagSteps; ++i) costs.push_back(cost((i - kLagSteps / 2) * step));
+  for (int i = 0; i <= kLagSteps; ++i) costs.push_back(cost((i - kMiddle) * step));
   const auto best = std::ranges::min_element(costs) - costs.begin();
-  const double on_grid = static_cast<double>(best - kLagSteps / 2) * step;
+  const double on_grid = static_cast<double>(best - kMiddle) * step;
   const bool at_edge = best <= 1 || best + 1 >= kLagSteps;
   if (best == 0 || best == kLagSteps) return {on_grid, at_edge};
   const auto b = static_cast<std::size_t>(best);

@@ -82,8 +82,7 @@ template <int kLanes>
   for (int i = 0; i < kLanes; ++i) {
     move_glove(c, x, i);
     // Not lround, which no compiler turns into vectors; the sum is never negative.
-    // NOLINTNEXTLINE(bugprone-incorrect-roundings)
-    const auto measured =
+    const auto measured =  // NOLINTNEXTLINE(bugprone-incorrect-roundings)
         static_cast<std::int16_t>(static_cast<float>(read_potentiometer(c, x, i)) * c.q4_per_count + 0.5F);
     hand::LoopState state{x.setpoint[i], x.integral[i]};
     const std::int16_t duty = hand::step(c.loop, state, static_cast<std::int16_t>(x.command[i]), measured);

@@ -50,7 +50,7 @@ def test_joints_are_the_columns_with_an_angles_unit():
     angles = export.joints_of(recording())
     assert list(angles) == ["index_mcp", "ring finger", "Daumen_größe"]
     np.testing.assert_allclose(angles, expected_deg(), atol=1e-12)
-    log = flexor.Recording({"index [deg]": np.arange(90), "ring": np.arange(90)}, rate_hz=50, units={"ring": "rad"})
+    log = flexor.Recording({"index [deg]": np.arange(90), "ring": np.arange(90) / 90}, rate_hz=50, units={"ring": "rad"})
     assert list(export.joints_of(log)) == ["index", "ring"] == list(flexor.score(log, log))
 
 

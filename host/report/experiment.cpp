@@ -315,7 +315,7 @@ void draw_hand(Drawing& d, const Json& posture_deg, const std::string& colour, c
 }
 
 void add_posture(Page& page, const Experiment& e, std::size_t m) {
-  constexpr double kTile_px = 170;
+  constexpr int kTile_px = 170;
   constexpr double kUnit_px = 28;
   const Json& motion = e.motions.at(m);
   Drawing d;
@@ -323,9 +323,9 @@ void add_posture(Page& page, const Experiment& e, std::size_t m) {
                         const std::string& colour) {
     const double left = static_cast<double>(tile % 2) * kTile_px;
     const double top = static_cast<double>(tile >> 1) * (kTile_px + 20);
-    d.text(left + kTile_px / 2, top + 18, io::start_of(name, 22), "middle", kInk, 13);
+    d.text(left + kTile_px / 2.0, top + 18, io::start_of(name, 22), "middle", kInk, 13);
     draw_hand(d, posture, colour, [&](double x, double y) {
-      return std::pair(left + kTile_px / 2 + kUnit_px * x, top + 128 - kUnit_px * y);
+      return std::pair(left + kTile_px / 2.0 + kUnit_px * x, top + 128 - kUnit_px * y);
     });
   };
   hand(0, "finger (reference)", motion.at("final_posture_deg"), kInk);

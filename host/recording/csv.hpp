@@ -1,14 +1,16 @@
 // Glove and camera logs as people really have them, row by row: lines of a file or a pipe for table.hpp, in UTF-8, UTF-16 or Latin-1,
-// with a byte-order mark or without; or a recording that the caller holds in memory. Rows that share whole seconds are spread over
-// them (whole_seconds.hpp).
+// with a byte-order mark or without; or a recording that the caller holds in memory.
 //
 // Errors are io::InputError, one line naming file, row (as an editor counts lines) and column, and the mend.
 #pragma once
 
 #include <concepts>
+#include <deque>
 #include <filesystem>
+#include <functional>
 #include <istream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -18,7 +20,6 @@
 #include "host/recording/recording.hpp"
 #include "host/recording/stream.hpp"
 #include "host/recording/table.hpp"
-#include "host/recording/whole_seconds.hpp"
 
 namespace flexor::recording {
 
@@ -37,6 +38,37 @@ class Log : public std::filesystem::path {
 
  private:
   std::shared_ptr<const Recording> memory_;
+};
+
+// Logs whose clock shows whole seconds, while several rows come in each: 10:00:01, 10:00:01, 10:00:01, 10:00:02 ...
+//
+// The rows of a second are spread evenly over it, those of the first at its end, since the log began within it; where a second
+// has fewer rows than most, they are as far apart as elsewhere. Rows that share any other time are a burst and stay so.
+class WholeSeconds {
+ public:
+  using Read = std::function<bool(Row&)>;
+
+  // The next row of `read`, at its place in its second. Reads some seconds ahead once two rows share a whole second, and
+  // where rows are spread a second ahead from then on. Throws io::InputError, naming `source`, where the seconds hold so
+  // unlike numbers of rows that nobody knows when these were.
+  bool next(Row& row, const Read& read, const std::string& source);
+
+  // Rows of a second; 0: nothing is spread.
+  std::size_t per_second() const { return per_second_; }
+
+ private:
+  using Second = std::vector<Row>;
+
+  bool take(Row& row, const Read& read);
+  bool take_second(Second& second, const Read& read);
+  void look_ahead(Row row, const Read& read, const std::string& source);
+  void give(const Second& second, std::size_t before);
+
+  std::deque<Row> ahead_;  // read, but not yet looked at
+  std::deque<Row> ready_;
+  bool is_settled_ = false;  // whether anything is spread
+  std::optional<double> last_s_;
+  std::size_t per_second_ = 0;
 };
 
 class CsvReader : public LogReader {

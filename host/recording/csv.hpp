@@ -7,7 +7,6 @@
 #include <concepts>
 #include <deque>
 #include <filesystem>
-#include <functional>
 #include <istream>
 #include <memory>
 #include <optional>
@@ -40,37 +39,9 @@ class Log : public std::filesystem::path {
   std::shared_ptr<const Recording> memory_;
 };
 
-// Logs whose clock shows whole seconds, while several rows come in each: 10:00:01, 10:00:01, 10:00:01, 10:00:02 ...
-//
-// The rows of a second are spread evenly over it, those of the first at its end, since the log began within it; where a second
-// has fewer rows than most, they are as far apart as elsewhere. Rows that share any other time are a burst and stay so.
-class WholeSeconds {
- public:
-  using Read = std::function<bool(Row&)>;
-
-  // The next row of `read`, at its place in its second. Reads some seconds ahead once two rows share a whole second, and
-  // where rows are spread a second ahead from then on. Throws io::InputError, naming `source`, where the seconds hold so
-  // unlike numbers of rows that nobody knows when these were.
-  bool next(Row& row, const Read& read, const std::string& source);
-
-  // Rows of a second; 0: nothing is spread.
-  std::size_t per_second() const { return per_second_; }
-
- private:
-  using Second = std::vector<Row>;
-
-  bool take(Row& row, const Read& read);
-  bool take_second(Second& second, const Read& read);
-  void look_ahead(Row row, const Read& read, const std::string& source);
-  void give(const Second& second, std::size_t before);
-
-  std::deque<Row> ahead_;  // read, but not yet looked at
-  std::deque<Row> ready_;
-  bool is_settled_ = false;  // whether anything is spread
-  std::optional<double> last_s_;
-  std::size_t per_second_ = 0;
-};
-
+// Where a log's clock shows whole seconds, while several rows come in each (10:00:01, 10:00:01, 10:00:02 ...), the rows of a second
+// are spread evenly over it, those of the first at its end, since the log began within it; where a second has fewer rows than
+// most, they are as far apart as elsewhere. Rows that share any other time are a burst and stay so.
 class CsvReader : public LogReader {
  public:
   // Reads as far as the first row, or the first that tells what each column is. `source` names the stream in errors; the stream
@@ -86,7 +57,9 @@ class CsvReader : public LogReader {
   const std::string& name() const override { return source_; }
   const std::vector<std::string>& columns() const override { return table_.columns(); }
   const std::vector<std::string>& units() const override { return table_.units(); }
-  // A last line that was cut off while it was being written (short, without an end) counts as the end.
+  // A last line that was cut off while it was being written (short, without an end) counts as the end. Reads some seconds ahead once
+  // two rows share a whole second, and where rows are spread a second ahead from then on. Throws io::InputError where the seconds
+  // hold so unlike numbers of rows that nobody knows when these were.
   bool next(Row& row) override;
   Times times() const override { return table_.times(); }
   bool is_live() const override { return table_.is_live(); }
@@ -101,13 +74,21 @@ class CsvReader : public LogReader {
   void feed();
   bool read_row(Row& row);
   void require_good() const;
+  bool take(Row& row);
+  bool take_second(std::vector<Row>& second);
+  void look_ahead(Row row);
+  void spread(const std::vector<Row>& second, std::size_t before);
 
   std::unique_ptr<std::istream> file_;
   std::string source_;
   TableReader table_;
   LineReader lines_;
   Line line_;
-  WholeSeconds seconds_;
+  std::deque<Row> ahead_;  // read, but not yet looked at
+  std::deque<Row> ready_;
+  bool is_settled_ = false;  // whether anything is spread
+  std::optional<double> last_s_;
+  std::size_t per_second_ = 0;  // rows; 0: nothing is spread
 };
 
 // Of a recording in memory; NaN is a missing reading. Rows are counted from 1 in messages.

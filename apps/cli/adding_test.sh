@@ -45,7 +45,7 @@ text-format() {
     { print } /if \(read_keyed\(text, cells\)\)/ { print call }' "$root/host/recording/line_format.cpp" >host/recording/line_format.cpp
   printf '#include <gtest/gtest.h>\n#include <sstream>\n#include "host/recording/csv.hpp"\nusing namespace flexor::recording;\n%s\n' \
     'TEST(AddingAFormat, ThePageIsRight) {' '#include "page_test.inc"' '}' >test.cpp
-  built test.cpp host/recording/{csv,line_format,lines,recording,stream,table,time,unit,whole_seconds}.cpp
+  built test.cpp host/recording/{csv,line_format,lines,recording,stream,table,time,unit}.cpp
 }
 
 board() {

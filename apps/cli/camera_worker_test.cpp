@@ -3,9 +3,9 @@
 #include "apps/cli/command_test.hpp"
 #include "host/identify/identify.hpp"
 #include "host/io/worker.hpp"
+#include "host/study/boards.hpp"
 #include "host/study/builtin.hpp"
 #include "host/study/catalogue.hpp"
-#include "host/study/rendered_cameras.hpp"
 #include "host/twin/exact_json.hpp"
 
 namespace flexor::cli {

@@ -1,7 +1,7 @@
 #include "apps/cli/commands.hpp"
 #include "host/io/folder_lock.hpp"
 #include "host/report/render.hpp"
-#include "host/study/latency.hpp"
+#include "host/study/boards.hpp"
 
 namespace flexor::cli::latency_command {
 

@@ -15,7 +15,7 @@
 #include "host/io/refusal_test.hpp"
 #include "host/recording/csv.hpp"
 #include "host/report/colours.hpp"
-#include "host/study/latency.hpp"
+#include "host/study/boards.hpp"
 #include "host/study/plan_test.hpp"
 #include "host/study/results.hpp"
 

@@ -1,7 +1,7 @@
 #include "apps/cli/commands.hpp"
 #include "apps/cli/progress.hpp"
 #include "host/io/folder_lock.hpp"
-#include "host/study/glove_recording.hpp"
+#include "host/study/glove_fit.hpp"
 
 namespace flexor::cli::twin_command {
 

@@ -13,7 +13,7 @@
 
 #include "host/identify/estimator.hpp"
 #include "host/io/pipe_json.hpp"
-#include "host/listen/sample_clock.hpp"
+#include "host/listen/log.hpp"
 
 namespace flexor::live {
 

@@ -10,6 +10,7 @@
 #include "host/io/io.hpp"
 #include "host/model/compensator.hpp"
 #include "host/model/tracking.hpp"
+#include "host/recording/resample.hpp"
 
 namespace flexor::identify {
 namespace {
@@ -61,24 +62,11 @@ std::vector<Rest> rests_in(const std::vector<std::vector<double>>& readings, dou
 }  // namespace
 
 Turns turns_of(std::span<const double> readings, double turn) {
-  int way = 0;  // of the motion: 1 up, -1 down, 0 not known
-  double low = readings.front();
-  double high = readings.front();
   std::vector<double> end;  // of each way, low and high in turn
-  for (const double u : readings) {
-    low = std::min(low, u);
-    high = std::max(high, u);
-    const bool down = way >= 0 && u <= high - turn;
-    const bool up = way <= 0 && u >= low + turn;
-    if (!down && !up) continue;
-    end.push_back(up ? low : high);
-    way = up ? 1 : -1;
-    low = high = u;
-  }
-  if (way != 0) end.push_back(way > 0 ? high : low);
+  for (const std::size_t k : recording::ends_of_ways(readings, turn)) end.push_back(readings[k]);
   Turns out;
   for (std::size_t i = 0; i < end.size(); ++i) {
-    const bool is_high = (way > 0) == ((end.size() - i) % 2 == 1);
+    const bool is_high = i > 0 ? end[i] > end[i - 1] : end[0] > end[1];
     (is_high ? out.high_ends : out.low_ends).push_back(end[i]);
     if (i > 0 && i + 1 < end.size()) (is_high ? out.high : out.low).push_back(end[i]);
     if (i < 2) continue;

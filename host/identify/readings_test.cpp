@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "host/identify/donning_prior.hpp"
+#include "host/identify/recalibrate.hpp"
 #include "host/io/io.hpp"
 
 namespace flexor::identify {

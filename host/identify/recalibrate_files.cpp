@@ -68,14 +68,6 @@ std::vector<double> sampled(const recording::Recording& log, const model::Model&
   return s.value;
 }
 
-// A hole is what was read before it, or else the first that was read.
-std::vector<double> held_over(std::vector<double> values, const model::Input& input) {
-  const auto first = std::ranges::find_if(values, [](double v) { return !std::isnan(v); });
-  double last = first == values.end() ? input.valid_min : *first;
-  for (double& v : values) last = v = std::isnan(v) ? last : v;
-  return values;
-}
-
 // joint=column,...
 std::map<std::string, std::string> columns_as_said(const std::string& map) {
   std::map<std::string, std::string> out;
@@ -151,7 +143,8 @@ Take read_take(const RecalibrationFiles& files, const recording::TimeOptions& ti
   Take out{log, {}};
   for (std::size_t i = 0; i < files.model.inputs.size(); ++i) {
     recording::Column& column = out.sensor.columns[i];
-    column = {column.name, held_over(column.value, files.model.inputs[i]), files.model.inputs[i].unit};
+    column = {column.name, recording::held_over(column.value, files.model.inputs[i].valid_min),
+              files.model.inputs[i].unit};
   }
   for (const JointMap& joint : map) {
     recording::Recording& angle =
@@ -219,7 +212,7 @@ Seen seen_in(const std::vector<JointMap>& map, const Take& take, const recording
   // Columns of one file may end at other times: what all of them reach counts.
   for (const model::Input& input : model.inputs) {
     reading[input.name].resize(size);
-    out.reading.push_back(held_over(reading[input.name], input));
+    out.reading.push_back(recording::held_over(reading[input.name], input.valid_min));
   }
   for (auto& one : out.joints) {
     one.angle_deg.resize(size);
@@ -280,7 +273,7 @@ Held poses_in(const std::vector<std::string>& poses, const recording::Recording&
     std::vector<double>& read = readings.emplace_back(sampled(log, model, i));
     made.push_back(input.poses ? spread_of(*input.poses) : model::Spread{{0, 1}, {0, 1}});
     if (input.poses && without_holes(read).size() * 2 >= read.size())
-      read = held_over(read, input);
+      read = recording::held_over(read, input.valid_min);
     else
       std::ranges::fill(read, std::numeric_limits<double>::quiet_NaN());  // it must not end a hold
   }

@@ -18,34 +18,6 @@ namespace {
 
 constexpr std::size_t kLongestLine = 4096;  // bytes; beyond it is no line of a glove's
 
-// A clock of 16 bits in milliseconds, which wraps every 65.5 s, made whole by the host's.
-class WrappingClock {
- public:
-  double seconds(std::uint16_t now_ms, double host_s) {
-    constexpr double kWrap_ms = 65536;
-    const double step_ms = static_cast<std::uint16_t>(now_ms - last_ms_);
-    const double passed_ms = std::exchange(started_, true) ? 1000 * (host_s - host_s_) : 0;
-    total_ms_ += step_ms + kWrap_ms * std::max(0.0, std::round((passed_ms - step_ms) / kWrap_ms));
-    last_ms_ = now_ms;
-    host_s_ = host_s;
-    return total_ms_ / 1000;
-  }
-
-  // By how much less than the last time it is, of one that came soon after it; none: it is later, or a clock that started anew.
-  std::optional<int> behind_ms(std::uint16_t now_ms, double host_s) const {
-    constexpr int kMost_ms = 250;
-    const int behind = static_cast<std::int16_t>(last_ms_ - now_ms);
-    if (!started_ || host_s - host_s_ > 1 || behind < 0 || behind > kMost_ms) return std::nullopt;
-    return behind;
-  }
-
- private:
-  bool started_ = false;
-  std::uint16_t last_ms_ = 0;
-  double total_ms_ = 0;
-  double host_s_ = 0;
-};
-
 // What one of both boards says in frames, of which some are samples.
 class FrameDecoder : public Decoder {
  public:
@@ -101,20 +73,41 @@ class FrameDecoder : public Decoder {
     std::uint16_t time_ms = 0;
     Sample sample;
     if (!read(time_ms, sample)) return count_torn();
-    if (const auto behind_ms = clock_.behind_ms(time_ms, host_s);
-        behind_ms && (*behind_ms > 0 || packet_.sequence() == last_sequence_)) {
+    if (is_late(time_ms, host_s)) {
       ++tally_.late;
       return;
     }
     last_sequence_ = packet_.sequence();
     if (samples_ != link::Type::readings) count_gap();  // which have no counter
     sample.host_s = host_s;
-    sample.board_s = clock_.seconds(time_ms, host_s);
+    sample.board_s = seconds(time_ms, host_s);
     count_sample();
     out.push_back(std::move(sample));
   }
 
-  WrappingClock clock_;
+  // The board's clock, of 16 bits in milliseconds, which wraps every 65.5 s, made whole by the host's.
+  double seconds(std::uint16_t now_ms, double host_s) {
+    constexpr double kWrap_ms = 65536;
+    const double step_ms = static_cast<std::uint16_t>(now_ms - last_ms_);
+    const double passed_ms = std::exchange(started_, true) ? 1000 * (host_s - host_s_) : 0;
+    total_ms_ += step_ms + kWrap_ms * std::max(0.0, std::round((passed_ms - step_ms) / kWrap_ms));
+    last_ms_ = now_ms;
+    host_s_ = host_s;
+    return total_ms_ / 1000;
+  }
+
+  // Whether it was sent before the newest sample, or is that once more: a little less, of one that came soon after it.
+  bool is_late(std::uint16_t now_ms, double host_s) const {
+    constexpr int kMost_ms = 250;
+    const int behind_ms = static_cast<std::int16_t>(last_ms_ - now_ms);
+    if (!started_ || host_s - host_s_ > 1 || behind_ms < 0 || behind_ms > kMost_ms) return false;
+    return behind_ms > 0 || packet_.sequence() == last_sequence_;
+  }
+
+  bool started_ = false;
+  std::uint16_t last_ms_ = 0;
+  double total_ms_ = 0;
+  double host_s_ = 0;
   std::uint64_t held_ = 0;
   std::uint16_t next_ = 0;
   std::uint16_t last_sequence_ = 0;  // of a sample

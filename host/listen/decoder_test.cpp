@@ -1,5 +1,7 @@
 #include "host/listen/decoder.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -45,11 +47,68 @@ TEST(Frames, GiveAnglesStatesAndAClockThatGoesOnAfterItsWrap) {
       << "two wraps in a silence";
 }
 
-// Found by the fuzzer.
-TEST(Lines, ALineWithoutValuesBehindItsTimeIsNoRow) {
-  const auto decoder = make_decoder(Format::lines);
-  decoded(*decoder, bytes_of("1\n2\n12:03:11.123 -> \n"));
-  EXPECT_EQ(decoder->tally().samples, 2U);
+// Lines that come in pieces; \x18: the port was cut. Rows, their times and the columns as text.
+struct Fed {
+  const char* name;
+  std::string text;
+  std::string rows;
+  std::string columns;
+  std::uint64_t torn = 0;
+  std::string board_s = {};
+};
+
+const std::vector<Fed> kFed = {
+    // Found by the fuzzer, and by mutated inputs: the units were written beyond the columns.
+    {"no value behind a time", "1\n2\n12:03:11.123 -> \n", "1;2", "column1", 1},
+    {"units below a row of words", "t,phase,flex\n1,x,y\nms,,V\n1000,grasp,2\n", "2", "flex_V", 1, "1"},
+    {"noise before a header, of a port that was just opened",
+     "\x18\xbe\xddq'q\xf3time_ms,thumb_deg,index_deg\r\n0,1,2\r\n10,3,4\r\n", "1,2;3,4",
+     "thumb_deg,index_deg"},
+    {"a greeting, a clock in the header, a reset and a short line",
+     "hello\r\nt_s,a,b\r\n0.0100,512,498\r\n0.0200,513,497\nt_s,a,b\n0.0100,512\n0.0,1,2\n",
+     "512,498;513,497;1,2", "a,b", 2, "0.01;0.02;0"},
+    {"a torn label, and labels in another order", "a:1,b:2\na:1,x:2\na:3,b:4\nb:6,a:5\na:7,b:8\n",
+     "1,2;3,4;5,6;7,8", "a,b", 1},
+    {"a cut in mid-line, whose other end is no row; of an end nobody knows how much was lost",
+     "1,2,3\n1,2,3\n100,200,3\x18"
+     "77,88,99\n4,5,6\n\x18half of the end\x18",
+     "1,2,3;1,2,3;4,5,6", "column1,column2,column3", 1},
+    {"a header in another order, once behind half a row; a torn one, in the order that was first",
+     "millis,x,y,z\n10,1,2,3\n\x18millis,z,y,x\n20,3,2,1\n12y,millis,x,z\n2,30,1,3\n\x18lis,x,y,z\n40,1,2,"
+     "3\n",
+     "1,2,3;1,2,3;1,2,3;1,2,3", "x,y,z", 0, "0.01;0.02;0.03;0.04"},
+    {"a word in between; a greeting, then its header",
+     "millis,a,b\n10,1,2\nplease,wait,now\n20,1,2\n\x18good,morning,all\nmillis,a,b\n30,1,2\n", "1,2;1,2;1,2",
+     "a,b", 2},
+    {"a header that was missed before: no wrong names", "1,2\n1,2\n\x18thumb,index\n1,2\n", "1,2;1,2;1,2",
+     "column1,column2", 1},
+    {"a dead strip", "millis,a,b\n10,NaN,7\n20,8,\n30,nan,nan\n40,1,2\n", "nan,7;8,nan;nan,nan;1,2", "a,b", 0,
+     "0.01;0.02;0.03;0.04"},
+    {"no time; no number", "millis,a,b\n40,1,2\nnan,1,2\n,1,2\n50,1,x\n", "1,2", "a,b", 3},
+    {"columns that are not known yet", "nan nan\n1 2\n3 nan\nnan nan\n1e308 1e308\n", "", ""},
+    {"rows that lack all readings", "nan nan\n1 2\n3 nan\nnan nan\n1e308 1e308\n1 2\n3 nan\nnan nan\n",
+     "1,2;3,nan", "column1,column2", 6}};
+
+TEST(Lines, GiveRowsOfNamedColumns) {
+  for (const Fed& c : kFed) {
+    SCOPED_TRACE(c.name);
+    const auto decoder = make_decoder(Format::lines);
+    std::vector<Sample> samples;
+    for (const char byte : c.text) {
+      const auto read = static_cast<std::uint8_t>(byte);
+      byte == '\x18' ? decoder->cut() : decoder->push({&read, 1}, 0, samples);
+    }
+    std::vector<std::string> rows, board_s;
+    for (const Sample& sample : samples) {
+      rows.push_back(fmt::format("{}", fmt::join(sample.value, ",")));
+      if (!c.board_s.empty()) board_s.push_back(fmt::format("{:g}", sample.board_s.value_or(-1)));
+    }
+    EXPECT_EQ(fmt::format("{}", fmt::join(rows, ";")), c.rows);
+    EXPECT_EQ(fmt::format("{}", fmt::join(board_s, ";")), c.board_s);
+    EXPECT_EQ(fmt::format("{}", fmt::join(decoder->columns(), ",")), c.columns);
+    EXPECT_EQ(decoder->tally().torn, c.torn);
+    EXPECT_EQ(decoder->refusal(), "");
+  }
 }
 
 TEST(Lines, RowsOfAnotherNumberOfValuesAreToldWhileTheyCome) {
@@ -105,13 +164,6 @@ TEST(Frames, ThatComeTwiceOrInAnotherOrderAreNoSamplesAndNoRestarts) {
   EXPECT_EQ(decoder->tally().lost, 1U);
 }
 
-TEST(Lines, NoiseBeforeAHeaderIsNoPartOfAName) {
-  const auto decoder = make_decoder(Format::lines);
-  decoder->cut();  // as of a port that was just opened
-  decoded(*decoder, bytes_of("\xbe\xddq'q\xf3time_ms,thumb_deg,index_deg\r\n0,1,2\r\n10,3,4\r\n"));
-  EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"thumb_deg", "index_deg"}));
-}
-
 constexpr std::array<std::uint16_t, link::kFingers> kCounts = {100, 200, 300, 400, 500};
 
 TEST(Frames, OfReadingsHaveNoCounterAndSoNobodyKnowsHowManyWereLost) {
@@ -161,20 +213,6 @@ TEST(Gloves, GiveFingersAndJointsOfBothEncodings) {
   EXPECT_EQ(beta->columns()[2], "index_joint2_count");
 }
 
-TEST(Lines, TakeTheClockFromTheHeaderAndSurviveAReset) {
-  const auto decoder = make_decoder(Format::lines);
-  const auto samples = decoded(*decoder, bytes_of("hello\r\nt_s,thumb_count,index_count\r\n0.0100,512,498\r\n"
-                                                  "0.0200,513,4"));
-  ASSERT_EQ(samples.size(), 1U);
-  EXPECT_EQ(*samples[0].board_s, 0.01);
-  EXPECT_EQ(samples[0].value, (std::vector<double>{512, 498}));
-  const auto more = decoded(*decoder, bytes_of("97\nt_s,thumb_count,index_count\n0.0100,512\n0.0,1,2\n"));
-  ASSERT_EQ(more.size(), 2U);
-  EXPECT_EQ(more[0].value[1], 497);
-  EXPECT_EQ(decoder->tally().torn, 2U) << "the greeting and the short line";
-  EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"thumb_count", "index_count"}));
-}
-
 TEST(Lines, ThatAreMalformedSinceTheNewestSampleAreCountedAndOneIsKept) {
   const auto decoder = make_decoder(Format::lines);
   decoded(*decoder, bytes_of("t_s,a,b\n0,1,2\n0.1,1,2\nx\n0.2,1,2\n"));
@@ -184,66 +222,13 @@ TEST(Lines, ThatAreMalformedSinceTheNewestSampleAreCountedAndOneIsKept) {
   EXPECT_EQ(decoder->tally().torn_line, "0.4,err");
 }
 
-// Found by mutated inputs: the units were written beyond the columns.
-TEST(Lines, UnitsBelowARowOfWordsAreTaken) {
+TEST(Lines, WithLabelsKnowAnotherGlove) {
   const auto decoder = make_decoder(Format::lines);
-  const auto samples = decoded(*decoder, bytes_of("t,phase,flex\n1,x,y\nms,,V\n1000,grasp,2\n"));
-  ASSERT_EQ(samples.size(), 1U);
-  EXPECT_EQ(samples[0].board_s, 1);
-  EXPECT_EQ(samples[0].value, std::vector<double>{2});
-}
-
-TEST(Lines, WithLabelsBearATornOneAndKnowAnotherGlove) {
-  const auto decoder = make_decoder(Format::lines);
-  decoded(*decoder, bytes_of("thumb:1,index:2\nthumb:1,indxx:2\n"));
-  EXPECT_EQ(decoded(*decoder, bytes_of("thumb:3,index:4\n")).size(), 1U);
-  EXPECT_EQ(decoder->refusal(), "");
-  const auto turned = decoded(*decoder, bytes_of("index:6,thumb:5\nthumb:7,index:8\n"));
-  ASSERT_EQ(turned.size(), 2U);
-  EXPECT_EQ(turned[0].value, (std::vector<double>{5, 6}));
-  EXPECT_EQ(turned[1].value, (std::vector<double>{7, 8}));
+  decoded(*decoder, bytes_of("thumb:1,index:2\nthumb:3,index:4\n"));
   decoder->cut();
   EXPECT_TRUE(
       decoded(*decoder, bytes_of("ring:1\nring:1,pinky:2\nring:1,pinky:2\nring:1,pinky:2\n")).empty());
   EXPECT_NE(decoder->refusal().find("ring,pinky"), std::string::npos);
-}
-
-TEST(Lines, AreDroppedWhereTheyWereCut) {
-  const auto decoder = make_decoder(Format::lines);
-  decoded(*decoder, bytes_of("1,2,3\n1,2,3\n100,200,3"));
-  decoder->cut();
-  EXPECT_EQ(decoder->tally().torn, 1U);
-  const auto samples = decoded(*decoder, bytes_of("77,88,99\n4,5,6\n"));
-  ASSERT_EQ(samples.size(), 1U) << "the first may be the end of a line";
-  EXPECT_EQ(samples[0].value, (std::vector<double>{4, 5, 6}));
-  decoder->cut();
-  decoded(*decoder, bytes_of("half of the end"));
-  decoder->cut();
-  EXPECT_EQ(decoder->tally().torn, 1U) << "nothing was half, and of an end nobody knows how much was lost";
-}
-
-std::vector<std::vector<double>> values_of(const std::vector<Sample>& samples) {
-  std::vector<std::vector<double>> out;
-  for (const Sample& sample : samples) out.push_back(sample.value);
-  return out;
-}
-
-TEST(Lines, KeepTheirColumnsWhereTheHeaderComesInAnotherOrder) {
-  using Values = std::vector<std::vector<double>>;
-  const auto decoder = make_decoder(Format::lines);
-  decoded(*decoder, bytes_of("millis,thumb,index,middle\n10,1,2,3\n"));
-  decoder->cut();
-  const auto other = decoded(*decoder, bytes_of("millis,middle,index,thumb\n20,3,2,1\n"));
-  EXPECT_EQ(values_of(other), (Values{{1, 2, 3}}));
-  EXPECT_EQ(other.at(0).board_s, 0.02);
-  EXPECT_EQ(values_of(decoded(*decoder, bytes_of("12index,millis,thumb,middle\n2,30,1,3\n"))),
-            (Values{{1, 2, 3}}))
-      << "behind half a row";
-  decoder->cut();
-  EXPECT_EQ(values_of(decoded(*decoder, bytes_of("lis,thumb,index,middle\n40,1,2,3\n"))), (Values{{1, 2, 3}}))
-      << "a torn header, in the order that was first";
-  EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"thumb", "index", "middle"}));
-  EXPECT_EQ(decoder->refusal(), "");
 }
 
 TEST(Lines, OfAnotherGloveAreNotTakenUnderTheNamesOfTheFirst) {
@@ -260,20 +245,6 @@ TEST(Lines, OfAnotherGloveAreNotTakenUnderTheNamesOfTheFirst) {
   }
 }
 
-TEST(Lines, GoOnAfterWhatIsNoOtherGlovesHeader) {
-  const auto decoder = make_decoder(Format::lines);
-  decoded(*decoder, bytes_of("millis,thumb,index\n10,1,2\n"));
-  EXPECT_EQ(decoded(*decoder, bytes_of("please,wait,now\n20,1,2\n")).size(), 1U) << "a word in between";
-  decoder->cut();
-  EXPECT_EQ(decoded(*decoder, bytes_of("good,morning,all\nmillis,thumb,index\n20,1,2\n")).size(), 1U)
-      << "a greeting, then its header";
-  const auto nameless = make_decoder(Format::lines);
-  decoded(*nameless, bytes_of("1,2\n1,2\n"));
-  nameless->cut();
-  EXPECT_EQ(decoded(*nameless, bytes_of("thumb,index\n1,2\n")).size(), 1U)
-      << "a header that was missed before: column1 and column2 are no wrong names";
-}
-
 TEST(Frames, AreDroppedWhereTheyWereCut) {
   const auto decoder = make_decoder(Format::frames);
   link::GloveEnd glove(nullptr);
@@ -285,32 +256,6 @@ TEST(Frames, AreDroppedWhereTheyWereCut) {
   EXPECT_EQ(decoded(*decoder, frame(glove, 10, 0)).size(), 1U);
   decoder->cut();
   EXPECT_EQ(decoder->tally().torn, 1U);
-}
-
-TEST(Lines, WithADeadStripKeepTheOtherFingers) {
-  const auto decoder = make_decoder(Format::lines);
-  const auto samples = decoded(*decoder, bytes_of("millis,a,b\n10,NaN,7\n20,8,\n30,nan,nan\n40,1,2\n"));
-  ASSERT_EQ(samples.size(), 4U);
-  EXPECT_TRUE(std::isnan(samples[0].value[0]));
-  EXPECT_EQ(samples[0].value[1], 7);
-  EXPECT_EQ(samples[1].value[0], 8);
-  EXPECT_TRUE(std::isnan(samples[1].value[1]));
-  EXPECT_EQ(samples[2].board_s, 0.03);
-  EXPECT_EQ(samples[3].value, (std::vector<double>{1, 2}));
-  EXPECT_EQ(decoder->tally().torn, 0U);
-  EXPECT_TRUE(decoded(*decoder, bytes_of("nan,1,2\n,1,2\n50,1,x\n")).empty()) << "no time; no number";
-  EXPECT_EQ(decoder->tally().torn, 3U);
-}
-
-TEST(Lines, ThatLackAllReadingsNameNoColumnsAndAreNoSamples) {
-  const auto decoder = make_decoder(Format::lines);
-  const auto samples = decoded(*decoder, bytes_of("nan nan\n1 2\n3 nan\nnan nan\n1e308 1e308\n"));
-  EXPECT_EQ(decoder->columns(), std::vector<std::string>()) << "the columns are not known yet";
-  EXPECT_TRUE(samples.empty());
-  const auto more = decoded(*decoder, bytes_of("1 2\n3 nan\nnan nan\n"));
-  EXPECT_EQ(decoder->columns(), (std::vector<std::string>{"column1", "column2"}));
-  ASSERT_EQ(more.size(), 2U);
-  EXPECT_TRUE(std::isnan(more[1].value[1]));
 }
 
 std::vector<std::string> columns_of(const std::string& header) {

@@ -175,20 +175,14 @@ std::optional<Hand> shown_hand(const Plan& plan, const recording::Row& row) {
 }
 
 // Of each shown joint the middle one of three rows, so that a single wrong angle shows nothing. None of the first two.
-class MiddleOfThree {
- public:
-  std::optional<Hand> of(const Hand& hand) {
-    last_.push_back(hand);
-    if (last_.size() < 3) return std::nullopt;
-    const Hand low = last_[0].min(last_[1]);
-    const Hand high = last_[0].max(last_[1]);
-    last_.pop_front();
-    return hand.max(low).min(high);
-  }
-
- private:
-  std::deque<Hand> last_;
-};
+std::optional<Hand> middle_of_three(std::deque<Hand>& last, const Hand& hand) {
+  last.push_back(hand);
+  if (last.size() < 3) return std::nullopt;
+  const Hand low = last[0].min(last[1]);
+  const Hand high = last[0].max(last[1]);
+  last.pop_front();
+  return hand.max(low).min(high);
+}
 
 void count(const Plan& plan, const Eigen::VectorXd& readings, const Estimate& estimate,
            Completion& completion) {
@@ -224,7 +218,7 @@ Completion complete_table(const Posture& posture, recording::LogReader& table, c
   for (const Input& input : plan.inputs) completion.inputs.push_back({input.name});
   completion.shown_joints = plan.shown.size();
   sink(header_of(plan));
-  MiddleOfThree shown;
+  std::deque<Hand> shown;
   double elapsed_s = 0;
   double last_s = 0;
   for (recording::Row row; next(plan, table, row); last_s = row.t_s) {
@@ -233,7 +227,7 @@ Completion complete_table(const Posture& posture, recording::LogReader& table, c
     if (elapsed_s < options.rest_s) {
       completion.shown_s = elapsed_s;
       const auto hand = shown_hand(plan, row);
-      const auto sound = hand ? shown.of(*hand) : std::nullopt;
+      const auto sound = hand ? middle_of_three(shown, *hand) : std::nullopt;
       if (sound) completer.show(*sound, is_first ? 0 : step_s(last_s, row.t_s));
     } else {
       completion.rest_ended = true;

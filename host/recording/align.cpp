@@ -14,7 +14,6 @@
 #include "host/io/io.hpp"
 #include "host/recording/resample.hpp"
 #include "host/recording/sensor_lag.hpp"
-#include "host/recording/taps.hpp"
 
 namespace flexor::recording {
 namespace {
@@ -49,6 +48,16 @@ constexpr double kOverlap = 9.1;           // of the log odds, for the overlap's
 constexpr double kMostAnyway = 1e6;        // samples of a log, and
 constexpr double kMostPerReading = 60;
 constexpr int kMaxBins = 12;
+
+// Of taps:
+constexpr double kOutliers = 0.02;  // share of the readings beyond either end of the range
+constexpr double kSwing = 0.25;     // least, of the range
+constexpr double kRests = 0.1;      // most, of the range
+constexpr double kRest_s = 1;
+constexpr double kNear_s = 0.8;  // from the first and the last bend to the rest beside it
+constexpr double kLeastApart_s = 0.3;
+constexpr double kMostApart_s = 1.5;
+constexpr double kUneven = 1.6;
 
 // What short recordings need otherwise: all constant from half a minute on.
 struct Scales {
@@ -479,6 +488,23 @@ std::string low_confidence(const Alignment& found, const Rivals& rivals) {
       found.rival_offset_s.value_or(0), found.clock_offset_s);
 }
 
+double range_of(const Series& series) {
+  std::vector<double> sorted(series.value.begin(), series.value.end());
+  std::ranges::sort(sorted);
+  const auto tail = static_cast<std::size_t>(kOutliers * static_cast<double>(sorted.size()));
+  return sorted[sorted.size() - 1 - tail] - sorted[tail];
+}
+
+// Whether the series keeps its place there, at least `swing` from where a bend turns back.
+bool rests(const Series& series, double from_s, double to_s, double range, double bend) {
+  const auto from = std::ranges::lower_bound(series.t_s, from_s) - series.t_s.begin();
+  const auto to = std::ranges::upper_bound(series.t_s, to_s) - series.t_s.begin();
+  if (to - from < 2) return false;
+  const auto [low, high] = std::minmax_element(series.value.begin() + from, series.value.begin() + to);
+  return *high - *low <= kRests * range &&
+         std::min(std::abs(*high - bend), std::abs(*low - bend)) >= kSwing * range;
+}
+
 // The lag of the scan that both recordings' taps ask for, where it explains nearly as much as the best.
 std::optional<std::size_t> tapped_lag(const Series& sensor, const Series& reference, const Scan& scan,
                                       std::size_t best) {
@@ -544,6 +570,25 @@ void tell_lag(const Series& sensor, const Series& reference, Alignment& result) 
 }
 
 }  // namespace
+
+std::optional<std::array<double, 3>> taps(const Series& series) {
+  const double range = range_of(series);
+  if (!(range > 0)) return std::nullopt;
+  const std::vector<std::size_t> ends = ends_of_ways(series.value, kSwing * range);
+  std::optional<std::array<double, 3>> found;
+  for (std::size_t i = 1; i + 5 < ends.size(); ++i) {
+    const std::array<double, 3> t = {series.t_s[ends[i]], series.t_s[ends[i + 2]], series.t_s[ends[i + 4]]};
+    const double first = t[1] - t[0];
+    const double second = t[2] - t[1];
+    const auto [shorter, longer] = std::minmax(first, second);
+    if (shorter < kLeastApart_s || longer > kMostApart_s || longer > kUneven * shorter) continue;
+    if (!rests(series, t[0] - kNear_s - kRest_s, t[0] - kNear_s, range, series.value[ends[i]])) continue;
+    if (!rests(series, t[2] + kNear_s, t[2] + kNear_s + kRest_s, range, series.value[ends[i + 4]])) continue;
+    if (found) return std::nullopt;
+    found = t;
+  }
+  return found;
+}
 
 Alignment align(const Series& sensor, const Series& reference) {
   check_span(sensor);

@@ -10,7 +10,7 @@
 //     0.5 s; a parabola through the peak gives the fraction of a sample. It is the sensor's own velocity: a
 //     curve fitted at a slightly wrong offset would pull the peak towards that offset.
 //  3. From there the offset, the drift, the sensor's own lag and the cloth's play together (sensor_lag.hpp).
-// Where both recordings hold one tapped synchronisation (taps.hpp), it says which of the offsets that explain nearly as
+// Where both recordings hold one tapped synchronisation, it says which of the offsets that explain nearly as
 // much as the best is meant.
 // Recordings of less than half a minute get a narrower Gaussian and fewer bins.
 //
@@ -67,6 +67,12 @@ struct Alignment {
 // slow: these are two takes, not one with drift. Deterministic; shifting either clock shifts the result and
 // no more.
 Alignment align(const Series& sensor, const Series& reference);
+
+// A synchronisation that a finger taps: three quick bends in a row between two rests, as the recommended motion begins. The
+// instants at which the bends turn back, on the series' clock. They go one way, by a quarter of the range or more, 0.3 to 1.5 s
+// from one to the next, as long as one another within a factor of 1.6; a second before and behind them the series rests within
+// a tenth of the range. None where there is no such triple, or more than one.
+std::optional<std::array<double, 3>> taps(const Series& series);
 
 // eta^2 of the reference on the sensor at this offset of their clocks, 0 where they hardly overlap.
 double explained(const Series& sensor, const Series& reference, double clock_offset_s);

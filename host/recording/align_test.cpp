@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <numbers>
 #include <ostream>
 #include <random>
@@ -15,9 +16,14 @@
 namespace flexor::recording {
 namespace {
 
+struct Signal {
+  std::vector<double> t_s, value;
+  operator Series() const { return {t_s, value}; }
+};
+
 struct TwoLogs {
-  std::vector<double> sensor_t, sensor, reference_t, reference;
-  Alignment align() const { return recording::align({sensor_t, sensor}, {reference_t, reference}); }
+  Signal sensor, reference;
+  Alignment align() const { return recording::align(sensor, reference); }
 };
 
 struct Moves {
@@ -54,11 +60,6 @@ struct SlowMotion : Moves {
   }
 };
 
-struct Signal {
-  std::vector<double> t_s, value;
-  Series series() const { return {t_s, value}; }
-};
-
 // A glove's sensor: bent, falling, noisy, in whole counts.
 Signal glove(const SlowMotion& motion, double begin_s, double end_s, double rate_hz, unsigned seed) {
   std::mt19937 random(seed);
@@ -85,17 +86,16 @@ Signal camera(const SlowMotion& motion, double begin_s, double end_s, double off
 
 TwoLogs make(double offset_s, double drift = 0) {
   const SlowMotion motion(3, 130, 3);
-  Signal sensor = glove(motion, 5, 110, 9, 5);
-  for (std::vector<double>* v : {&sensor.t_s, &sensor.value})
+  TwoLogs out{glove(motion, 5, 110, 9, 5), camera(motion, 0, 118, offset_s, 5, drift, 1)};
+  for (std::vector<double>* v : {&out.sensor.t_s, &out.sensor.value})
     v->erase(v->begin() + 405, v->begin() + 423);  // a pause
-  const Signal reference = camera(motion, 0, 118, offset_s, 5, drift, 1);
-  return {sensor.t_s, sensor.value, reference.t_s, reference.value};
+  return out;
 }
 
 TEST(Align, FindsTheOffsetThroughSignScaleCurveAndGap) {
   for (const double offset : {-300.0, -7.3, 0.0, 12.34, 300.0}) {
     TwoLogs p = make(offset);
-    for (double& y : p.reference) y *= offset < 0 ? -1 : 1;
+    for (double& y : p.reference.value) y *= offset < 0 ? -1 : 1;
     const Alignment a = p.align();
     EXPECT_NEAR(a.clock_offset_s, offset, 0.05);
     EXPECT_GT(a.confidence, 0.5);
@@ -117,9 +117,9 @@ TEST(Align, AClockThatJumpsIsNoDrift) {
   EXPECT_FALSE(make(4, 3e-3).align().jump);
   for (const bool by_sensor : {true, false}) {
     TwoLogs p = make(4);
-    for (double& t : by_sensor ? p.sensor_t : p.reference_t) t += t > 62 ? 0.5 : 0;
+    for (double& t : by_sensor ? p.sensor.t_s : p.reference.t_s) t += t > 62 ? 0.5 : 0;
     EXPECT_NE(p.align().jump.value_or("").find(by_sensor ? "by -0." : "by +0."), std::string::npos);
-    for (double& t : by_sensor ? p.sensor_t : p.reference_t) t += t > 85 ? 0.5 : 0;
+    for (double& t : by_sensor ? p.sensor.t_s : p.reference.t_s) t += t > 85 ? 0.5 : 0;
     EXPECT_NE(p.align().jump.value_or("").find(by_sensor ? " s, -0." : " s, +0."), std::string::npos);
   }
 }
@@ -131,10 +131,10 @@ TEST(Align, AMotionThatRepeatsItselfExactlyIsCalledAmbiguous) {
     std::mt19937 random(2);
     std::normal_distribution<double> noise;
     for (double t = 0; t < 60; t += 0.02) {
-      p.sensor_t.push_back(t);
-      p.sensor.push_back(500 + 200 * std::sin(speed * t));
-      p.reference_t.push_back(t - 0.3);
-      p.reference.push_back(50 + 20 * std::sin(speed * (t - 0.3)) + noise(random));
+      p.sensor.t_s.push_back(t);
+      p.sensor.value.push_back(500 + 200 * std::sin(speed * t));
+      p.reference.t_s.push_back(t - 0.3);
+      p.reference.value.push_back(50 + 20 * std::sin(speed * (t - 0.3)) + noise(random));
     }
     const Alignment a = p.align();
     EXPECT_LT(a.confidence, kUnsure) << speed;
@@ -148,15 +148,15 @@ TEST(Align, RefusesUnrelatedAndShortRecordings) {
   };
   TwoLogs p = make(0);
   std::mt19937 random(1);
-  for (double& y : p.reference) y = static_cast<double>(random() % 100);
+  for (double& y : p.reference.value) y = static_cast<double>(random() % 100);
   EXPECT_NE(refusal(p).find("do not correlate"), std::string::npos);
   TwoLogs brief = make(0);
-  brief.reference_t.resize(45);
-  brief.reference.resize(45);
+  brief.reference.t_s.resize(45);
+  brief.reference.value.resize(45);
   EXPECT_NE(refusal(brief).find("overlap too short"), std::string::npos);
   TwoLogs cut = make(0);
-  cut.sensor_t.resize(15);
-  cut.sensor.resize(15);
+  cut.sensor.t_s.resize(15);
+  cut.sensor.value.resize(15);
   EXPECT_NE(refusal(cut).find("overlap too short"), std::string::npos);
 }
 
@@ -172,8 +172,8 @@ TEST(Align, AUsersOffsetIsCheckedAgainstTheSignals) {
 TEST(Align, ASensorThatTurnsBackOverPartOfTheRangeStillAligns) {
   TwoLogs p = make(2.5);
   const SlowMotion motion(3, 130, 3);
-  for (std::size_t k = 0; k < p.sensor.size(); ++k)
-    p.sensor[k] = 500 - 0.2 * std::pow(motion(p.sensor_t[k]) - 35, 2);
+  for (std::size_t k = 0; k < p.sensor.value.size(); ++k)
+    p.sensor.value[k] = 500 - 0.2 * std::pow(motion(p.sensor.t_s[k]) - 35, 2);
   EXPECT_NEAR(p.align().clock_offset_s, 2.5, 0.1);
 }
 
@@ -189,7 +189,7 @@ TEST(AlignShort, FiveToNineSecondsAt250HzFindTheirOffset) {
     const auto pause = [&](double& t, double at_s) { t += k % 2 == 1 && t > at_s ? 60 : 0; };
     for (double& t : sensor.t_s) pause(t, 3 + duration_s / 2);
     for (double& t : reference.t_s) pause(t, 15.34 + duration_s / 2);
-    const Alignment a = align(sensor.series(), reference.series());
+    const Alignment a = align(sensor, reference);
     EXPECT_NEAR(a.clock_offset_s, 12.34, 0.06) << duration_s << " s, seed " << seed;
     believed += a.confidence >= kUnsure;
     EXPECT_TRUE(a.confidence >= kUnsure || !a.warnings.empty());
@@ -216,7 +216,7 @@ TEST(AlignBelief, ConfidenceIsTheShareOfOffsetsThatAreRight) {
     const Signal reference = camera(motion, 2 + cut_s * uniform(random),
                                     4 + length_s - cut_s * uniform(random), 12.34, seed, 0, 8);
     try {
-      const Alignment a = align(sensor.series(), reference.series());
+      const Alignment a = align(sensor, reference);
       Said& of = said[a.confidence < 0.85 ? 0 : 1];
       of.confidence += a.confidence;
       of.right += std::abs(a.clock_offset_s - 12.34) <= 0.15;
@@ -246,8 +246,8 @@ TEST(AlignUnrelated, MotionsOfDifferentTakesAreHardlyBelieved) {
     for (unsigned seed = 0; seed < 30; ++seed) {
       const SlowMotion one(seed, 2 * duration_s, 3);
       const SlowMotion other(seed + 1000, 2 * duration_s, 3);
-      const auto c = confidence(glove(one, 0, duration_s, 100, seed).series(),
-                                camera(other, 0, duration_s + 3, 5, seed + 100).series());
+      const auto c =
+          confidence(glove(one, 0, duration_s, 100, seed), camera(other, 0, duration_s + 3, 5, seed + 100));
       if (duration_s < 30) {
         believed += c.value_or(0) >= kUnsure;
       } else {
@@ -263,12 +263,11 @@ TEST(AlignUnrelated, AClockThatNoCrystalHasIsAMismatchAndNoDrift) {
   const Signal sensor = glove(motion, 5, 115, 20, 1);
   for (const double drift : {-0.018, 0.018}) {
     const Signal reference = camera(motion, 0, 122, 0, 2, drift);
-    const std::string what =
-        io::refusal_of<io::JobError>([&] { (void)align(sensor.series(), reference.series()); });
+    const std::string what = io::refusal_of<io::JobError>([&] { (void)align(sensor, reference); });
     EXPECT_NE(what.find("do not belong together"), std::string::npos) << what;
   }
   // What an RC oscillator may have is still measured.
-  const Alignment good = align(sensor.series(), camera(motion, 0, 122, 0, 2, 0.005).series());
+  const Alignment good = align(sensor, camera(motion, 0, 122, 0, 2, 0.005));
   ASSERT_TRUE(good.drift_ppm);
   EXPECT_NEAR(*good.drift_ppm, 5000, 1500);
   EXPECT_GT(good.confidence, kUnsure);
@@ -330,23 +329,14 @@ class RealRecordings : public testing::TestWithParam<RealCase> {
     return std::filesystem::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove" / GetParam().folder;
   }
 
-  Alignment aligned() const {
-    return align(sensor_.series(GetParam().sensor), camera_.series(GetParam().angle));
-  }
+  Series sensed() const { return sensor_.series(GetParam().sensor); }
+  Series seen() const { return camera_.series(GetParam().angle); }
 
-  static void cut(Recording& r, double from_start_s, double from_end_s) {
-    const double begin = r.t_s.front() + from_start_s;
-    const double end = r.t_s.back() - from_end_s;
-    Recording kept = r;
-    kept.t_s.clear();
-    for (Column& c : kept.columns) c.value.clear();
-    for (std::size_t k = 0; k < r.t_s.size(); ++k) {
-      if (r.t_s[k] < begin || r.t_s[k] > end) continue;
-      kept.t_s.push_back(r.t_s[k]);
-      for (std::size_t c = 0; c < r.columns.size(); ++c)
-        kept.columns[c].value.push_back(r.columns[c].value[k]);
-    }
-    r = kept;
+  // From and to these times of its own clock.
+  static Series between(const Series& s, double from_s, double to_s) {
+    const auto from = static_cast<std::size_t>(std::ranges::lower_bound(s.t_s, from_s) - s.t_s.begin());
+    const auto to = static_cast<std::size_t>(std::ranges::upper_bound(s.t_s, to_s) - s.t_s.begin());
+    return {s.t_s.subspan(from, to - from), s.value.subspan(from, to - from)};
   }
 
   Recording sensor_;
@@ -356,36 +346,31 @@ class RealRecordings : public testing::TestWithParam<RealCase> {
 constexpr double kTolerance_s = 0.15;
 
 TEST_P(RealRecordings, OffsetIsThatOfTheIndependentRealignment) {
-  EXPECT_NEAR(aligned().clock_offset_s, GetParam().offset_s, kTolerance_s);
-  EXPECT_FALSE(aligned().tapped);
+  const Alignment a = align(sensed(), seen());
+  EXPECT_NEAR(a.clock_offset_s, GetParam().offset_s, kTolerance_s);
+  EXPECT_FALSE(a.tapped);
 }
 
 TEST_P(RealRecordings, CuttingThirtySecondsOffEitherEndChangesLittle) {
-  for (Recording* r : {&sensor_, &camera_}) {
-    for (const double from_start_s : {0, 30}) {
-      const Recording original = *r;
-      cut(*r, from_start_s, 30 - from_start_s);
-      EXPECT_NEAR(aligned().clock_offset_s, GetParam().offset_s, kTolerance_s);
-      *r = original;
-    }
+  for (const double begin_s : {0, 30}) {
+    const auto cut = [&](const Series& s) {
+      return between(s, s.t_s.front() + begin_s, s.t_s.back() - 30 + begin_s);
+    };
+    EXPECT_NEAR(align(cut(sensed()), seen()).clock_offset_s, GetParam().offset_s, kTolerance_s);
+    EXPECT_NEAR(align(sensed(), cut(seen())).clock_offset_s, GetParam().offset_s, kTolerance_s);
   }
 }
 
 // The motion repeats itself every 30 s, and the longer overlap is a whole cycle wrong.
 TEST_P(RealRecordings, AnOverlapOfHalfPassesNoWrongCycleOffUnwarned) {
   const double truth = GetParam().offset_s;
-  const Recording sensor = sensor_;
-  const Recording camera = camera_;
-  const double first = std::max(sensor.t_s.front(), camera.t_s.front() - truth);
-  const double last = std::min(sensor.t_s.back(), camera.t_s.back() - truth);
+  const double first = std::max(sensed().t_s.front(), seen().t_s.front() - truth);
+  const double last = std::min(sensed().t_s.back(), seen().t_s.back() - truth);
   for (const double length : {60.0, 70.0, 90.0, 110.0}) {
     for (double begin = first; begin + 1.5 * length < last; begin += 7) {
-      sensor_ = sensor;
-      camera_ = camera;
-      cut(sensor_, begin - sensor.t_s.front(), sensor.t_s.back() - begin - length);
-      const double seen = begin + length / 2 + truth;
-      cut(camera_, seen - camera.t_s.front(), camera.t_s.back() - seen - length);
-      const Alignment a = aligned();
+      const double later = begin + length / 2 + truth;
+      const Alignment a =
+          align(between(sensed(), begin, begin + length), between(seen(), later, later + length));
       EXPECT_TRUE(std::abs(a.clock_offset_s - truth) < 1 || !a.warnings.empty())
           << length << " s from " << begin << ": off by " << a.clock_offset_s - truth << " s, confidence "
           << a.confidence;
@@ -398,6 +383,77 @@ INSTANTIATE_TEST_SUITE_P(Glove, RealRecordings,
                                          RealCase{"index_ind2", "SensorA1", "∠BCD_smooth", -2.501},
                                          RealCase{"middle_mid1", "SensorA2", "∠ABC_smooth", -12.04},
                                          RealCase{"middle_mid1", "SensorA2", "∠BCD_smooth", -12.04}));
+
+// From rest: three bends `apart_s` from one another from 4 s on, then the same slow move again and again.
+double tapped_motion(double t, double apart_s) {
+  const double in_bend = (t - 4) / apart_s;
+  if (in_bend >= 0 && in_bend < 3) return 30 + 50 * std::pow(std::sin(M_PI * in_bend), 2);
+  return t < 4 + 3 * apart_s + 3 ? 30 : 60 - 30 * std::cos(2 * M_PI * (t - 4 - 3 * apart_s - 3) / 6);
+}
+
+Signal saw(const std::function<double(double)>& angle, double from_s, double to_s, double rate_hz,
+           double offset_s, unsigned seed, double gain = 1) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, 0.5);
+  Signal out;
+  for (double t = from_s; t < to_s; t += 1 / rate_hz) {
+    out.t_s.push_back(t + offset_s);
+    out.value.push_back(gain * (angle(t) + noise(random)));
+  }
+  return out;
+}
+
+TEST(Taps, AreFoundWhereTheyAreWhicheverWayTheSensorReads) {
+  for (const double apart_s : {0.4, 0.8, 1.3}) {
+    for (const double gain : {1.0, -4.0}) {
+      const auto found =
+          taps(saw([&](double t) { return tapped_motion(t, apart_s); }, 0, 60, 30, 100, 1, gain));
+      ASSERT_TRUE(found) << apart_s << ' ' << gain;
+      for (int k = 0; k < 3; ++k)
+        EXPECT_NEAR((*found)[static_cast<std::size_t>(k)], 104 + (k + 0.5) * apart_s, 0.1)
+            << apart_s << ' ' << gain;
+    }
+  }
+}
+
+TEST(Taps, AreNotFoundWhereNobodyTapped) {
+  const auto found = [](const std::function<double(double)>& angle) {
+    return taps(saw(angle, 0, 60, 30, 0, 2)).has_value();
+  };
+  EXPECT_FALSE(found([](double t) { return 60 - 30 * std::cos(2 * M_PI * t / 6); }));
+  EXPECT_FALSE(found([](double t) { return 60 - 30 * std::cos(2 * M_PI * t); })) << "quick all the time";
+  EXPECT_FALSE(found([](double) { return 30.0; }));
+  EXPECT_FALSE(found([](double t) { return tapped_motion(t < 30 ? t : t - 30, 0.5); })) << "tapped twice";
+  EXPECT_FALSE(found([](double t) {
+    return t < 4 ? 30 + 12 * std::sin(3 * (t - 4)) : tapped_motion(t, 0.5);
+  })) << "no rest before";
+}
+
+// A script that repeats every six seconds: the signals alone cannot tell which repetition is which.
+TEST(Taps, TellWhichRepetitionIsWhich) {
+  int right = 0;
+  int right_without = 0;
+  constexpr int kPairs = 20;
+  for (unsigned seed = 0; seed < kPairs; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> cut(0, 2);
+    const double offset_s = std::uniform_real_distribution<double>(-20, 20)(random);
+    const auto angle = [](double t) { return tapped_motion(t, 0.6); };
+    const auto untapped = [](double t) { return tapped_motion(t < 5.8 ? 0 : t, 0.6); };
+    const double begin = cut(random);
+    // The reference ends early, so that a wrong repetition has as much overlap.
+    const Alignment tapped =
+        align(saw(angle, begin, 70, 20, 0, seed, 3), saw(angle, 0, 60, 30, offset_s, seed + 100));
+    EXPECT_TRUE(tapped.tapped) << seed;
+    right += std::abs(tapped.clock_offset_s - offset_s) < 0.05 && tapped.confidence > 0.5;
+    const Alignment plain =
+        align(saw(untapped, begin + 12, 70, 20, 0, seed, 3), saw(untapped, 12, 60, 30, offset_s, seed + 100));
+    EXPECT_FALSE(plain.tapped) << seed;
+    right_without += std::abs(plain.clock_offset_s - offset_s) < 0.05 && plain.confidence > 0.5;
+  }
+  EXPECT_EQ(right, kPairs);
+  EXPECT_EQ(right_without, 0);
+}
 
 }  // namespace
 }  // namespace flexor::recording

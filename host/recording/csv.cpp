@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iostream>
 #include <sstream>
+#include <utility>
 
 #include "host/io/io.hpp"
 
@@ -18,6 +19,12 @@ using io::InputError;
 constexpr double kShortestTrial_s = 2;
 constexpr double kShortestMean_s = 1e-5;  // of steps: days in a spreadsheet's digits
 constexpr double kOwnClock_s = 1;         // a clock that begins before it is the log's own
+
+constexpr std::size_t kSeconds = 6;  // that are looked at, the first and the last of them not whole
+constexpr std::size_t kMostRowsASecond = 20000;  // of a second
+constexpr std::size_t kUnlike = 2;               // times the rows of most seconds, or a part of them
+
+bool is_whole(double t_s) { return t_s == std::floor(t_s); }
 
 std::unique_ptr<std::istream> open(const std::filesystem::path& path) {
   if (path == "-") return nullptr;
@@ -110,8 +117,82 @@ void CsvReader::choose(const std::vector<std::string>& columns) {
 }
 
 bool CsvReader::next(Row& row) {
-  const auto read = [this](Row& one) { return read_row(one); };
-  return seconds_.next(row, read, source_);
+  while (ready_.empty()) {
+    std::vector<Row> second;
+    if (per_second_ > 0) {
+      if (!take_second(second)) return false;
+      spread(second, 0);
+      continue;
+    }
+    if (!take(row)) return false;
+    if (is_settled_) return true;
+    const bool again = std::exchange(last_s_, row.t_s) == row.t_s;
+    is_settled_ = !is_whole(row.t_s);
+    if (is_settled_ || !again) return true;
+    look_ahead(std::move(row));
+  }
+  row = std::move(ready_.front());
+  ready_.pop_front();
+  return true;
+}
+
+bool CsvReader::take(Row& row) {
+  if (ahead_.empty()) return read_row(row);
+  row = std::move(ahead_.front());
+  ahead_.pop_front();
+  return true;
+}
+
+bool CsvReader::take_second(std::vector<Row>& second) {
+  for (Row row; second.size() < kMostRowsASecond && take(row);) {
+    if (!second.empty() && row.t_s != second.front().t_s) {
+      ahead_.push_front(std::move(row));
+      break;
+    }
+    second.push_back(row);
+  }
+  return !second.empty();
+}
+
+// `row` is the second one of its time; the first is given already.
+void CsvReader::look_ahead(Row row) {
+  is_settled_ = true;
+  ahead_.push_front(std::move(row));
+  std::vector<std::vector<Row>> seconds;
+  bool whole = true;
+  for (std::vector<Row> one; whole && seconds.size() < kSeconds && take_second(one); one.clear()) {
+    whole = is_whole(one.front().t_s) && one.size() < kMostRowsASecond;
+    seconds.push_back(one);
+  }
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 1; i < seconds.size(); ++i) rows.push_back(seconds[i].size());
+  if (rows.size() > 1) rows.pop_back();  // the log may end in it
+  std::ranges::sort(rows);
+  const std::size_t most = rows.empty() ? 0 : rows[rows.size() / 2];
+  if (!whole || most < 2) {
+    for (const std::vector<Row>& one : seconds) ready_.insert(ready_.end(), one.begin(), one.end());
+    return;
+  }
+  const auto unlike =
+      std::ranges::count_if(rows, [&](std::size_t n) { return n > kUnlike * most || kUnlike * n < most; });
+  if (unlike > 1) {
+    throw InputError(
+        "{}: row {}: the times are whole seconds, {} to {} rows in each: nobody knows when these were; log "
+        "fractions of a second, or milliseconds (time_ms)",
+        source_, seconds.front().front().line, rows.front(), rows.back());
+  }
+  per_second_ = most;
+  for (std::size_t i = 0; i < seconds.size(); ++i)
+    spread(seconds[i], i > 0 ? 0 : std::max(most, seconds[0].size() + 1) - seconds[0].size());
+}
+
+// Spread over its second, behind so many places that stay empty.
+void CsvReader::spread(const std::vector<Row>& second, std::size_t before) {
+  const auto places = static_cast<double>(std::max(per_second_, second.size() + before));
+  for (std::size_t i = 0; i < second.size(); ++i) {
+    ready_.push_back(second[i]);
+    ready_.back().t_s += static_cast<double>(before + i) / places;
+  }
 }
 
 bool CsvReader::read_row(Row& row) {
@@ -132,10 +213,9 @@ std::vector<std::string> CsvReader::notes() const {
   std::vector<std::string> out = table_.notes();
   if (lines_.is_utf16()) out.emplace_back("is read as UTF-16");
   if (lines_.saw_latin1()) out.emplace_back("is not UTF-8 and is read as Latin-1");
-  if (seconds_.per_second() > 0)
-    out.push_back(
-        fmt::format("the times are whole seconds: the rows of each, {} in most, are spread evenly over it",
-                    seconds_.per_second()));
+  if (per_second_ > 0)
+    out.push_back(fmt::format(
+        "the times are whole seconds: the rows of each, {} in most, are spread evenly over it", per_second_));
   for (std::string& note : out) note.insert(0, source_ + ": ");
   return out;
 }

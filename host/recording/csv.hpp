@@ -1,14 +1,15 @@
 // Glove and camera logs as people really have them, row by row: lines of a file or a pipe for table.hpp, in UTF-8, UTF-16 or Latin-1,
-// with a byte-order mark or without; or a recording that the caller holds in memory. Rows that share whole seconds are spread over
-// them (whole_seconds.hpp).
+// with a byte-order mark or without; or a recording that the caller holds in memory.
 //
 // Errors are io::InputError, one line naming file, row (as an editor counts lines) and column, and the mend.
 #pragma once
 
 #include <concepts>
+#include <deque>
 #include <filesystem>
 #include <istream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -18,7 +19,6 @@
 #include "host/recording/recording.hpp"
 #include "host/recording/stream.hpp"
 #include "host/recording/table.hpp"
-#include "host/recording/whole_seconds.hpp"
 
 namespace flexor::recording {
 
@@ -39,6 +39,9 @@ class Log : public std::filesystem::path {
   std::shared_ptr<const Recording> memory_;
 };
 
+// Where a log's clock shows whole seconds, while several rows come in each (10:00:01, 10:00:01, 10:00:02 ...), the rows of a second
+// are spread evenly over it, those of the first at its end, since the log began within it; where a second has fewer rows than
+// most, they are as far apart as elsewhere. Rows that share any other time are a burst and stay so.
 class CsvReader : public LogReader {
  public:
   // Reads as far as the first row, or the first that tells what each column is. `source` names the stream in errors; the stream
@@ -54,7 +57,9 @@ class CsvReader : public LogReader {
   const std::string& name() const override { return source_; }
   const std::vector<std::string>& columns() const override { return table_.columns(); }
   const std::vector<std::string>& units() const override { return table_.units(); }
-  // A last line that was cut off while it was being written (short, without an end) counts as the end.
+  // A last line that was cut off while it was being written (short, without an end) counts as the end. Reads some seconds ahead once
+  // two rows share a whole second, and where rows are spread a second ahead from then on. Throws io::InputError where the seconds
+  // hold so unlike numbers of rows that nobody knows when these were.
   bool next(Row& row) override;
   Times times() const override { return table_.times(); }
   bool is_live() const override { return table_.is_live(); }
@@ -69,13 +74,21 @@ class CsvReader : public LogReader {
   void feed();
   bool read_row(Row& row);
   void require_good() const;
+  bool take(Row& row);
+  bool take_second(std::vector<Row>& second);
+  void look_ahead(Row row);
+  void spread(const std::vector<Row>& second, std::size_t before);
 
   std::unique_ptr<std::istream> file_;
   std::string source_;
   TableReader table_;
   LineReader lines_;
   Line line_;
-  WholeSeconds seconds_;
+  std::deque<Row> ahead_;  // read, but not yet looked at
+  std::deque<Row> ready_;
+  bool is_settled_ = false;  // whether anything is spread
+  std::optional<double> last_s_;
+  std::size_t per_second_ = 0;  // rows; 0: nothing is spread
 };
 
 // Of a recording in memory; NaN is a missing reading. Rows are counted from 1 in messages.

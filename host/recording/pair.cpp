@@ -398,14 +398,8 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   a.input = std::move(samples.value);
   sample_reference(reference, shift_s, default_max_gap_s(until(reference, end_s + shift_s).t_s), a);
   a.gap = a.unseen;
-  // Holes of the log are what was read before, or else first, and gaps.
-  const auto first_read = std::ranges::find_if_not(a.input, [](double value) { return std::isnan(value); });
-  double last_read = first_read == a.input.end() ? 0 : *first_read;
-  for (std::size_t k = 0; k < size; ++k) {
-    const bool is_hole = std::isnan(a.input[k]);
-    a.gap[k] = a.gap[k] || samples.pause[k] || is_hole;
-    last_read = a.input[k] = is_hole ? last_read : a.input[k];
-  }
+  for (std::size_t k = 0; k < size; ++k) a.gap[k] = a.gap[k] || samples.pause[k] || std::isnan(a.input[k]);
+  a.input = held_over(std::move(a.input), 0);
 }
 
 Recording to_recording(const Aligned& a, const Pair& pair) {

@@ -55,6 +55,13 @@ Samples resample(const Series& series, double period_s, double max_gap_s, const 
   return out;
 }
 
+std::vector<double> held_over(std::vector<double> value, double otherwise) {
+  const auto first = std::ranges::find_if_not(value, [](double v) { return std::isnan(v); });
+  double last = first == value.end() ? otherwise : *first;
+  for (double& v : value) last = v = std::isnan(v) ? last : v;
+  return value;
+}
+
 std::vector<double> since_start(std::span<const double> t_s) {
   std::vector<double> out;
   out.reserve(t_s.size());
@@ -85,6 +92,25 @@ double default_max_gap_s(std::span<const double> t_s) {
     steps.erase(longer, steps.end());
   }
   return kLeast_s;
+}
+
+std::vector<std::size_t> ends_of_ways(std::span<const double> value, double turn) {
+  std::vector<std::size_t> out;
+  int way = 0;  // 1 up, -1 down, 0 not known
+  std::size_t low = 0;
+  std::size_t high = 0;
+  for (std::size_t k = 0; k < value.size(); ++k) {
+    if (value[k] < value[low]) low = k;
+    if (value[k] > value[high]) high = k;
+    const bool down = way >= 0 && value[k] <= value[high] - turn;
+    const bool up = way <= 0 && value[k] >= value[low] + turn;
+    if (!down && !up) continue;
+    out.push_back(up ? low : high);
+    way = up ? 1 : -1;
+    low = high = k;
+  }
+  if (way != 0) out.push_back(way > 0 ? high : low);
+  return out;
 }
 
 Range without_spikes(std::span<const double> value) {

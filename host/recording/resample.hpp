@@ -104,6 +104,9 @@ struct Samples {
 };
 Samples resample(const Series& series, double period_s, double max_gap_s, const Range& range = {});
 
+// A hole is what was read before it, or else the first that was read, or `otherwise`.
+std::vector<double> held_over(std::vector<double> value, double otherwise);
+
 // Of the readings, without holes and without the few that lie three times as far from all others as these are wide: a malformed line, a spike.
 Range without_spikes(std::span<const double> value);
 
@@ -111,6 +114,10 @@ Range without_spikes(std::span<const double> value);
 // least, faster than the range in 80 ms and five times as far as nearly all others, while the finger hardly moves before and after:
 // what a tracker says that has lost its mark.
 std::vector<std::uint8_t> without_jumps(const Series& series);
+
+// Where values go one way and then the other, `turn` or more each: the places where the first way begins, where each ends and the
+// next begins, and where the last one ends.
+std::vector<std::size_t> ends_of_ways(std::span<const double> value, double turn);
 
 // What counts as a pause of this log: five of its steps, at least 0.3 s. Its step is the one in which half of
 // the log's time has passed, longer steps counted last: rows that come in bursts count little, since little

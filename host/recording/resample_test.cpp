@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace flexor::recording {
 namespace {
@@ -136,32 +137,20 @@ TEST(SinceStart, DoesNotDependOnWhereTheClockStarted) {
   EXPECT_EQ(since_start(t), since_start(shifted));
 }
 
-TEST(DefaultMaxGap, FollowsTheLogsOwnPace) {
-  std::vector<double> t;
-  for (int i = 0; i < 10; ++i) t.push_back(i * 0.5);
-  EXPECT_DOUBLE_EQ(default_max_gap_s(t), 2.5);
-  for (double& v : t) v /= 50;
-  EXPECT_DOUBLE_EQ(default_max_gap_s(t), 0.3);
-}
-
-TEST(DefaultMaxGap, ABurstIsNoPace) {
-  std::vector<double> t;
-  for (int i = 0; i < 40; ++i) {
-    for (int repeat = 0; repeat < 3; ++repeat) t.push_back(0.5 * i + 0.01 * repeat);
-  }
-  EXPECT_NEAR(default_max_gap_s(t), 5 * 0.48, 1e-9);
-  t.clear();
-  for (int i = 0; i < 40; ++i) t.insert(t.end(), {0.5 * i, 0.5 * i});
-  EXPECT_NEAR(default_max_gap_s(t), 2.5, 1e-9);
-}
-
-TEST(DefaultMaxGap, NorIsAPause) {
-  std::vector<double> t;
-  for (int i = 0; i < 400; ++i) t.push_back(0.1 * i + 3 * (i / 40) + (i >= 200 ? 1e5 : 0));
-  EXPECT_NEAR(default_max_gap_s(t), 0.5, 1e-9);
-  t.erase(t.begin() + 200, t.end());
-  t.back() = t[198] + 10;  // a hole as long as all the rest and more
-  EXPECT_NEAR(default_max_gap_s(std::span(t).last(100)), 0.5, 1e-9);
+TEST(DefaultMaxGap, FollowsTheLogsOwnPaceAndNeitherABurstNorAPauseIsOne) {
+  const auto max_gap_s = [](int rows, const std::function<double(int)>& at_s) {
+    std::vector<double> t;
+    for (int k = 0; k < rows; ++k) t.push_back(at_s(k));
+    return default_max_gap_s(t);
+  };
+  EXPECT_DOUBLE_EQ(max_gap_s(10, [](int k) { return 0.5 * k; }), 2.5);
+  EXPECT_DOUBLE_EQ(max_gap_s(10, [](int k) { return 0.5 * k / 50; }), 0.3);
+  EXPECT_NEAR(max_gap_s(120, [](int k) { return 0.5 * (k / 3) + 0.01 * (k % 3); }), 5 * 0.48, 1e-9);
+  EXPECT_NEAR(max_gap_s(80, [](int k) { return 0.5 * (k / 2); }), 2.5, 1e-9);
+  const auto pauses = [](int k) { return 0.1 * k + 3 * (k / 40) + (k >= 200 ? 1e5 : 0); };
+  EXPECT_NEAR(max_gap_s(400, pauses), 0.5, 1e-9);
+  const auto hole = [&](int k) { return k == 99 ? pauses(198) + 10 : pauses(100 + k); };
+  EXPECT_NEAR(max_gap_s(100, hole), 0.5, 1e-9) << "as long as all the rest and more";
 }
 
 TEST(Resample, AReadingOutOfItsRangeStandsOnlyWhereThereIsNoOther) {

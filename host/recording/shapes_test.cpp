@@ -12,9 +12,9 @@
 namespace flexor::recording {
 namespace {
 
-Recording recording_of(const std::string& text, const std::string& column, const TimeOptions& time) {
+Recording recording_of(const std::string& text, const TableOptions& options) {
   std::istringstream stream(text);
-  CsvReader reader(stream, "log.csv", {{column}, time});
+  CsvReader reader(stream, "log.csv", options);
   return read(reader);
 }
 
@@ -22,7 +22,7 @@ class Shapes : public testing::TestWithParam<Shape> {};
 
 TEST_P(Shapes, IsReadAndWhatIsAssumedIsNoted) {
   const Shape& s = GetParam();
-  const Recording r = recording_of(s.text, s.column, s.time);
+  const Recording r = recording_of(s.text, {{s.column}, s.time});
   ASSERT_EQ(r.t_s.size(), s.since_first_s.size());
   for (std::size_t k = 0; k < r.t_s.size(); ++k) EXPECT_NEAR(r.t_s[k] - r.t_s[0], s.since_first_s[k], 1e-6);
   EXPECT_EQ(r.column(s.column).value, s.value);
@@ -40,7 +40,7 @@ class Misshapes : public testing::TestWithParam<Misshape> {};
 
 TEST_P(Misshapes, IsRefusedInOneLine) {
   const Misshape& s = GetParam();
-  const std::string what = io::refusal_of([&] { (void)recording_of(s.text, s.column, s.time); });
+  const std::string what = io::refusal_of([&] { (void)recording_of(s.text, {{s.column}, s.time}); });
   EXPECT_NE(what.find(s.reason), std::string::npos) << what;
   EXPECT_TRUE(what.starts_with("log.csv: ") && what.find('\n') == std::string::npos) << what;
   EXPECT_LT(what.size(), 400U);
@@ -54,13 +54,11 @@ TEST(Shapes, AMalformedRowAmongGoodOnesIsLeftOutAndCounted) {
   for (const char* bad : {"1.5,10,1.55,11\n", "1.5,1x0\n", "half past one,10\n", "1.5,1e99\n"}) {
     std::string text = "t_s,flex\n";
     for (int k = 0; k < 60; ++k) text += std::to_string(k * 0.05) + ",10\n" + (k == 30 ? bad : "");
-    std::istringstream stream(text);
-    CsvReader reader(stream, "log.csv", {{"flex"}, {}, Holes::none, From::pipe});
-    const Recording r = read(reader);
+    const Recording r = recording_of(text, {{"flex"}, {}, Holes::none, From::pipe});
     EXPECT_EQ(r.t_s.size(), 60U) << bad;
     EXPECT_EQ(r.warnings, std::vector<std::string>{
                               "log.csv: 1 row(s) are malformed and were left out, the first is row 33"});
-    const std::string of_file = io::refusal_of([&] { (void)recording_of(text, "flex", {}); });
+    const std::string of_file = io::refusal_of([&] { (void)recording_of(text, {{"flex"}}); });
     EXPECT_NE(of_file.find(bad[3] == ',' && bad[6] == ',' ? "accepted" : "row 33"), std::string::npos)
         << of_file;
   }
@@ -83,11 +81,11 @@ TEST(Shapes, TwoClocksOfUnlikeRatesAreRefusedNamingBoth) {
   for (const auto& [step_ms, is_refused] : {std::pair(51, true), {50, false}}) {
     std::string text = "time_ms,timestamp_s,flex\n";
     for (int k = 0; k < 600; ++k) text += fmt::format("{},{},{}\n", 50 * k, 7 + step_ms * k / 1000.0, k);
-    const std::string what = io::refusal_of([&] { (void)recording_of(text, "flex", {}); });
+    const std::string what = io::refusal_of([&] { (void)recording_of(text, {{"flex"}}); });
     EXPECT_EQ(what.find("\"time_ms\" and \"timestamp_s\" could both be the time: say which") != what.npos,
               is_refused)
         << what;
-    EXPECT_EQ(recording_of(text, "flex", only_time("timestamp_s")).t_s.size(), 600U);
+    EXPECT_EQ(recording_of(text, {{"flex"}, only_time("timestamp_s")}).t_s.size(), 600U);
   }
 }
 
@@ -96,7 +94,7 @@ TEST(Shapes, SecondsWithAPauseAreNoClockAsOneNumber) {
     std::string text = "time,flex\n";
     for (int k = 0; k < 400; ++k)
       text += fmt::format("{:.2f},{}\n", first_s + 0.05 * k + (k < 200 ? 0 : 85), k);
-    const Recording r = recording_of(text, "flex", {});
+    const Recording r = recording_of(text, {{"flex"}});
     EXPECT_NEAR(r.t_s.back() - r.t_s.front(), 399 * 0.05 + 85, 1e-6) << first_s;
   }
 }
@@ -106,7 +104,7 @@ TEST(Shapes, OfViconsSectionsTheOneWithTheColumnIsRead) {
   const Recording r = recording_of(
       "Joints\n20\n,,p\nFrame,Sub Frame,X\n,,deg\n1,0,1\n2,0,1\n\nDevices\n20\n,,Flex\nFrame,Sub Frame,flex\n"
       ",,V\n1,0,10\n1,1,11\n2,0,12\n\nTrajectories\n20\n,,M\nFrame,Sub Frame,Y\n,,mm\n1,0,1\n",
-      "flex", {});
+      {{"flex"}});
   EXPECT_EQ(r.columns[0].value, kX);
   EXPECT_NEAR(r.t_s[2] - r.t_s[0], 0.1, 1e-9);
   EXPECT_EQ(r.warnings[0], "log.csv: rows 1 to 7 are a section without the column");
@@ -125,20 +123,18 @@ TEST(Shapes, OfLogsBesideEachOtherEachHasItsTime) {
     text += fmt::format("{},{},{}\n", 0.05 * k, k, k < 40 ? fmt::format("{},{}", 0.06 * k, k) : ",");
   TimeOptions both;
   both.columns = {"t_s", "t_cam_s"};
-  EXPECT_NEAR(recording_of(text, "deg", times_of_reference("a", "a", both)).t_s.back(), 39 * 0.06, 1e-9);
-  EXPECT_EQ(recording_of(text, "flex", both).t_s.size(), 60U);
+  EXPECT_NEAR(recording_of(text, {{"deg"}, times_of_reference("a", "a", both)}).t_s.back(), 39 * 0.06, 1e-9);
+  EXPECT_EQ(recording_of(text, {{"flex"}, both}).t_s.size(), 60U);
 }
 
 TEST(Shapes, AMissingReadingIsNaNAndTheOthersOfItsRowStay) {
   const std::string text = "t_s,a,b,c\n0,1,,7\n0.05,nan,2,8\n0.1,,,\n0.15,3,4,9\n";
-  std::istringstream some(text);
-  CsvReader reader(some, "log", {{"a", "b"}, {}, Holes::some});
-  const Recording r = read(reader);
+  const Recording r = recording_of(text, {{"a", "b"}, {}, Holes::some});
   EXPECT_EQ(r.t_s, (std::vector{0.0, 0.05, 0.15}));
   EXPECT_TRUE(r.columns[0].value[0] == 1 && std::isnan(r.columns[0].value[1]));
   EXPECT_TRUE(std::isnan(r.columns[1].value[0]) && r.columns[1].value[1] == 2);
-  EXPECT_EQ(r.warnings.at(0), "log: 1 of 3 rows have no a");
-  EXPECT_EQ(r.warnings.at(2), "log: 1 of 4 rows have no a or b and were left out, the first is row 4");
+  EXPECT_EQ(r.warnings.at(0), "log.csv: 1 of 3 rows have no a");
+  EXPECT_EQ(r.warnings.at(2), "log.csv: 1 of 4 rows have no a or b and were left out, the first is row 4");
   EXPECT_EQ(parse_csv("t_s,a,b\n0,1,\n1,2,3\n2,3,4\n", "log", {}).warnings.at(0),
             "log: 1 of 3 rows have no b and were left out, the first is row 2");
 }

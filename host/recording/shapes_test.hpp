@@ -56,6 +56,11 @@ inline TimeOptions rows_a_second(double rate_hz) {
   return out;
 }
 
+template <class... Number>
+std::vector<double> numbers(Number... number) {
+  return {static_cast<double>(number)...};
+}
+
 inline std::string utf16(const std::string& ascii, bool little, bool mark) {
   std::string out = mark ? (little ? "\xFF\xFE" : "\xFE\xFF") : "";
   for (const char c : ascii) {
@@ -97,7 +102,8 @@ inline const std::vector<Shape> kShapes = {
     {"Latin1Header", "t_s,Beugung \xB0\n0,10\n0.05,11\n0.1,12\n", "Latin-1", "Beugung °"},
     {"Comments", "# glove 7, left hand\n# 2026\nt_s,flex\n0,10\n# touched\n0.05,11\n0.1,12\n"},
     {"HeaderInAComment", "# t_s,flex\n" + three("~,#\n")},
-    {"UnitsRow", "time;flex\nms;V\n0;1,5\n50;1,6\n100;1,7\n", "row of units", "flex", kT, {1.5, 1.6, 1.7}},
+    {"UnitsRow", "time;flex\nms;V\n0;1,5\n50;1,6\n100;1,7\n", "row of units", "flex", kT,
+     numbers(1.5, 1.6, 1.7)},
     {"NoHeader", three("~,#,7\n"), "column1 to column3", "column2"},
     {"NoHeaderMilliseconds", three("^,#\n"), "no header", "column2", kT, kX, "ms"},
     {"BeginsWithinALine", "3\n" + three("~,#\n"), "left out", "column2"},
@@ -121,16 +127,10 @@ inline const std::vector<Shape> kShapes = {
     {"WholeSeconds",
      "time,flex\n10:00:01,8\n10:00:01,9\n10:00:02,10\n10:00:02,11\n10:00:02,12\n10:00:02,13\n10:00:03,14\n10:"
      "00:03,15\n10:00:03,16\n10:00:03,17\n10:00:04,18\n",
-     "4 in most, are spread evenly",
-     "flex",
-     {0, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.25, 2.5, 2.75, 3},
-     {8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18}},
-    {"BurstsOnWholeSecondsAtFirst",
-     "time_ms,flex\n1000,10\n1000,11\n1110,12\n1110,13\n1220,14\n",
-     "taken as a burst",
-     "flex",
-     {0, 0, 0.11, 0.11, 0.22},
-     {10, 11, 12, 13, 14}},
+     "4 in most, are spread evenly", "flex", numbers(0, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.25, 2.5, 2.75, 3),
+     numbers(8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18)},
+    {"BurstsOnWholeSecondsAtFirst", "time_ms,flex\n1000,10\n1000,11\n1110,12\n1110,13\n1220,14\n",
+     "taken as a burst", "flex", numbers(0, 0, 0.11, 0.11, 0.22), numbers(10, 11, 12, 13, 14)},
     {"LabelsOnAMonitor", three("12:03:11.@ -> index:#,middle:323\n"), "", "index"},
     {"LabelsWithATime", "t_ms:1000 A0:10 A1:7\nt_ms:1050 A0:11 A1:7\nt_ms:1100\tA0: 12, A1:7\n", "", "A0"},
     {"LabelsWithATornRow", "t_ms:1000,A0:10\nt_ms:1020,A0\nt_ms:1050,A0:11\nt_ms:1100,A0:12\n", "1 row(s)",
@@ -149,17 +149,15 @@ inline const std::vector<Shape> kShapes = {
     {"PackedClockWithAFraction", "time,flex\n095959.950,10\n100000.000,11\n100000.050,12\n",
      "a clock as one number"},
     {"PackedClockOfWholeSecondsWithoutAHeader",
-     "095958,8\n095958,9\n095959,10\n095959,11\n100000,12\n100000,13\n",
-     "a clock as one number",
-     "column2",
-     {0, 0.5, 1, 1.5, 2, 2.5},
-     {8, 9, 10, 11, 12, 13}},
+     "095958,8\n095958,9\n095959,10\n095959,11\n100000,12\n100000,13\n", "a clock as one number", "column2",
+     numbers(0, 0.5, 1, 1.5, 2, 2.5), numbers(8, 9, 10, 11, 12, 13)},
     {"PackedDatesWithAFraction",
      "time,flex\n20261120235959.950,10\n20261121000000.000,11\n20261121000000.050,12\n"},
     {"SecondsThatAreNoPackedClock", "time,flex\n95959.95,10\n95960.00,11\n95960.05,12\n"},
     {"DateAndTimeApart", "Date,Time,flex\n" + three("2026-11-21,12:00:00.@,#\n")},
     {"FirstRowsEmpty", "time,flex\n,\n,\n,\n" + three("~,#\n")},
-    {"SecondsSince1970", "time,flex\n1700000000,10\n1700000001,11\n1700000002,12\n", "", "flex", {0, 1, 2}},
+    {"SecondsSince1970", "time,flex\n1700000000,10\n1700000001,11\n1700000002,12\n", "", "flex",
+     numbers(0, 1, 2)},
     {"FirstCellsMissing", "t_s,flex\n0,\n0.01,NA\n0.02,None\n0.03,null\n0.04,-\n0.1,10\n0.15,11\n0.2,12\n",
      "5 of 8 rows have no flex"},
     {"TimesOfDayBesideACounter", "1,13:10:29.000,10\n2,13:10:29.050,11\n3,13:10:29.100,12\n",
@@ -212,12 +210,8 @@ inline const std::vector<Shape> kShapes = {
      "titles"},
     {"GreetingAboveLabels", "Flex glove v2\n" + three("t_s:~,flex:#\n"), "left out"},
     {"LabelsWithSeveralWords", three("t_s : ~, flex : #, State : in a grip\n")},
-    {"ThousandthsBelowAWholeNumber",
-     "t_s,flex\n0,200\n0.05,0.123\n0.1,0.200\n",
-     "",
-     "flex",
-     kT,
-     {200, 0.123, 0.2}},
+    {"ThousandthsBelowAWholeNumber", "t_s,flex\n0,200\n0.05,0.123\n0.1,0.200\n", "", "flex", kT,
+     numbers(200, 0.123, 0.2)},
     {"ClockAsFileNamesHaveIt", "time,flex\n23-59-59.950,10\n00-00-00.000,11\n00-00-00-050,12\n", "counter"},
     {"DateAndClockAsFileNamesHaveThem",
      "time,flex\n2026-05-01_23-59-59.95,10\n2026-05-02_00-00-00.00,11\n2026-05-02_00-00-00.05,12\n"},
@@ -243,10 +237,8 @@ inline const std::vector<Shape> kShapes = {
     {"WholeSecondsBesideTheirMilliseconds",
      "Time,ms,flex\n10:00:01,900,9\n10:00:01,950,10\n10:00:02,0,11\n10:00:02,250,12\n10:00:02,500,13\n"
      "10:00:02,750,14\n10:00:03,0,15\n10:00:03,250,16\n10:00:03,500,17\n10:00:03,750,18\n10:00:04,0,19\n",
-     "are one time",
-     "flex",
-     {0, 0.05, 0.1, 0.35, 0.6, 0.85, 1.1, 1.35, 1.6, 1.85, 2.1},
-     {9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19}},
+     "are one time", "flex", numbers(0, 0.05, 0.1, 0.35, 0.6, 0.85, 1.1, 1.35, 1.6, 1.85, 2.1),
+     numbers(9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19)},
     {"ACounterWithAUnitBesideAClock",
      "t_s,clock,flex\n0,13:10:29.00,10\n1,13:10:29.05,11\n2,13:10:29.10,12\n"},
     {"NoHeaderAndTheLastCellOfTheFirstRowMissing", "0,10,\n0.05,11,7\n0.1,12,8\n", "column1 to column3",
@@ -258,9 +250,7 @@ inline const std::vector<Shape> kShapes = {
      "Joined\nt_s,flex,a,b,c,d\n0,10,,,,\n0.01,,1,,,\n0.05,11,,,,\n0.06,,,,,2\n0.1,12,,,,\n", "left out"},
     {"ViconWithAFrameMissing",
      "Joints\n20\n,,P1:RIndex,,\nFrame,Sub Frame,X,Y,Z\n,,deg,deg,deg\n5,0,10,1,2\n6,0,11,1,2\n8,0,12,1,2\n",
-     "20 rows are a second",
-     "X",
-     {0, 0.05, 0.15}},
+     "20 rows are a second", "X", numbers(0, 0.05, 0.15)},
     {"MotiveWithIdsThatHaveNoLabel",
      "Format,1\n,,Bone,Bone,Bone,Bone\n,,A,A,B,B\n,,A1,A1,A2,A2\n,,Rotation,Rotation,Rotation,Rotation\n"
      "Frame,Time (Seconds),X,Y,X,Y\n" +
@@ -268,11 +258,8 @@ inline const std::vector<Shape> kShapes = {
      "titles", "B_Rotation_X"},
     {"StorageOfOpenSimIsInRadians", "Results\nversion=3\nendheader\ntime\tflex\n" + three("~\t#\n"),
      "in rad by the titles"},
-    {"TicksOfDotNet",
-     "time,flex\n639000000000000000,10\n639000000001024000,11\n639000000002048000,12\n",
-     "since the year 1",
-     "flex",
-     {0, 0.1024, 0.2048}},
+    {"TicksOfDotNet", "time,flex\n639000000000000000,10\n639000000001024000,11\n639000000002048000,12\n",
+     "since the year 1", "flex", numbers(0, 0.1024, 0.2048)},
     {"TicksOfWindows", "time,flex\n" + three("13400000000@0000,#\n"), "since 1601"},
     {"ClockWithoutZeros", "time,flex\n9:59:59.950,10\n10:0:0.000,11\n10:0:0.050,12\n"},
     {"ClockWithAColonBeforeTheMilliseconds", "time,flex\n9:59:59:950,10\n10:0:0:0,11\n10:0:0:50,12\n"},

@@ -1,9 +1,11 @@
 #include "host/recording/stream.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "host/io/io.hpp"
@@ -51,109 +53,84 @@ Read all(std::vector<double> t_s, Resets resets = Resets::follow, double wrap_s 
   return out;
 }
 
-std::vector<double> steady(int rows, double step_s) {
-  std::vector<double> t;
-  for (int k = 0; k < rows; ++k) t.push_back(k * step_s);
+std::vector<double> steady(std::size_t rows, double step_s, double first_s = 0) {
+  std::vector<double> t(rows);
+  for (std::size_t k = 0; k < rows; ++k) t[k] = first_s + static_cast<double>(k) * step_s;
   return t;
 }
 
-TEST(Stream, PassesAGoodLogUntouchedAndWithoutAWord) {
-  const auto t = steady(500, 0.01);
-  const Read r = all(t);
-  EXPECT_EQ(r.t_s, t);
-  EXPECT_TRUE(r.notes.empty());
+std::vector<double> with(std::vector<double> t, std::size_t row, double t_s) {
+  t[row] = t_s;
+  return t;
 }
 
-TEST(Stream, OneRowFarAheadIsLeftOutByNameAndSilencesNothing) {
-  auto t = steady(100, 0.05);
-  t[40] = 200000000;
-  const Read r = all(t);
-  EXPECT_EQ(r.t_s.size(), 99u);
-  EXPECT_DOUBLE_EQ(r.t_s.back(), t.back());
-  ASSERT_EQ(r.notes.size(), 1u);
-  EXPECT_NE(r.notes[0].find("far ahead"), std::string::npos);
-  EXPECT_NE(r.notes[0].find("200000000"), std::string::npos);
-  EXPECT_NE(r.notes[0].find("row 41"), std::string::npos);
+std::vector<double> without(std::vector<double> t, std::ptrdiff_t row) {
+  t.erase(t.begin() + row);
+  return t;
 }
 
-TEST(Stream, APauseThatTheNextRowConfirmsIsAPause) {
-  for (const int pause_s : {9, 600}) {  // below and above kJump_s
-    auto t = steady(100, 0.05);
-    for (std::size_t k = 50; k < 100; ++k) t[k] += pause_s;
-    const Read r = all(t);
-    EXPECT_EQ(r.t_s, t);
-    ASSERT_EQ(r.notes.size(), 1U);
-    EXPECT_NE(r.notes[0].find(fmt::format("jump of the clock, of up to {}", pause_s)), std::string::npos);
+// From the row on.
+std::vector<double> moved(std::vector<double> t, std::size_t row, double by_s) {
+  for (; row < t.size(); ++row) t[row] += by_s;
+  return t;
+}
+
+struct Repair {
+  std::string name;
+  std::vector<double> t_s;
+  std::vector<double> kept;
+  std::string said = {};  // within the notes, with a bar between two
+  double wrap_s = 0;
+  bool is_reset = false;  // which is followed one step later, or refused
+};
+
+std::vector<Repair> repairs() {
+  constexpr double k32Bits_s = 4294.967296;
+  const std::vector<double> t = steady(100, 0.05);
+  std::vector<Repair> out = {
+      {"a good log is untouched", t, t},
+      {"one row far ahead silences nothing", with(t, 40, 2e8), without(t, 40),
+       "far ahead of all around (200000000 s) were left out, the first is row 41"},
+      {"a pause", moved(t, 50, 9), moved(t, 50, 9), "jump of the clock, of up to 9"},
+      {"a pause that the next row confirms", moved(t, 50, 600), moved(t, 50, 600), "of up to 600"},
+      {"a row that goes back", with(t, 60, 1), without(t, 60),
+       "goes backwards were left out, the first is row 61"},
+      {"a reset", moved(t, 60, -3), t, "row 61", 0, true},
+      {"a counter that wraps", moved(steady(200, 0.05, k32Bits_s - 5), 100, -k32Bits_s),
+       steady(200, 0.05, k32Bits_s - 5), "starts from 0: it is taken to go on, the first is row 101",
+       k32Bits_s},
+      // These were found by the fuzzer. Of two strays, each farther ahead, the second passed for a confirmation of the first.
+      {"a stray confirms no other", with(with(t, 50, 94), 51, 8589), without(without(t, 50), 50), "2 row(s)"},
+      {"a wrap is confirmed by a row that follows closely",
+       std::vector{4294.90, 4294.95, 34.9, 4294.90, 0.05, 0.1},
+       std::vector{4294.90, 4294.95, 4295.017296, 4295.067296},
+       "the first is row 3|log: 1 row(s) where the clock's counter passes its end", k32Bits_s}};
+  for (const double start_s : {1700000000.0, 4290000.0, 85000.0})
+    for (const double wrap_s : {4294967.296, 86400.0})
+      out.push_back({"one stray zero is no wrap", with(steady(200, 0.05, start_s), 100, 0),
+                     without(steady(200, 0.05, start_s), 100), "goes backwards", wrap_s});
+  return out;
+}
+
+TEST(Stream, RepairsTheClockAndSaysWhere) {
+  for (const Repair& c : repairs()) {
+    SCOPED_TRACE(c.name);
+    const Read r = all(c.t_s, Resets::follow, c.wrap_s);
+    EXPECT_EQ(r.error, "");
+    ASSERT_EQ(r.t_s.size(), c.kept.size());
+    for (std::size_t k = 0; k < c.kept.size(); ++k) EXPECT_NEAR(r.t_s[k], c.kept[k], 1e-6) << k;
+    const std::string notes = fmt::format("{}", fmt::join(r.notes, "|"));
+    EXPECT_EQ(notes.empty(), c.said.empty()) << notes;
+    EXPECT_EQ(std::ranges::count(notes, '|'), std::ranges::count(c.said, '|')) << notes;
+    EXPECT_NE(notes.find(c.said), std::string::npos) << notes;
+    EXPECT_EQ(all(r.t_s).t_s, r.t_s) << "repaired once more";
+    const Read refused = all(c.t_s, Resets::refuse, c.wrap_s);
+    EXPECT_EQ(refused.t_s == r.t_s, !c.is_reset);
+    EXPECT_EQ(refused.error.find("log: row 61: time does not increase") == 0 &&
+                  refused.error.find("reset") != std::string::npos,
+              c.is_reset)
+        << refused.error;
   }
-}
-
-TEST(Stream, ARowThatGoesBackIsLeftOutAndTheRestStays) {
-  auto t = steady(200, 0.05);
-  t[100] = 1;
-  const Read r = all(t);
-  EXPECT_EQ(r.t_s.size(), 199u);
-  EXPECT_NE(r.notes.at(0).find("goes backwards"), std::string::npos);
-  EXPECT_NE(r.notes.at(0).find("row 101"), std::string::npos);
-}
-
-TEST(Stream, AResetIsFollowedOneStepLaterOrRefusedByRow) {
-  auto t = steady(100, 0.05);
-  for (std::size_t k = 60; k < 100; ++k) t[k] -= 3;
-  const Read followed = all(t);
-  ASSERT_EQ(followed.t_s.size(), 100u);
-  for (std::size_t k = 0; k < 100; ++k) EXPECT_NEAR(followed.t_s[k], 0.05 * static_cast<double>(k), 1e-9);
-  EXPECT_NE(followed.notes.at(0).find("row 61"), std::string::npos) << followed.notes[0];
-  const Read refused = all(t, Resets::refuse);
-  EXPECT_NE(refused.error.find("log: row 61: time does not increase"), std::string::npos) << refused.error;
-  EXPECT_NE(refused.error.find("reset"), std::string::npos);
-}
-
-TEST(Stream, ACounterThatWrapsGoesOn) {
-  const double range_s = 4294.967296;
-  std::vector<double> t;
-  std::vector<double> truth;
-  for (int k = 0; k < 200; ++k) {
-    truth.push_back(range_s - 5 + 0.05 * k);
-    t.push_back(truth.back() < range_s ? truth.back() : truth.back() - range_s);
-  }
-  const Read r = all(t, Resets::refuse, range_s);
-  ASSERT_EQ(r.error, "");
-  ASSERT_EQ(r.t_s.size(), truth.size());
-  for (std::size_t k = 0; k < truth.size(); ++k) EXPECT_NEAR(r.t_s[k], truth[k], 1e-9);
-}
-
-TEST(Stream, OneStrayZeroIsNoWrapOfTheCounter) {
-  for (const double start_s : {1700000000.0, 4290000.0, 85000.0}) {
-    for (const double wrap_s : {4294967.296, 86400.0}) {
-      std::vector<double> t = steady(200, 0.05);
-      for (double& v : t) v += start_s;
-      t[100] = 0;
-      const Read r = all(t, Resets::follow, wrap_s);
-      EXPECT_EQ(r.error, "");
-      ASSERT_EQ(r.t_s.size(), 199u);
-      EXPECT_NEAR(r.t_s.back(), start_s + 199 * 0.05, 1e-6) << start_s << " " << wrap_s;
-      EXPECT_EQ(r.notes.size(), 1u);
-    }
-  }
-}
-
-// Found by the fuzzer: of two strays, each farther ahead, the second passed for a confirmation of the first, which a
-// second reading of what was written then left out.
-TEST(Stream, OneStrayDoesNotConfirmAnother) {
-  std::vector<double> t = steady(100, 0.05);
-  t[50] = 94;
-  t[51] = 8589;
-  const Read r = all(t);
-  EXPECT_EQ(r.t_s.size(), 98u);
-  EXPECT_EQ(r.t_s.back(), t.back());
-  EXPECT_EQ(all(r.t_s).t_s, r.t_s);
-}
-
-// Found by the fuzzer: a row that went back was taken for the counter's new start on the word of one far away.
-TEST(Stream, AWrapIsConfirmedByARowThatFollowsItClosely) {
-  const Read r = all({4294.90, 4294.95, 34.9, 4294.90, 0.05, 0.1}, Resets::follow, 4294.967296);
-  for (std::size_t k = 1; k < r.t_s.size(); ++k) EXPECT_LT(r.t_s[k] - r.t_s[k - 1], kJump_s);
-  EXPECT_NEAR(r.t_s.back(), 4294.967296 + 0.1, 1e-6);
 }
 
 // Found by the fuzzer: a time below 0 passed for the counter's new start, and what followed ran backwards.

@@ -883,7 +883,11 @@ class Finder : public TableState {
 void TableState::split_line(const std::string& text) {
   if (layout_ == Layout::table) {
     split(text, separator_, cells_);
-    if (clock_place_) join_clock();
+    if (clock_place_ && cells_.size() >= *clock_place_ + 3) {
+      const auto hour = cells_.begin() + static_cast<std::ptrdiff_t>(*clock_place_);
+      *hour += ":" + hour[1] + ":" + hour[2];
+      cells_.erase(hour + 1, hour + 3);
+    }
     found_ = cells_.size();
     if (order_.empty() || found_ != order_.size()) return;
     const std::vector<std::string> cells = cells_;
@@ -906,13 +910,6 @@ void TableState::split_line(const std::string& text) {
     }
     cells_[static_cast<std::size_t>(column - header_.begin())] = labelled_.value[i];
   }
-}
-
-void TableState::join_clock() {
-  if (cells_.size() < *clock_place_ + 3) return;
-  const auto hour = cells_.begin() + static_cast<std::ptrdiff_t>(*clock_place_);
-  *hour += ":" + hour[1] + ":" + hour[2];
-  cells_.erase(hour + 1, hour + 3);
 }
 
 TableReader::TableReader(const TableOptions& options) : TableState(options) {

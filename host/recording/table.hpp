@@ -108,7 +108,6 @@ class TableState {
   }
   void note(const std::string& text) { notes_.push_back(text); }
   void split_line(const std::string& text);
-  void join_clock();
   bool is_port() const { return options_.from == From::port; }
   bool is_pipe() const { return options_.from == From::pipe; }
   bool is_of_time(std::size_t place) const { return time_place_ == place || part_place_ == place; }

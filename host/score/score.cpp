@@ -46,13 +46,9 @@ Errors error_at_lag(std::span<const double> t_s, std::span<const double> measure
   return out;
 }
 
-struct Lag {
-  double s = 0;
-  bool at_edge = false;
-};
-
-Lag best_lag(std::span<const double> t_s, std::span<const double> measured,
-             std::span<const double> estimated) {
+// Into best_lag_s and lag_at_edge.
+void find_lag(std::span<const double> t_s, std::span<const double> measured,
+              std::span<const double> estimated, Score& out) {
   const double step = 2 * kMaxLag_s / kLagSteps;
   const auto cost = [&](double lag_s) {
     const Errors e = error_at_lag(t_s, measured, estimated, lag_s);
@@ -62,16 +58,16 @@ Lag best_lag(std::span<const double> t_s, std::span<const double> measured,
   std::vector<double> costs;
   for (int i = 0; i <= kLagSteps; ++i) costs.push_back(cost((i - kMiddle) * step));
   const auto best = std::ranges::min_element(costs) - costs.begin();
-  const double on_grid = static_cast<double>(best - kMiddle) * step;
-  const bool at_edge = best <= 1 || best + 1 >= kLagSteps;
-  if (best == 0 || best == kLagSteps) return {on_grid, at_edge};
+  out.best_lag_s = static_cast<double>(best - kMiddle) * step;
+  out.lag_at_edge = best <= 1 || best + 1 >= kLagSteps;
+  if (best == 0 || best == kLagSteps) return;
   const auto b = static_cast<std::size_t>(best);
   const double left = costs[b - 1] * costs[b - 1];
   const double right = costs[b + 1] * costs[b + 1];
   const double curvature = left - 2 * costs[b] * costs[b] + right;
-  if (!(curvature > 0) || !std::isfinite(curvature)) return {on_grid, at_edge};
-  const double refined = on_grid + step * (left - right) / (2 * curvature);
-  return {cost(refined) < costs[b] ? refined : on_grid, at_edge};
+  if (!(curvature > 0) || !std::isfinite(curvature)) return;
+  const double refined = out.best_lag_s + step * (left - right) / (2 * curvature);
+  if (cost(refined) < costs[b]) out.best_lag_s = refined;
 }
 
 // Rows of one time as their mean.
@@ -113,10 +109,8 @@ Score score(std::span<const double> t_s, std::span<const double> measured_deg,
   s.fit_percent = 100 * (1 - s.rmse_deg / std::sqrt(variance));
   s.r2 = 1 - s.rmse_deg * s.rmse_deg / variance;
   s.iae_deg_s = integral_of_absolute(t_s, error, max_step_s);
-  const Lag lag = best_lag(t_s, measured_deg, estimated_deg);
-  s.best_lag_s = lag.s;
-  s.lag_at_edge = lag.at_edge;
-  const Errors aligned = error_at_lag(t_s, measured_deg, estimated_deg, lag.s);
+  find_lag(t_s, measured_deg, estimated_deg, s);
+  const Errors aligned = error_at_lag(t_s, measured_deg, estimated_deg, s.best_lag_s);
   s.lag_removed_rmse_deg = rms(aligned.deg);
   s.lag_removed_iae_deg_s = integral_of_absolute(aligned.t_s, aligned.deg, max_step_s);
   return s;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 #include "host/io/io.hpp"
 
@@ -42,28 +43,19 @@ void require_alike(std::span<const std::vector<float>> reference, std::span<cons
 
 }  // namespace
 
-std::vector<double> finger_errors(std::span<const std::vector<float>> reference,
-                                  std::span<const std::vector<float>> hand, double period_s) {
-  require_alike(reference, hand);
-  std::vector<double> out;
-  for (std::size_t i = 0; i < reference.size(); ++i) {
-    out.push_back(error_of_finger(reference[i], hand[i], period_s, 0));
-  }
-  return out;
-}
-
 TrialScore score_trial(std::span<const std::vector<float>> reference,
                        std::span<const std::vector<float>> hand, double period_s) {
+  require_alike(reference, hand);
   TrialScore s;
-  s.finger_error_deg_s = finger_errors(reference, hand, period_s);
-  for (const double error : s.finger_error_deg_s) s.total_error_deg_s += error;
   const auto total = [&](double lag_s) {
     double sum = 0;
-    for (std::size_t i = 0; i < reference.size(); ++i) {
+    for (std::size_t i = 0; i < reference.size(); ++i)
       sum += error_of_finger(reference[i], hand[i], period_s, lag_s);
-    }
     return sum;
   };
+  for (std::size_t i = 0; i < reference.size(); ++i)
+    s.finger_error_deg_s.push_back(error_of_finger(reference[i], hand[i], period_s, 0));
+  s.total_error_deg_s = std::accumulate(s.finger_error_deg_s.begin(), s.finger_error_deg_s.end(), 0.0);
   LagRemoved best{0, s.total_error_deg_s};
   const auto search = [&](int from, int to, int step) {  // in steps of kFine_s
     for (int k = from; k <= to; k += step) {

@@ -32,8 +32,4 @@ struct TrialScore {
 TrialScore score_trial(std::span<const std::vector<float>> reference_deg,
                        std::span<const std::vector<float>> hand_deg, double period_s);
 
-// E_i alone, at a fifth of the cost.
-std::vector<double> finger_errors(std::span<const std::vector<float>> reference_deg,
-                                  std::span<const std::vector<float>> hand_deg, double period_s);
-
 }  // namespace flexor::score

@@ -1,11 +1,17 @@
 #include "host/study/boards.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "host/deploy/pair_key.hpp"
+#include "host/io/json.hpp"
+#include "host/study/builtin.hpp"
 #include "host/study/exact_json.hpp"
 #include "host/twin/glove.hpp"
+#include "host/twin/random.hpp"
 
 namespace flexor::study {
 namespace {
@@ -53,8 +59,6 @@ Counts gesture_counts(const twin::Parameters& p, const model::Model& model) {
   return out;
 }
 
-Boards::Boards(std::filesystem::path program) : workers_(std::move(program)) {}
-
 std::vector<twin::Trial> Boards::simulate(const twin::TrialInput& input, std::uint64_t first,
                                           int count) const {
   const auto out = workers_.run("simulate", {{"input", input}, {"first", first}, {"count", count}})
@@ -81,6 +85,62 @@ std::vector<Latency> Boards::latency(const twin::Parameters& parameters, const m
   const Json stages = workers_.run(
       "latency", {{"parameters", parameters}, {"model", model}, {"edges", edges}, {"seed", seed}});
   return stages.get<std::vector<Latency>>();
+}
+
+Json budget_of(const std::vector<Latency>& edges, int asked) {
+  if (edges.empty()) throw io::JobError("no edge came through to the motor");
+  const auto row = [&](const auto& ms_of) -> Json {
+    std::vector<double> ms;
+    for (const Latency& edge : edges) ms.push_back(ms_of(edge));
+    double mean_ms = 0;
+    for (const double one : ms) mean_ms += one / static_cast<double>(ms.size());
+    return {{"mean_ms", mean_ms}, {"min_ms", std::ranges::min(ms)}, {"max_ms", std::ranges::max(ms)}};
+  };
+  Json stages = Json::array();
+  for (std::size_t i = 0; i < kLatencyStages.size(); ++i) {
+    stages.push_back(row([i](const Latency& edge) { return edge[i]; }));
+    stages.back()["name"] = kLatencyStages[i];
+  }
+  const auto whole = [](const Latency& edge) { return std::accumulate(edge.begin(), edge.end(), 0.0); };
+  return {{"edges", edges.size()},
+          {"lost", asked - std::ssize(edges)},
+          {"stages", std::move(stages)},
+          {"total", row(whole)}};
+}
+
+void save_results(const Json& budget, const std::string& title, const std::filesystem::path& folder) {
+  io::make_folder(folder);
+  Json rows = budget.at("stages");
+  rows.push_back(budget.at("total"));
+  rows.back()["name"] = "total";
+  std::string csv = "stage,mean_ms,min_ms,max_ms\n";
+  for (const Json& r : rows)
+    csv += fmt::format("{},{:.4f},{:.4f},{:.4f}\n", r.at("name").get<std::string>(),
+                       r.at("mean_ms").get<double>(), r.at("min_ms").get<double>(),
+                       r.at("max_ms").get<double>());
+  io::write_file(folder / "latency.csv", csv);
+  Json json = {{"kind", "latency"}, {"title", title}, {"version", FLEXOR_VERSION}};
+  json.update(budget);
+  io::write_file(folder / "results.json", io::dump(json));
+}
+
+std::vector<twin::Trial> RenderedCameras::simulate(const twin::TrialInput& input, std::uint64_t first,
+                                                   int count) const {
+  twin::TrialInput exact = input;
+  exact.parameters.camera_noise_deg = 0;
+  std::vector<twin::Trial> trials =
+      inner_ != nullptr ? inner_->simulate(exact, first, count) : twin::simulate(exact, first, count);
+  for (std::size_t t = 0; t < trials.size(); ++t) {
+    const Json seen =
+        workers_.run("see", {{"joints", Json::parse(builtin("joints/paper_hand.json"))},
+                             {"seed", twin::seed_of(input.seed, first + t, twin::seed_of(1, 'f'))},
+                             {"rate_hz", input.parameters.camera_rate_hz},
+                             {"glove_deg", trials[t].glove_deg},
+                             {"hand_deg", trials[t].hand_deg}});
+    seen.at("glove_deg").get_to(trials[t].glove_deg);
+    seen.at("hand_deg").get_to(trials[t].hand_deg);
+  }
+  return trials;
 }
 
 }  // namespace flexor::study

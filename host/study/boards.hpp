@@ -1,5 +1,5 @@
-// The experiment's boards: what is deployed on them, and what can be asked of them. Their firmware runs in
-// another program (cosim/, with a licence of its own), which is asked through pipes.
+// Engines that run in workers, other programs that are asked through pipes: the experiment's boards, whose firmware runs in cosim/
+// (with a licence of its own), with what is deployed on them and what can be asked of them; and cameras that see pictures.
 #pragma once
 
 #include <array>
@@ -35,11 +35,17 @@ inline constexpr std::array<const char*, 6> kLatencyStages = {"wait for the ADC"
                                                               "verify",           "next motor command"};
 using Latency = std::array<double, kLatencyStages.size()>;  // ms
 
+// Of those that came through out of `asked`: "edges", "lost" (of which the frame that told them first was lost on the way),
+// "stages" and "total", each with mean_ms, min_ms, max_ms. Throws io::JobError where none did.
+Json budget_of(const std::vector<Latency>& edges, int asked);
+// Its results.json and latency.csv, which its report is drawn from. Throws io::InputError.
+void save_results(const Json& budget, const std::string& title, const std::filesystem::path& folder);
+
 // Boards whose firmware runs in workers, flexor-cosim, one for each thread that asks.
 class Boards : public Engine {
  public:
   // Throws io::InputError when there is no such program.
-  explicit Boards(std::filesystem::path program);
+  explicit Boards(std::filesystem::path program) : workers_(std::move(program)) {}
 
   std::string name() const override { return "avr"; }
   int batch() const override { return 1; }
@@ -58,6 +64,26 @@ class Boards : public Engine {
 
  private:
   mutable io::WorkerPool workers_;
+};
+
+// Another engine plays, and both hands are drawn, frame by frame, and tracked by workers, flexor-camera.
+class RenderedCameras : public Engine {
+ public:
+  // Plays on `inner`; null: the twin. Throws io::InputError when there is no such program.
+  RenderedCameras(std::filesystem::path program, Engine* inner)
+      : workers_(std::move(program)), inner_(inner) {}
+
+  std::string name() const override {
+    return (inner_ != nullptr ? inner_->name() : std::string("twin")) + ", rendered cameras";
+  }
+  int batch() const override { return 1; }
+  // Throws io::JobError when a tracker loses a finger, which it never should in these pictures.
+  std::vector<twin::Trial> simulate(const twin::TrialInput& input, std::uint64_t first,
+                                    int count) const override;
+
+ private:
+  mutable io::WorkerPool workers_;
+  Engine* inner_;
 };
 
 }  // namespace flexor::study

@@ -110,7 +110,7 @@ TEST_F(Cohort, IsATidyTableAndAFailedTakeIsARow) {
 TEST_F(Cohort, ShardsGiveTheBytesOfTheWholeRunInAnyOrder) {
   (void)run_cohort(leaving_out("whole"), {});
   std::vector<fs::path> parts;
-  for (const std::size_t i : {2, 3, 1}) {
+  for (const std::size_t i : {2U, 3U, 1U}) {
     const std::string name = "part" + std::to_string(i);
     (void)run_cohort(leaving_out(name, {i, 3}), {});
     parts.push_back(folder_ / name);
@@ -156,7 +156,7 @@ TEST_F(Cohort, StoppedItGoesOnAndAnotherRunsFolderIsRefused) {
 
 TEST_F(Cohort, ALogThatWasMendedIsIdentifiedAgainAndShardsOfOtherDataAreRefused) {
   manifest("subject,session,glove,reference\nP0,0,0_glove.csv,0_camera.csv\nP1,0,4_glove.csv,4_camera.csv\n");
-  for (const std::size_t i : {1, 2}) (void)run_cohort(request("part" + std::to_string(i), {i, 2}), {});
+  for (const std::size_t i : {1U, 2U}) (void)run_cohort(request("part" + std::to_string(i), {i, 2}), {});
   (void)run_cohort(leaving_out("out"), {});
   auto before = files("out");
   take("0", 5, 0);

@@ -11,6 +11,8 @@
 
 #include "host/io/growing_file.hpp"
 #include "host/io/io.hpp"
+#include "host/score/trial.hpp"
+#include "host/twin/parameters.hpp"
 
 namespace flexor::study {
 
@@ -25,11 +27,36 @@ bool is_sealed(const std::filesystem::path& folder);
 // Throws io::InputError: it has another one, or none.
 void require_sealed(const std::filesystem::path& folder, const std::string& digest);
 
+// A row of trials.csv: one trial of one motion with one compensator.
+struct TrialRow {
+  double total_deg_s = 0;
+  std::optional<score::LagRemoved> lag_removed;  // none: two empty fields
+  twin::PerFinger finger_deg_s{};
+  twin::PerFinger swing_deg{};  // from the hand's smallest angle to its largest
+  twin::PerFinger impact_deg_s{};
+  twin::PerFinger pressed_s{};
+  int sent = 0;
+  int lost = 0;
+
+  bool operator==(const TrialRow&) const = default;
+};
+
+// Goes up when a row's numbers change their meaning; part of a run's settings.
+inline constexpr int kRowsVersion = 2;
+
+// A whole line; numbers read back to the bit.
+std::string text_of_row(const std::string& motion, const std::string& compensator, int trial,
+                        const TrialRow& row);
+
+// A line without its end back to numbers; false if it is not one of ours.
+bool parse_row(const std::string& line, const std::string& motion, const std::string& compensator, int trial,
+               TrialRow& row);
+
 // First next() and keep() until the rows end, then start(), append() and finish(). The folder is locked.
 class Journal {
  public:
-  // `header` is a whole line. Throws io::InputError: another run's folder.
-  Journal(const std::filesystem::path& folder, const Json& settings, const std::string& header);
+  // Throws io::InputError: another run's folder.
+  Journal(const std::filesystem::path& folder, const Json& settings);
 
   // The next row without its newline; false at the end, and for a last row that lacks its newline.
   bool next(std::string& row);
@@ -51,7 +78,6 @@ class Journal {
 
  private:
   std::filesystem::path path_;
-  std::string header_;
   std::ifstream old_;
   std::string batch_;
   std::string digest_;

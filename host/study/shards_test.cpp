@@ -91,7 +91,7 @@ TEST_F(ShardsTest, AChangedDigitIsRefusedAlsoByItsOwnCommandAndOfAWholeRun) {
     digit = digit == '3' ? '4' : '3';
     io::write_file(folder / "trials.csv", rows);
     const std::string said = folder.string() + ": its rows are not those that its run ended with";
-    EXPECT_EQ(io::refusal_of([&] { (void)run(plan(shard, folder), {}); }).find(said), 0U);
+    EXPECT_EQ(io::refusal_of([&, &f = folder, &s = shard] { (void)run(plan(s, f), {}); }).find(said), 0U);
   }
   EXPECT_NE(refusal().find("its rows are not those"), std::string::npos) << refusal();
 }

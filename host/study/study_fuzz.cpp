@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "host/io/fuzz_json.hpp"
+#include "host/study/journal.hpp"
 #include "host/study/recorded_motion.hpp"
-#include "host/study/trial_row.hpp"
 
 namespace {
 

@@ -123,6 +123,13 @@ Result merge(const Plan& plan, const std::vector<std::filesystem::path>& shards,
 // alike, so that what is compared is what they make of it. None: no compensator says any.
 std::optional<twin::Tracking> tracking_of(const std::vector<Compensator>& compensators);
 
+// Trial `number` as it is played once its compensator was recalibrated, as flexor recalibrate does, by what the glove reads before it:
+//   poses    an open hand and a fist, two seconds each, each finger up to 2 degrees beside where it should be held;
+//            once more for four and for eight seconds where the reading was not still; the model stays if it never is
+//   motion   short_motion(), thirty seconds without a camera
+// A compensator whose strips are not known stays as it is. Throws io::InputError: another kind.
+twin::TrialInput recalibrated(twin::TrialInput input, const std::string& by, std::uint64_t number);
+
 // Trial 0 of a motion, exactly as run() meets it: what to play, and played.
 twin::TrialInput first_input(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);
 twin::Trial first_trial(const Plan& plan, const twin::Motion& motion, const Compensator& compensator);

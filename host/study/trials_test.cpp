@@ -11,7 +11,6 @@
 #include "host/study/boards.hpp"
 #include "host/study/glove_fit.hpp"
 #include "host/study/plan_test.hpp"
-#include "host/study/recalibrated.hpp"
 #include "host/study/results.hpp"
 
 namespace flexor::study {

@@ -4,7 +4,7 @@
 
 A session is a log of much motion; sessions are compared by five quantiles of their readings (SHARES), and only the order of rows
 counts. Lengths are shares of a sensor's span, which is that of the sessions' mean quantiles. `prior.json` is how the donnings
-of this glove differ, for `flexor recalibrate --prior` (host/identify/donning_prior.hpp).
+of this glove differ, for `flexor recalibrate --prior` (host/identify/recalibrate.hpp).
 """
 import argparse
 from collections.abc import Iterable, Mapping
@@ -23,7 +23,7 @@ LEAST_ROWS = 10 * PARTS
 OTHER_UNIT = 10  # put on again a glove reaches a few times as far at most
 GENERAL_WEIGHT = 4  # sessions that the shipped correlation counts as
 MOST_ALIKE = 0.95  # heavy tails leave room for a sensor that moved alone
-# host/identify/donning_prior.cpp: somewhat narrower than nine sessions of one three-finger glove, docs/donning.md.
+# host/identify/recalibrate.cpp: somewhat narrower than nine sessions of one three-finger glove, docs/donning.md.
 SHIPPED = {"sessions": 9, "shift_sd": 0.18, "log_gain_sd": 0.13, "motion_sd": 0.05, "reach_sd": 0.08, "density_sd": 0.1, "alike": 0.8}
 
 

@@ -1,4 +1,4 @@
-#include "host/study/trial_row.hpp"
+#include "host/study/journal.hpp"
 
 #include <gtest/gtest.h>
 

@@ -17,7 +17,7 @@ Renderer hand_camera(std::uint64_t seed) {
   return {view, {.gradient = 0.3, .noise = 2}, seed};
 }
 
-Scene hand_scene(const twin::PerFinger& mcp_deg, Bgr paint) {
+Scene hand_scene(const twin::PerFinger& mcp_deg, const Bgr& paint) {
   constexpr double kColumn_mm = 104;
   constexpr double kLeft_mm = 38;  // of the column's middle: bent fingers reach to the right
   constexpr double kBase_mm = 50;
@@ -44,7 +44,7 @@ camera::Joints drawn_hand(camera::Joints joints) {
 }
 
 void track_drawn(const camera::Joints& joints, Renderer& film, FingerAngles& angles, double rate_hz,
-                 Bgr paint) {
+                 const Bgr& paint) {
   camera::Tracker tracker(joints, std::nullopt, kFilmWidth, kFilmHeight);
   std::array<std::size_t, twin::kFingers> column{};
   for (std::size_t i = 0; i < twin::kFingers; ++i) {

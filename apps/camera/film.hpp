@@ -20,7 +20,7 @@ inline constexpr int kFilmWidth = 960;
 inline constexpr int kFilmHeight = 540;
 Renderer hand_camera(std::uint64_t seed);
 // Five MCP angles in the article's convention (thumb 90 when straight, others 0); the other joints follow by its eqs. 4 and 5.
-Scene hand_scene(const twin::PerFinger& mcp_deg, Bgr paint = kGreen);
+Scene hand_scene(const twin::PerFinger& mcp_deg, const Bgr& paint = kGreen);
 
 // A joint file of the drawn hand (models/joints/paper_hand.json), with lengths that are known.
 camera::Joints drawn_hand(camera::Joints joints);
@@ -30,6 +30,6 @@ using FingerAngles = std::array<std::vector<float>, twin::kFingers>;  // of each
 // Exact angles become tracked ones: the hand drawn and tracked, frame by frame. Throws io::JobError when the tracker loses a
 // finger, which it never should in these pictures.
 void track_drawn(const camera::Joints& joints, Renderer& film, FingerAngles& angles, double rate_hz,
-                 Bgr paint);
+                 const Bgr& paint);
 
 }  // namespace flexor::filming

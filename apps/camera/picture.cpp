@@ -123,7 +123,7 @@ void Renderer::paint(const Rod& rod) {
   const Point line = rod.b - rod.a;
   const double length2 = std::max(1e-12, line.dot(line));
   const double radius2 = rod.radius_mm * rod.radius_mm;
-  paint(std::move(outline), [&](Point p) {
+  paint(outline, [&](Point p) {
     const Point off = p - rod.a;
     const Point beside = off - std::clamp(off.dot(line) / length2, 0.0, 1.0) * line;
     return beside.dot(beside) <= radius2 ? &rod.colour : nullptr;
@@ -135,7 +135,7 @@ void Renderer::paint(const Pattern& p) {
   std::vector<cv::Point3d> outline;
   for (const double deg : {45, 135, 225, 315})
     outline.push_back(on_plane(along(p.centre, p.turn_deg + deg, p.cell_mm * std::max(p.columns, p.rows))));
-  paint(std::move(outline), [&](Point at) {
+  paint(outline, [&](Point at) {
     static const std::array<Bgr, 2> kInk = {Bgr(25, 25, 25), Bgr(235, 235, 235)};
     const Point off = at - p.centre;
     const int column = cvFloor(right.dot(off) + p.columns / 2.0);

@@ -44,7 +44,7 @@ struct Scene {
 // A finger: rods, each turned against the one before, with marks where they end.
 class Chain {
  public:
-  Chain(Scene& scene, camera::Point start, double heading_deg, Bgr paint)
+  Chain(Scene& scene, camera::Point start, double heading_deg, const Bgr& paint)
       : scene_(scene), at_(start), heading_deg_(heading_deg), paint_(paint) {}
 
   void link(double length_mm, double turn_deg);  // clockwise on the screen is positive

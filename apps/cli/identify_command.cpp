@@ -184,10 +184,14 @@ void run_manifest(Options& o) {
     }
   }
   for (const std::string& failed : result.failed) log_warning(failed);
-  if (result.warned > 0) log_warning(fmt::format("{} take(s) have warnings: the table's column of that name", result.warned));
+  if (result.warned > 0)
+    log_warning(fmt::format("{} take(s) have warnings: the table's column of that name", result.warned));
   const bool is_whole = request.shard.of == 1;
   const std::size_t good = result.takes - result.failed.size();
-  print({{{"takes", result.takes}, {"failed", result.failed}, {"warned", result.warned}, {"folder", io::to_utf8(o.out)}},
+  print({{{"takes", result.takes},
+          {"failed", result.failed},
+          {"warned", result.warned},
+          {"folder", io::to_utf8(o.out)}},
          is_whole ? fmt::format("table    {0}/cohort.csv\nmodels   {0}/models\n", o.out) : ""},
         o.json);
   const std::string summary = fmt::format("{} of {} takes identified", good, result.takes);

@@ -209,7 +209,7 @@ void choose(JointFit one, std::size_t row, const std::string& why, JointFit& bes
 
 // What creeps back after its sensor beside the best of all that hold still, and beside the sum that a smaller chain took the place
 // of: of those that pay the best.
-void let_creeping_compete(Creeping creeping, const std::vector<Session>& sessions, const JointFit& sum,
+void let_creeping_compete(Creeping& creeping, const std::vector<Session>& sessions, const JointFit& sum,
                           JointFit& best) {
   JointFit* chosen = nullptr;
   std::size_t chosen_row = 0;
@@ -523,7 +523,7 @@ JointFit fit_joint(const Task& task, const std::string& structure, const std::op
   JointFit out = sum.still;
   const bool has_chains = structure == "auto" && joint.sensors.size() == 1;
   if (has_chains) let_chains_compete(task, out, sum.creeping);
-  let_creeping_compete(std::move(sum.creeping), task.sessions, sum.still, out);
+  let_creeping_compete(sum.creeping, task.sessions, sum.still, out);
   if (structure != "auto" || has_chains) return out;
   std::vector<Session> own = task.sessions;
   for (Session& session : own) session.input = session.input.leftCols(1).eval();

@@ -70,7 +70,8 @@ std::string shell_word(std::string_view text) {
   constexpr std::string_view kPlain =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./-+,:@%=";
   if (!text.empty() && text.find_first_not_of(kPlain) == std::string_view::npos) return std::string(text);
-  const bool has_backslashes = std::filesystem::path::preferred_separator == '\\';  // and no shell that obeys them
+  const bool has_backslashes =
+      std::filesystem::path::preferred_separator == '\\';  // and no shell that obeys them
   if (text.find_first_of(has_backslashes ? "\"" : "\"$`\\!") == std::string_view::npos)
     return fmt::format("\"{}\"", text);
   std::string out = "'";

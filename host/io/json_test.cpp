@@ -70,7 +70,12 @@ TEST(Json, NumbersThatAreNoneAreNamed) {
               "x.json: not valid JSON at line 2: " + name + " is no value; a number, or a text in quotes?");
   }
   EXPECT_EQ(parse_json("[1e5, -2.5E-3, true, false, null]", "x").size(), 5u);
-  EXPECT_EQ(parse_json(std::string("\xFF\xFE[\0""1\0]\0", 8), "x"), Json({1})) << "UTF-16";
+  EXPECT_EQ(parse_json(std::string("\xFF\xFE[\0"
+                                   "1\0]\0",
+                                   8),
+                       "x"),
+            Json({1}))
+      << "UTF-16";
 }
 
 TEST(Json, TextThatIsNotUtf8IsRefusedWithItsByte) {

@@ -28,7 +28,7 @@ class Log : public std::filesystem::path {
   Log() = default;
   template <class Path>
   requires(std::convertible_to<Path, std::filesystem::path> && !std::same_as<std::remove_cvref_t<Path>, Log>)
-      Log(Path&& file)
+      Log(Path&& file)  // NOLINT(bugprone-forwarding-reference-overload): never a Log
       : std::filesystem::path(std::forward<Path>(file)) {}
   explicit Log(Recording held)
       : std::filesystem::path(held.source), memory_(std::make_shared<const Recording>(std::move(held))) {}

@@ -346,7 +346,7 @@ class Finder : public TableState {
 
   // Of a title such as FREQUENCY 100, OutputRate: 60Hz, in lower case without blanks; 0: it states none.
   static double rate_in(std::string_view title) {
-    title.remove_prefix(std::min(title.find_first_not_of("/"), title.size()));
+    title.remove_prefix(std::min(title.find_first_not_of('/'), title.size()));
     const std::size_t end = std::min(title.find_first_of(":=,;.([0123456789"), title.size());
     if (!is_one_of(title.substr(0, end),
                    "fs frequency samplingfrequency samplingrate samplerate outputrate updaterate framerate"))

@@ -15,7 +15,7 @@ namespace flexor::score {
 namespace {
 
 constexpr double kMaxLag_s = 1.0;
-constexpr int kMiddle = 40;  // of the lags
+constexpr int kMiddle = 40;             // of the lags
 constexpr int kLagSteps = 2 * kMiddle;  // over [-kMaxLag_s, kMaxLag_s], then a parabola
 constexpr double kMinOverlap_s = 1.0;
 

@@ -31,8 +31,8 @@ std::string why_no_bootloader() {
          "Debian's package arduino-core-avr is not installed: install it, and start this command again";
 }
 
-Bench::Bench(fs::path program, const BenchOptions& options)
-    : glove_(glove_of(options)), worker_(std::move(program)) {
+Bench::Bench(const fs::path& program, const BenchOptions& options)
+    : glove_(glove_of(options)), worker_(program) {
   const twin::TrialInput input{options.parameters, short_motion(), options.model, options.seed};
   Json arguments = {{"glove", glove_}, {"input", input}};
   if (why_no_bootloader().empty()) arguments["bootloader"] = io::bytes_to_json(kBootloader);

@@ -69,7 +69,7 @@ class Bench {
  public:
   // Throws io::InputError: no such worker, a model that does not fit,
   // a port_link that is something else; io::JobError.
-  Bench(std::filesystem::path program, const BenchOptions& options);
+  Bench(const std::filesystem::path& program, const BenchOptions& options);
   ~Bench();
 
   // As it is opened: the link, or the pseudo-terminal.

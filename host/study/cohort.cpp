@@ -110,7 +110,8 @@ std::string map_of(const std::string& cell, const fs::path& folder) {
 
 std::string model_file(const std::string& subject, const std::string& session) {
   std::string name = subject + "_" + session;
-  std::ranges::replace_if(name, [](char c) { return std::strchr("<>:\"|?*", c) != nullptr; }, '_');  // Windows' own
+  std::ranges::replace_if(
+      name, [](char c) { return std::strchr("<>:\"|?*", c) != nullptr; }, '_');  // Windows' own
   return fmt::format("models/{}.json", name);
 }
 
@@ -127,7 +128,8 @@ void fill(Take& take, Cells cells, const std::vector<std::size_t>& columns, std:
       fail(column, error.what());
     }
   };
-  const auto [other, is_new] = rows.emplace(recording::lower(model_file(take.subject, take.session)), take.row);
+  const auto [other, is_new] =
+      rows.emplace(recording::lower(model_file(take.subject, take.session)), take.row);
   if (!is_new && !take.subject.empty())
     fail(kSession,
          fmt::format("subject \"{}\" and session \"{}\" are those of row {}, or their model's file is",

@@ -223,7 +223,8 @@ TEST_F(Cohort, AMapIsTextOrAFileAndAManifestMayBeASpreadsheets) {
   std::ofstream(folder_ / "map.txt") << "ring=index_adc:index_deg\n";
   manifest(
       "\xef\xbb\xbfsep=;\r\nsession;subject;glove;reference;map;note;;\r\n"
-      "1;Zo\xeb;0_glove.csv;0_camera.csv;\"index=index_adc:index_deg,thumb=index_adc:index_deg\";\"a; b\";;\r\n"
+      "1;Zo\xeb;0_glove.csv;0_camera.csv;\"index=index_adc:index_deg,thumb=index_adc:index_deg\";\"a; "
+      "b\";;\r\n"
       "2;Zo\xeb;1_glove.csv;1_camera.csv;map.txt;\r\n");
   const Manifest read = read_manifest(folder_ / "m.csv");
   ASSERT_EQ(read.takes.size(), 2U);

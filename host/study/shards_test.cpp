@@ -55,7 +55,8 @@ TEST_F(ShardsTest, OneWithoutATrialIsFinishedAndOneMayHaveAll) {
   for (const std::size_t of : {8, 1}) {
     folders_.clear();
     for (std::size_t i = 1; i <= of; ++i)
-      (void)run(plan(Shard{i, of}, folders_.emplace_back(folder_ / std::to_string(of) / std::to_string(i))), {});
+      (void)run(plan(Shard{i, of}, folders_.emplace_back(folder_ / std::to_string(of) / std::to_string(i))),
+                {});
     (void)merged();
     EXPECT_EQ(io::read_file(folder_ / "merged" / "trials.csv"),
               io::read_file(folder_ / "whole" / "trials.csv"));
@@ -85,7 +86,8 @@ TEST_F(ShardsTest, OneThatWasKilledBehindItsLastRowIsEndedByItsCommand) {
 
 TEST_F(ShardsTest, AChangedDigitIsRefusedAlsoByItsOwnCommandAndOfAWholeRun) {
   (void)run(plan({}, folder_ / "whole"), {});
-  for (const auto& [folder, shard] : {std::pair(folders_[1], std::optional(Shard{2, 3})), {folder_ / "whole", {}}}) {
+  for (const auto& [folder, shard] :
+       {std::pair(folders_[1], std::optional(Shard{2, 3})), {folder_ / "whole", {}}}) {
     std::string rows = io::read_file(folder / "trials.csv");
     char& digit = rows.at(rows.find('.', rows.find('\n')) + 1);
     digit = digit == '3' ? '4' : '3';

@@ -45,8 +45,8 @@ struct Plan {
   std::filesystem::path folder;          // empty: nothing is written
   Engine* engine = nullptr;              // none: the twin. Outlives the run
   const io::FolderLock* lock = nullptr;  // of the folder, where the caller has it already
-  Scenario scenario = {};  // how long the glove is worn before each trial, and whether it tracks
-  bool scenarios = false;  // whether whoever runs it goes on with study::scenarios()
+  Scenario scenario = {};           // how long the glove is worn before each trial, and whether it tracks
+  bool scenarios = false;           // whether whoever runs it goes on with study::scenarios()
   std::optional<Shard> shard = {};  // plays only the batches that this part of the run has
 };
 

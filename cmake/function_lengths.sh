@@ -3,7 +3,7 @@
 set -euo pipefail
 command -v ctags >/dev/null || { echo "skipped: no ctags (script/bootstrap --dev)"; exit 77; }
 cd "$1"
-list_sources() { find apps cosim firmware host runtime examples benchmarks -name '*.[ch]pp'; }
+list_sources() { find apps cosim firmware host runtime python/bindings examples benchmarks -name '*.[ch]pp'; }
 # Lists of cases and nothing else, by file and name.
 tables='^(host/recording/shapes_test.cpp shapes)$'
 if [ $# -gt 1 ]; then list_sources() { echo "$2"; }; fi

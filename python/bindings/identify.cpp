@@ -1,11 +1,6 @@
 #include "host/identify/identify.hpp"
 
 #include <nanobind/eigen/dense.h>
-#include <nanobind/stl/filesystem.h>
-#include <nanobind/stl/map.h>
-#include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/vector.h>
 
 #include "host/deploy/model_block.hpp"
 #include "host/identify/from_poses.hpp"

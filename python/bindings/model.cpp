@@ -1,9 +1,5 @@
 #include "host/model/model.hpp"
 
-#include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/vector.h>
-
 #include "host/identify/apply.hpp"
 #include "host/model/standard_error.hpp"
 #include "host/posture/complete_file.hpp"

@@ -1,12 +1,5 @@
 #include "python/bindings/bindings.hpp"
 
-#include <nanobind/stl/filesystem.h>
-#include <nanobind/stl/map.h>
-#include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/string_view.h>
-#include <nanobind/stl/vector.h>
-
 #include <memory>
 
 #include "host/io/folder_lock.hpp"

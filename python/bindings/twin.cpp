@@ -1,11 +1,7 @@
 #include "host/twin/parameters.hpp"
 
 #include <nanobind/stl/array.h>
-#include <nanobind/stl/filesystem.h>
-#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/vector.h>
 
 #include "host/deploy/hardware.hpp"
 #include "host/study/glove_fit.hpp"

@@ -52,8 +52,7 @@ class Identification:
         return pandas().DataFrame(self._covariances[joint], index=names, columns=names)
 
     def __repr__(self) -> str:
-        return "\n".join(f"{name}: {joint['holdout']['rmse_deg']:.2f} deg held out, {joint['verdict']['word']}"
-                         for name, joint in self.results["joints"].items())
+        return "\n".join(f"{name}: {joint['verdict']['words']}" for name, joint in self.results["joints"].items())
 
 
 def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[Union[str, Sequence[str]], str]]] = None, *,
@@ -149,8 +148,8 @@ def _run(manifest: pathlib.Path, out: pathlib.Path, options: dict[str, Any], sha
 
 
 def cohort(manifest: Union[str, os.PathLike], out: Union[str, os.PathLike], *, client: Any = None, rate_hz: float = 20,
-           split: float = 0.5, structure: str = "auto", lead_s: float = 0, fit_all: bool = False, leave_out: str = "",
-           threads: int = 0, progress: Show = None) -> Any:
+           split: float = 0.5, structure: str = "auto", lead_s: float = 0, clock_offset_s: Optional[float] = None, fit_all: bool = False,
+           leave_out: str = "", threads: int = 0, progress: Show = None) -> Any:
     """The tidy table as a frame: a row a subject, session and joint, as ``flexor identify --manifest`` writes it to ``out``
     beside each model, with the same bytes.
 
@@ -163,7 +162,7 @@ def cohort(manifest: Union[str, os.PathLike], out: Union[str, os.PathLike], *, c
     manifest, out = pathlib.Path(manifest).absolute(), pathlib.Path(out).absolute()
     if leave_out not in ("", "person"):
         raise InputError(f"leave_out is {leave_out!r}: \"person\", or nothing")
-    options = dict(rate_hz=rate_hz, split=split, structure=structure, lead_s=lead_s, fit_all=fit_all,
+    options = dict(rate_hz=rate_hz, split=split, structure=structure, lead_s=lead_s, clock_offset_s=clock_offset_s, fit_all=fit_all,
                    leave_out=core.LeaveOut[leave_out or "none"])
     with shown(progress) as show:
         if client is not None and not (out / "cohort.csv").exists():

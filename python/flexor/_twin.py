@@ -10,7 +10,6 @@ from flexor._core import Show, core, filled, pandas, run
 from flexor._model import Compensator
 from flexor._recording import Recording
 
-
 Donning = collections.namedtuple("Donning", ["glove", "camera", "hand"])
 
 

@@ -32,7 +32,6 @@ MARGIN_DEG = 10  # beyond what people of the recordings did, and the spread of p
 # How far fingers flex and extend in healthy adults: active ranges, American Academy of Orthopaedic Surgeons (1965).
 ANATOMY_DEG = {"mcp": (90, 45), "pip": (100, 0), "dip": (90, 0)}
 
-
 Recorded = namedtuple("Recorded", ["source", "digest", "t_s", "hands_deg"])  # one person's file; rows x 23, in the order of JOINTS
 
 

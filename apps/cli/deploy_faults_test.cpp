@@ -196,13 +196,13 @@ TEST_F(DeployFaults, WiringDoesNotWriteOverADeployments) {
 TEST_F(DeployFaults, WhatItProposesIsQuotedAndNothingIsObeyed) {
   const Finished r = deploy(kPublished, "--rate 20 --out \"two words; it's\"");
   ASSERT_EQ(r.exit, 0) << r.err;
-  EXPECT_NE(r.out.find(R"(flexor flash 'two words; it'\''s' --board glove)"), std::string::npos) << r.out;
-  EXPECT_NE(r.out.find(R"(--key 'two words; it'\''s/pair.key')"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find(R"(flexor flash "two words; it's" --board glove)"), std::string::npos) << r.out;
+  EXPECT_NE(r.out.find(R"(--key "two words; it's/pair.key")"), std::string::npos) << r.out;
   const Finished hidden = deploy(kPublished, "--rate 20 --out \"$(printf 'a\\033[2Jb\\nc')\"");
   ASSERT_EQ(hidden.exit, 0) << hidden.err;
   EXPECT_EQ(hidden.out.find('\033'), std::string::npos);
   EXPECT_NE(hidden.out.find("report    a?[2Jb?c/report.html"), std::string::npos) << hidden.out;
-  EXPECT_NE(hidden.out.find("flexor flash 'a?[2Jb?c' --board glove"), std::string::npos) << hidden.out;
+  EXPECT_NE(hidden.out.find(R"(flexor flash "a?[2Jb?c" --board glove)"), std::string::npos) << hidden.out;
 }
 
 }  // namespace deploy_faults_test

@@ -108,12 +108,12 @@ struct Engines {
   std::optional<study::RenderedCameras> cameras;
 };
 
-// What was stopped and goes on in its folder asks for another go (75, EX_TEMPFAIL): a queue gives it one.
+// A shard that was stopped asks for another go (75, EX_TEMPFAIL): a queue gives it one.
 void play_until_stopped(Options& o) {
   try {
     play(o);
   } catch (const io::Cancelled& stopped) {
-    if (o.folder.empty()) throw;
+    if (!o.plan.shard) throw;
     log(std::string("flexor: ") + stopped.what());
     throw JobEnded{kGoOnLater};
   }

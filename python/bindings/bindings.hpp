@@ -8,6 +8,7 @@
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
 #include <nanobind/stl/vector.h>
 
 #include <chrono>
@@ -18,7 +19,6 @@
 #include <string>
 #include <tuple>
 #include <utility>
-#include <vector>
 
 #include "host/io/io.hpp"
 #include "host/recording/csv.hpp"

@@ -39,7 +39,7 @@ def needed(module: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError:
-        raise ImportError(f"this needs {module}: pip install {module.partition('.')[0]}") from None
+        raise ImportError(f"this needs {module}: pip install {module.partition('.')[0].replace('sklearn', 'scikit-learn')}") from None
 
 
 pandas = functools.partial(needed, "pandas")  # of results as frames

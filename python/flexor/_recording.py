@@ -42,7 +42,7 @@ class Recording:
         elif rate_hz is not None:
             if not 0 < rate_hz < np.inf:
                 raise InputError("the rate must be positive and finite")
-            if getattr(index, "name", None) or getattr(getattr(index, "dtype", None), "kind", "i") in "fmM":
+            if core.seconds_in(str(getattr(index, "name", ""))) or getattr(getattr(index, "dtype", None), "kind", "i") in "fmM":
                 raise InputError(f"{source}: the index has times, and rate_hz says others: which? (reset_index(drop=True) drops it)")
             self.t_s = np.arange(len(next(iter(columns.values()), ()))) / rate_hz
         else:

@@ -96,7 +96,7 @@ def test_arguments_that_are_wrong(donning, work, text):
 
 def test_columns_of_all_kinds():
     assert flexor.Recording(frame(), units="count").units == {"index_adc": "count"}
-    assert flexor.Recording(frame(**ANGLES)).units == {"index_deg": "deg"}
+    assert flexor.Recording(frame(**ANGLES).set_axis(pandas.RangeIndex(1, 4, name="frame")), rate_hz=50).units == {"index_deg": "deg"}
     log = flexor.Recording(frame(flex=[1, 2, 3], note=["a", None, "c"], on=[True, False, True]))
     numpy_objects = np.array([1, None, 3], dtype=object)
     assert list(log.columns) == ["flex", "on"] and "note" in log.warnings[0]

@@ -29,10 +29,10 @@ function(expect_all_noticed room forbidden)
   file(WRITE ${WORK}/graph "${edges}")
   execute_process(
     COMMAND ${CMAKE_COMMAND} -DGRAPH=${WORK}/graph -DROOT=${WORK}/tree -P ${CMAKE_CURRENT_LIST_DIR}/check_layers.cmake
-    OUTPUT_QUIET ERROR_VARIABLE said)
+    OUTPUT_QUIET ERROR_VARIABLE message)
   foreach(other IN LISTS forbidden)
     foreach(wanted "#include \"${FOLDER_${other}}/x.hpp\"" "some_test of ${room} links ${other}\n")
-      string(FIND "${said}\n" "${wanted}" at)
+      string(FIND "${message}\n" "${wanted}" at)
       if(at EQUAL -1)
         message(SEND_ERROR "not noticed in ${room}: ${wanted}")
       endif()

@@ -40,7 +40,7 @@ html_show_copyright = html_show_sphinx = False
 dark = re.search(r'body\[data-theme="dark"\] \{(.*?)\}', read(os.path.dirname(furo.__file__) + "/theme/furo/static/styles/furo.css"), re.S)[1]
 html_theme_options = {"dark_css_variables": dict(re.findall(r"--([\w-]+): ([^;]*);", dark)), "light_css_variables": {"color-code-background": "#f8f8f8"}}
 smartquotes = False
-pygments_style = "xcode"  # whose colours can be told from the ground
+pygments_style = "xcode"  # whose colours stand out from the ground
 
 autodoc_mock_imports = ["flexor._flexor", "numpy", "pandas", "sklearn", "scipy", "emcee", "matplotlib", "pylsl", "websockets", "distributed"]
 autodoc_default_options = {"members": True, "member-order": "bysource"}

@@ -17,8 +17,8 @@ std::string in_words(const Options& o, const recording::Aligned& aligned) {
   std::string text = fmt::format("clock offset   {:+.3f} s{} (reference time minus sensor time)\n",
                                  aligned.clock_offset_s, o.clock_offset_s ? ", as given" : error);
   if (o.clock_offset_s && aligned.alignment)
-    text += fmt::format("by the signals {:+.3f} s{}; what follows is said of this offset\n", a.clock_offset_s,
-                        error);
+    text +=
+        fmt::format("by the signals {:+.3f} s{}; what follows is of this offset\n", a.clock_offset_s, error);
   if (a.sensor_lag_s)
     text += fmt::format("sensor lag     {:+.3f} s, of the readings behind the angle\n", *a.sensor_lag_s);
   text += aligned.alignment

@@ -71,7 +71,7 @@ TEST_F(Cli, HeldPosesNameWhatTheReaderLeavesOut) {
 
 TEST_F(Cli, WhatCannotBeDoneIsRefusedBeforeTheWork) {
   write("lead.json", R"({"total": [1]})");
-  write("torn.csv", "time_ms,index_count\n12,");
+  write("short.csv", "time_ms,index_count\n12,");
   write("a.csv", "t_s,a_deg\n0,1\n1,2\n2,3\n");
   const std::string identify = "identify --structure linear --sensor G --reference C ";
   const std::string exported = "export F/a.csv --out F/out ";
@@ -83,7 +83,7 @@ TEST_F(Cli, WhatCannotBeDoneIsRefusedBeforeTheWork) {
       {identify + "--lens x.json", "--joints"},
       {identify + "--model F/none/m.json", "none/m.json: cannot be written"},
       {identify + "--report F/a.csv", "a.csv: cannot make this folder"},
-      {"identify --sensor F/torn.csv --reference C", "torn.csv"},
+      {"identify --sensor F/short.csv --reference C", "short.csv"},
       {"align --sensor G --reference C --out F/none/a.csv", "none/a.csv: cannot be written"},
       {"align --sensor G --reference C --out F/x", "x: aligned recordings are written as .csv"},
       {"align --sensor G --reference C --out F/x.csv.gz", "x.csv.gz: aligned recordings are written as .csv"},
@@ -144,7 +144,7 @@ TEST_F(Cli, OnlyTheFilesOfAReportNeedGnuplot) {
   EXPECT_TRUE(fs::exists(path("report/holdout_1.pdf")));
 }
 
-TEST_F(Cli, ApplyTracksAStripThatMovesAndSaysByHowMuch) {
+TEST_F(Cli, ApplyTracksASensorThatMovesAndReportsByHowMuch) {
   model::Model model = model::load(FLEXOR_SOURCE_DIR "/models/published_hw.json");
   for (model::Input& input : model.inputs) input.poses = model::Poses{40, 110};
   model.inputs[0].poses.reset();
@@ -226,10 +226,10 @@ std::string angles(double off_deg, double late_s, bool by_turns = false) {
 // Of a file of OpenSim, too. Two clocks give figures that look like a bad compensator, and so do two zeros: the motion tells them.
 TEST_F(Cli, ScorePairsTheColumnsOfOneNameAndWarnsOfTwoClocks) {
   write("a.csv", angles(0, 0));
-  std::string said;
+  std::string message;
   const auto joints = [&](const std::string& other, const std::string& options = "") {
     const Finished r = run("score a.csv " + other + " --json" + options);
-    said = r.err;
+    message = r.err;
     return json_of(r).at("joints");
   };
   write("b.csv", angles(2, 0));
@@ -244,19 +244,19 @@ TEST_F(Cli, ScorePairsTheColumnsOfOneNameAndWarnsOfTwoClocks) {
     EXPECT_NEAR(found.at("index").at("rmse_deg").get<double>(), 2, 1e-3) << other;
     EXPECT_EQ(found.at("index").at("samples"), other == std::string("c.csv") ? 100 : 200);
   }
-  EXPECT_EQ(said.find("warning"), std::string::npos) << said;
+  EXPECT_EQ(message.find("warning"), std::string::npos) << message;
   for (const double ahead_s : {1.4, 6.0}) {
     write("b.csv", angles(0, ahead_s));
     (void)joints("b.csv");
-    EXPECT_NE(said.find(fmt::format("thumb: by their motion --estimate-offset -{:.1f}", ahead_s)),
+    EXPECT_NE(message.find(fmt::format("thumb: by their motion --estimate-offset -{:.1f}", ahead_s)),
               std::string::npos)
-        << said;
+        << message;
     (void)joints("b.csv", fmt::format(" --estimate-offset -{}", ahead_s));
-    EXPECT_EQ(said.find("warning"), std::string::npos) << said;
+    EXPECT_EQ(message.find("warning"), std::string::npos) << message;
   }
   write("b.csv", angles(360, 0));
   (void)joints("b.csv");
-  EXPECT_NE(said.find("index: the two move together and yet are far apart"), std::string::npos) << said;
+  EXPECT_NE(message.find("index: the two move together and yet are far apart"), std::string::npos) << message;
 }
 
 TEST_F(Cli, ExperimentPrintsTheTableAndOneJsonObject) {

@@ -71,7 +71,7 @@ link::Key given_key(const std::string& text) {
   return deploy::key_from_hex(text);
 }
 
-// A glove and a hand keep their key from one deployment to the next, unless told otherwise. A file that is
+// A glove and a hand keep their key from one deployment to the next, unless another is given. A file that is
 // not a key might have been one: it is refused, never replaced.
 PairKey choose_key(const Options& o) {
   if (o.plain || o.output != deploy::Output::radio) return {{}, nullptr, false};
@@ -95,7 +95,7 @@ std::string calibration_words(const Options& o, const model::Model& model,
                               const deploy::CalibrationDocument& own, double divider_kohm) {
   const bool alpha = std::ranges::any_of(model.inputs, deploy::reads_alpha);
   const std::string otherwise =
-      alpha ? fmt::format("the divider of {:g} kOhm and strips", divider_kohm) : "counts as they are";
+      alpha ? fmt::format("the divider of {:g} kOhm and flex sensors", divider_kohm) : "counts as they are";
   if (o.calibration.empty()) return fmt::format("{}; --calibration FILE takes this glove's own", otherwise);
   std::vector<std::string> fingers;
   for (std::size_t f = 0; f < model::kFingers; ++f)
@@ -110,7 +110,7 @@ void warn_of_guesses(const Options& o, const deploy::Glove& glove) {
   for (const std::size_t input : wiring.guessed) {
     const std::size_t finger = wiring.strip[input];
     log_warning(
-        fmt::format("{}: nothing says where {} is: it is read at A{}, the pin of the {}'s strip, which is "
+        fmt::format("{}: nothing says where {} is: it is read at A{}, the pin of the {}'s sensor, which is "
                     "free; name its column after its "
                     "finger, or add \"strip\": \"{}\", or another finger, to this input of the model",
                     o.model, glove.model.inputs[input].name, glove.pins.strip[finger],
@@ -175,13 +175,13 @@ deploy::Deployment plan(const Options& o, const model::Hardware& hardware, const
   d.hardware = hardware;
   d.glove = deploy::glove_for(hardware, model, key, own);
   d.calibration = calibration_words(o, model, own, hardware.divider_kohm);
-  const auto of_strip = [](const model::Input& input) {
+  const auto of_sensor = [](const model::Input& input) {
     return input.unit != "count" && !input.unit.ends_with('V');
   };
   if (hardware.sensor == model::SensorKind::potentiometer && own.unit.empty() &&
-      std::ranges::any_of(model.inputs, of_strip))
+      std::ranges::any_of(model.inputs, of_sensor))
     throw io::InputError(
-        "{}: reads a strip's unit, which potentiometers have not: identify it from counts or V, "
+        "{}: reads a flex sensor's unit, which potentiometers have not: identify it from counts or V, "
         "or make \"sensor\" of {} \"flex\"",
         o.model, hardware.source);
   d.folder = o.out;
@@ -205,8 +205,8 @@ std::vector<std::vector<double>> readings_of(const deploy::Glove& glove, const s
   std::vector<std::vector<double>> out;
   for (const auto& sample : counts) {
     std::vector<double>& row = out.emplace_back();
-    for (const std::size_t strip : wiring.strip) {
-      row.push_back(tables.calibration[strip](static_cast<std::uint16_t>(sample[strip])) / 32.0);
+    for (const std::size_t finger : wiring.strip) {
+      row.push_back(tables.calibration[finger](static_cast<std::uint16_t>(sample[finger])) / 32.0);
     }
   }
   return out;
@@ -332,7 +332,7 @@ void add(CLI::App& app) {
                       "CSV with the model's input columns: also measure the error over it");
   command->add_flag(
       "--track", o->track,
-      "the glove follows its strips while it is worn, from whole bends (not in the Arduino library)");
+      "the glove follows its sensors while it is worn, from whole bends (not in the Arduino library)");
 }
 
 }  // namespace flexor::cli::deploy_command

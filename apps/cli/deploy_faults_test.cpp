@@ -193,7 +193,7 @@ TEST_F(DeployFaults, WiringDoesNotWriteOverADeployments) {
 }
 
 // What it says to do next is a command for a shell.
-TEST_F(DeployFaults, WhatItProposesIsQuotedAndNothingIsObeyed) {
+TEST_F(DeployFaults, WhatItProposesIsQuotedAndNothingRuns) {
   const Finished r = deploy(kPublished, "--rate 20 --out \"two words; it's\"");
   ASSERT_EQ(r.exit, 0) << r.err;
   EXPECT_NE(r.out.find(R"(flexor flash "two words; it's" --board glove)"), std::string::npos) << r.out;

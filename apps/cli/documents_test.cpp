@@ -127,7 +127,7 @@ TEST_F(Documents, ALogWhoseHeaderIsLatin1) {
   EXPECT_TRUE(content(folder_ / "a.csv").starts_with("t_s,F\u00fchler_adc,Winkel \u00b0,gap\n"));
   EXPECT_NE(content(folder_ / "r/report.html").find("F\u00fchler_adc"), std::string::npos);
   EXPECT_GE(documents_below(folder_ / "r"), 5);
-  // A terminal in Latin-1 may name the column so; that is told at once.
+  // A terminal in Latin-1 may name the column so; that is reported at once.
   expect_refused("identify " + files + "--input 'F\xfchler_adc' --structure linear --model n.json", 2,
                  "there are: Zeit(ms), Phase, F\u00fchler_adc");
 }

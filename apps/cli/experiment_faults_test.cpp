@@ -72,7 +72,7 @@ TEST_F(ExperimentFaults, KilledAtRandomItGoesOnToTheSameBytes) {
 }
 
 // What a kill, a power cut or a full disk can leave of a folder: each is taken up to the undisturbed end.
-TEST_F(ExperimentFaults, EveryTornStateOfTheFolderIsTakenUp) {
+TEST_F(ExperimentFaults, EveryHalfWrittenStateOfTheFolderIsTakenUp) {
   ASSERT_EQ(run(kSmall + "run").exit, 0);
   const std::string whole = kept(path("run"));
   const std::string csv = content(path("run/trials.csv"));
@@ -213,7 +213,7 @@ TEST_F(ExperimentFaults, TheLargestNumberOfTrialsTakesNoMoreMemoryThanAFew) {
   EXPECT_NE(r.err.find("of 38654705646 trials are kept"), std::string::npos) << r.err;
 }
 
-TEST_F(ExperimentFaults, TwoModelsOfOneStemAreToldApart) {
+TEST_F(ExperimentFaults, TwoModelsOfOneStemAreDistinguished) {
   for (const char* folder : {"a", "b"}) {
     fs::create_directories(path(folder));
     fs::copy_file(FLEXOR_SOURCE_DIR "/models/published_hw.json", path(std::string(folder) + "/model.json"));

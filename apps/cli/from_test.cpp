@@ -26,14 +26,14 @@ TEST_F(From, ARecordingIsRecordedAsItWas) {
   const auto begin = std::chrono::steady_clock::now();
   const Finished r = run("record again.csv --from log.csv --json");
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  const auto said = json_of(r);
+  const auto result = json_of(r);
   EXPECT_GT(took.count(), 1.5);
   EXPECT_LT(took.count(), 10);
-  EXPECT_EQ(said.at("rows"), 76);
-  EXPECT_EQ(said.at("unplugged"), 0);
-  EXPECT_EQ(said.at("board_restarts"), 0);
-  EXPECT_TRUE(said.at("port").is_null() && said.at("baud").is_null() && said.at("format").is_null());
-  EXPECT_NE(said.at("source").get<std::string>().find("76 rows in 1.5 s"), std::string::npos);
+  EXPECT_EQ(result.at("rows"), 76);
+  EXPECT_EQ(result.at("unplugged"), 0);
+  EXPECT_EQ(result.at("board_restarts"), 0);
+  EXPECT_TRUE(result.at("port").is_null() && result.at("baud").is_null() && result.at("format").is_null());
+  EXPECT_NE(result.at("source").get<std::string>().find("76 rows in 1.5 s"), std::string::npos);
   const recording::Recording first = recording::read_csv(path("log.csv"), {});
   const recording::Recording again = recording::read_csv(path("again.csv"), {});
   ASSERT_EQ(again.t_s.size(), first.t_s.size());
@@ -46,11 +46,11 @@ TEST_F(From, ARecordingIsRecordedAsItWas) {
 }
 
 TEST_F(From, ARecordingIsShownFaster) {
-  const auto said = json_of("monitor --from log.csv --speed 10 --json");
-  EXPECT_EQ(said.at("columns").size(), 2U);
-  EXPECT_EQ(said.at("columns")[0].at("now"), 475);
-  EXPECT_EQ(said.at("columns")[0].at("least"), 400);
-  EXPECT_EQ(said.at("columns")[0].at("most"), 475);
+  const auto result = json_of("monitor --from log.csv --speed 10 --json");
+  EXPECT_EQ(result.at("columns").size(), 2U);
+  EXPECT_EQ(result.at("columns")[0].at("now"), 475);
+  EXPECT_EQ(result.at("columns")[0].at("least"), 400);
+  EXPECT_EQ(result.at("columns")[0].at("most"), 475);
 }
 
 // On a terminal a bar is drawn over the one before, by escapes of ours; those of a name are none.
@@ -70,9 +70,9 @@ TEST_F(From, AMonitorDrawsWithItsOwnEscapesAlone) {
 }
 
 TEST_F(From, TheTwinsGlove) {
-  const auto said = json_of("record twin.csv --from twin --for 4 --json");
-  EXPECT_EQ(said.at("columns").size(), 5U);
-  EXPECT_NEAR(said.at("rows").get<double>(), 401, 12);
+  const auto result = json_of("record twin.csv --from twin --for 4 --json");
+  EXPECT_EQ(result.at("columns").size(), 5U);
+  EXPECT_NEAR(result.at("rows").get<double>(), 401, 12);
   const recording::Recording log = recording::read_csv(path("twin.csv"), {});
   for (const recording::Column& column : log.columns) {
     if (column.name == "host_s") continue;
@@ -100,9 +100,9 @@ TEST_F(From, APortThatGoesAndComesBackIsRecordedOn) {
   wait_for([&] { return content(path("stderr")).find("gone") != std::string::npos; });
   const std::ptrdiff_t before = lines(content(path("x.csv")));
   plug();
-  const auto said = json_of(wait(child));
-  EXPECT_EQ(said.at("unplugged"), 1);
-  EXPECT_GT(said.at("rows"), before + 10);
+  const auto result = json_of(wait(child));
+  EXPECT_EQ(result.at("unplugged"), 1);
+  EXPECT_GT(result.at("rows"), before + 10);
 }
 
 TEST_F(From, AVideoOfAHand) {
@@ -122,10 +122,10 @@ TEST_F(From, AVideoOfAHand) {
 
 TEST_F(From, BothSimulatedBoards) {
   FLEXOR_NEEDS_TERMINALS();
-  const auto said = json_of("record boards.csv --from boards --for 2 --json");
-  EXPECT_EQ(said.at("columns")[1], "index_deg");
-  EXPECT_NEAR(said.at("rows").get<double>(), 21, 5);
-  EXPECT_NE(said.at("source").get<std::string>().find("Flexor's frames"), std::string::npos);
+  const auto result = json_of("record boards.csv --from boards --for 2 --json");
+  EXPECT_EQ(result.at("columns")[1], "index_deg");
+  EXPECT_NEAR(result.at("rows").get<double>(), 21, 5);
+  EXPECT_NE(result.at("source").get<std::string>().find("Flexor's frames"), std::string::npos);
   const recording::Recording log = recording::read_csv(path("boards.csv"), {"index_deg"});
   EXPECT_GT(*std::ranges::min_element(log.columns[0].value), 10);
   EXPECT_LT(*std::ranges::max_element(log.columns[0].value), 110);

@@ -132,8 +132,8 @@ file a.csv "${align[@]}" --out "$disk/a.csv"
 
 identify=("$flexor" identify --sensor "$glove" --reference "$camera" --structure linear)
 file m.json "${identify[@]}" --model "$disk/m.json"
-printf 't_s,index_deg\n0,-20\n' >"$in/strip.csv"
-file f.csv "$flexor" posture complete "$source/models/posture.json" "$in/strip.csv" --from index_deg --bends index=index_mcp+index_pip --out "$disk/f.csv"
+printf 't_s,index_deg\n0,-20\n' >"$in/angles_in.csv"
+file f.csv "$flexor" posture complete "$source/models/posture.json" "$in/angles_in.csv" --from index_deg --bends index=index_mcp+index_pip --out "$disk/f.csv"
 folder "${identify[@]}" --report "$disk/new"
 # With room for the angles it would go on to fit what it cannot: the video is short.
 FREE="0 1" folder "$flexor" identify --sensor "$glove" --reference "$in/video.mp4" --joints "$in/joints.json" \

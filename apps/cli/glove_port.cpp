@@ -64,7 +64,7 @@ void add_options(CLI::App& command, GlovePort& o) {
   auto* baud = command.add_option("--baud", o.listener.baud, "of the port (default: found by listening)")
                    ->check(CLI::Range(1e-3, 1e9));
   command.add_flag("--readings", o.listener.readings,
-                   "of a glove with Flexor's firmware: readings of its strips instead of angles");
+                   "of a glove with Flexor's firmware: readings of its sensors instead of angles");
   auto* key = command.add_option(
       "--key", o.key,
       "pair.key of the deployment: a glove that is paired with a hand speaks to this program instead");

@@ -45,13 +45,13 @@ identify::Result search(const Options& o) {
   const auto begin = std::chrono::steady_clock::now();
   const io::StopOnSignal stop;
   ProgressLine line;
-  bool said = false;
+  bool noted = false;
   const auto goes_on = [&](std::size_t done, std::size_t of, const std::string& what) {
     line.step(what, done, of);
     const bool interrupted = *stop.flag();
-    if (interrupted && !said && done > 0) {
+    if (interrupted && !noted && done > 0) {
       log("interrupted: what is found so far is finished and scored; once more ends it at once");
-      said = true;
+      noted = true;
     }
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     return !interrupted && !(o.time_limit_s && taken.count() > *o.time_limit_s);
@@ -101,7 +101,7 @@ double lead_for(const std::string& what, double rate_hz) {
   return total["mean_ms"].get<double>() / 1000 + kHand_s;
 }
 
-// What finds no partner is said.
+// A column without a partner is a warning.
 std::vector<identify::JointMap> map_by_name(const identify::Request& r) {
   const std::vector<identify::JointMap> map = identify::map_by_name(r.pairs.front(), r.time);
   for (const std::string& angle : identify::columns_of(r.pairs.front(), true, r.time)) {
@@ -363,7 +363,7 @@ void add_pairs(CLI::App& command, Options& o) {
                            ->excludes(command.get_option("--structure"));
   command
       .add_option("--initial", o.initial,
-                  "a model whose chains are fitted anew from their own values, beside the usual starts; "
+                  "a model whose chains are fitted again from their own values, beside the usual starts; "
                   "--structure may ask for the like")
       ->excludes(refit);
 }

@@ -24,7 +24,7 @@ TEST_F(Interrupted, AtAnyInstantACommandEndsInOneLineAndLeavesNothing) {
     const auto begin = std::chrono::steady_clock::now();
     EXPECT_EQ(run(command).exit, 0) << command;
     std::chrono::duration<double> whole = std::chrono::steady_clock::now() - begin;
-    int stopped = 0, said = 0;
+    int stopped = 0, reported = 0;
     for (int k = 0; k < 12; ++k) {
       fs::remove_all(path("o"));
       fs::create_directory(path("o"));
@@ -37,7 +37,7 @@ TEST_F(Interrupted, AtAnyInstantACommandEndsInOneLineAndLeavesNothing) {
       static const std::regex kLine("flexor: (interrupted|stopped: .*)\n$");
       if (r.signal == 0) whole = instant;  // it is quicker than the first time
       stopped += r.signal != 0;
-      said += std::regex_search(r.err, kLine);
+      reported += std::regex_search(r.err, kLine);
       EXPECT_TRUE(r.signal == 0 || r.err.empty() || std::regex_search(r.err, kLine)) << command << r.err;
       EXPECT_TRUE(fs::is_empty(path("tmp")));
       for (const auto& entry : fs::recursive_directory_iterator(path("o"))) {
@@ -48,7 +48,7 @@ TEST_F(Interrupted, AtAnyInstantACommandEndsInOneLineAndLeavesNothing) {
       for (const auto& process : fs::directory_iterator("/proc"))
         EXPECT_EQ(content(process.path() / "environ").find(path("tmp")), std::string::npos) << process;
     }
-    EXPECT_GT(2 * said, stopped) << command << ": the others died before they listened";
+    EXPECT_GT(2 * reported, stopped) << command << ": the others died before they listened";
     fs::remove_all(path("o"));
   }
 }

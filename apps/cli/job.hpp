@@ -31,7 +31,7 @@ int status_of(const nlohmann::ordered_json& answer);
 // Of a job that was stopped and goes on where it ended: a queue gives it another go (EX_TEMPFAIL).
 inline constexpr int kGoOnLater = 75;
 
-// All is said: what is left is the exit status.
+// All is printed: what is left is the exit status.
 struct JobEnded {
   int status;
 };

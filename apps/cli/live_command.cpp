@@ -42,7 +42,7 @@ std::filesystem::path not_there_yet(const std::filesystem::path& path) {
 }
 
 void add_outs(Options& o) {
-  // What cannot be opened is told now, not when a model is worn.
+  // What cannot be opened is reported now, not when a model is worn.
   if (!o.opengloves.empty()) {
     if (!std::filesystem::is_fifo(o.opengloves))
       (void)exports::OpenGloves(o.opengloves, {});  // whose reader would take it for the end

@@ -40,8 +40,9 @@ std::vector<std::string> warnings_of(const CompleteOptions& o, const posture::Co
   const auto warn = [&](const std::string& what) { warnings.push_back(o.file + ": " + what); };
   for (const auto& [name, rows, extended] : c.inputs) {
     if (rows[1] + rows[2] + rows[3] + rows[4] > 0) {
-      warn(fmt::format("{}: {} row(s) missing, {} implausible, {} noisy, {} stuck: told by the other inputs",
-                       name, rows[1], rows[2], rows[3], rows[4]));
+      warn(fmt::format(
+          "{}: {} row(s) missing, {} implausible, {} noisy, {} stuck: estimated from the other inputs", name,
+          rows[1], rows[2], rows[3], rows[4]));
     }
     if (rows[5] > 0)
       warn(fmt::format("{}: {} row(s) beyond what its joints do: they end at their limits", name, rows[5]));
@@ -118,7 +119,7 @@ void add_complete(CLI::App& posture) {
       ->required();
   command
       ->add_option("--bends", o->job.bends,
-                   "strips that sense the sum of joints: index=index_mcp+index_pip; their column is "
+                   "sensors of the sum of joints: index=index_mcp+index_pip; their column is "
                    "index_deg where FILE has it, else the joints' columns are summed")
       ->delimiter(',');
   add_shown(*command, "--rest", o->job.rest_s,

@@ -58,7 +58,7 @@ Output run(Options& o) {
 
 void add(CLI::App& app) {
   const auto [o, command] =
-      add_command(app, "recalibrate", "Fit a model's sensors anew to a glove that was put on again", run);
+      add_command(app, "recalibrate", "Fit a model's sensors again to a glove that was put on again", run);
   command->footer(
       "All evidence goes into one estimate. Without a camera a finger counts once it was opened and closed\n"
       "over its whole range (three turns of 30 degrees). What the evidence does not determine stays,\n"

@@ -75,7 +75,7 @@ Recorded record(const Options& o, listen::Source& source, const std::atomic<bool
           fmt::format("no sample has come for {:g} s: {}", kSilence_s, why_silent(source.tally())));
     if (log) log->flush_if_due(begin_s + source.now_s());
     if (!log && (event == listen::Event::ended || source.now_s() > kPatience_s))
-      throw io::JobError("no sample came: the glove is heard but says nothing that can be recorded");
+      throw io::JobError("no sample came: the glove sends, but nothing that can be recorded");
     if (log) line.show(how_it_goes(source, *log, span.left_s(source.now_s())));
   }
   if (log) log->flush();

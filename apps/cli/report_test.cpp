@@ -199,12 +199,12 @@ TEST_F(HandReport, AChainHasItsTransferFunction) {
     parameters.push_back({{"name", name}, {"value", value}, {"standard_error", nullptr}});
   io::write_file(folder_ / "results.json", json.dump());
   report::render(folder_);
-  for (const char* cell : {"<td>0.0625</td>", "<td>0.9375</td>", "<td>-10 (not told)</td>", "<td>0.5 s</td>",
+  for (const char* cell : {"<td>0.0625</td>", "<td>0.9375</td>", "<td>-10 (not known)</td>", "<td>0.5 s</td>",
                            "start 3, the best"})
     EXPECT_NE(read("joint-1.html").find(cell), std::string::npos) << cell;
 }
 
-TEST_F(HandReport, PeersThatCouldNotBeFittedAndPausesAllOverAreSaid) {
+TEST_F(HandReport, PeersThatCouldNotBeFittedAndPausesAllOverAreReported) {
   for (identify::JointResult& joint : result_.joints) {
     joint.baselines.erase("line");
     joint.baseline_refusals = {"line: its angle hardly changes"};

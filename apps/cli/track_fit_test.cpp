@@ -14,7 +14,7 @@ class TrackFit : public Command {
     expect_refused("track " + video + " --joints " + joints + " --out a.csv --preview p.mp4", 1, says);
   }
 
-  // The film's joint file with the marks of some skeletons said to be blue.
+  // The film's joint file with the marks of some skeletons given as blue.
   std::string blue(const std::string& name, const std::vector<std::string>& skeletons) const {
     auto json = nlohmann::json::parse(content(folder_ / "film/joints.json"));
     for (auto& s : json.at("skeletons")) {

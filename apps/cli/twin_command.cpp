@@ -72,7 +72,7 @@ void add(CLI::App& app) {
       record);
   add_folder(*record_command, "--out", o->folder, "write the recordings into this folder")->required();
   add_shown(*record_command, "--donnings", o->request.donnings,
-            "recordings of two minutes, the glove put on anew for each; one is what a user does");
+            "recordings of two minutes, the glove put on again for each; one is what a user does");
   add_shown(*record_command, "--rate", o->request.rate_hz, "sample rate of the glove, Hz");
   add_seed(*record_command, o->request.seed, "other than the experiment's");
   add_twin_options(*record_command, o->twin);

@@ -57,7 +57,7 @@ void add(CLI::App& twin) {
   add_shown(*command, "--motion", o->motion,
             "what the hand does, again and again: rest, calibration, ordinary, protocol, or 1 to 6 of "
             "the published gestures");
-  add_shown(*command, "--slip", o->slip_deg, "every strip has slipped by so many degrees of bend");
+  add_shown(*command, "--slip", o->slip_deg, "every sensor has slipped by so many degrees of bend");
   add_duration(*command, o->for_s);
   add_compensator(*command, o->model, o->rate_hz);
   command->add_option("--key", o->key, "write the pair's key into this file, for flexor send");

@@ -28,7 +28,7 @@ constexpr double kClamped = 1e-4;        // weight of what of an estimate lies b
 constexpr double kLeastAtEnd = 20;       // samples that tell a limit
 constexpr int kSteps = 8;                // of the iteration
 constexpr double kDone = 1e-3;           // relative decrease of the loss
-constexpr std::size_t kGroups = 10;      // of estimates, whose errors are told apart
+constexpr std::size_t kGroups = 10;      // of estimates, each with its own error
 constexpr double kApart_deg = 0.5;
 constexpr double kPooled =
     0.5;  // of a group's mean square error: a few movements in one group say little of the next
@@ -86,7 +86,7 @@ class Fit {
     std::vector<double> below;
     std::vector<double> above;
     for (Index r = 0; r < estimate_.size(); ++r) {
-      if (system_->as_it_was()(r) == 0) continue;
+      if (system_->original()(r) == 0) continue;
       if (estimate_(r) < limits_.lower_deg) below.push_back(system_->angle()(r));
       if (estimate_(r) > limits_.upper_deg) above.push_back(system_->angle()(r));
     }
@@ -184,7 +184,7 @@ class CrossValidation {
     const VectorXd all_right = system.project(0, weighted);
     for (const Fold& one : folds_of(stack.used, stack.begin, period_s)) {
       LeftOut fold{{}, all, all_right, fit.limits()};
-      VectorXd rest = system.as_it_was();
+      VectorXd rest = system.original();
       std::size_t gone = 0;  // the guards of two blocks may meet
       for (const Block& block : one) {
         const std::size_t from = std::max(gone, stack.place(block.first - block.guard));
@@ -224,12 +224,12 @@ class CrossValidation {
           const double angle =
               std::clamp(estimate(r - begin) + fit_.centre(), fold.limits.lower_deg, fold.limits.upper_deg);
           const double e = angle - system.angle()(r);
-          if (system.as_it_was()(r) != 0) out.estimate.emplace_back(angle, e);
+          if (system.original()(r) != 0) out.estimate.emplace_back(angle, e);
           loss += system.weight()(r) * loss_of(e);
-          squares += system.as_it_was()(r) * e * e;
+          squares += system.original()(r) * e * e;
           weight += system.weight()(r);
-          plain += system.as_it_was()(r) * loss_of(e);
-          plain_count += system.as_it_was()(r);
+          plain += system.original()(r) * loss_of(e);
+          plain_count += system.original()(r);
         }
       }
       out.fold_loss.push_back(loss / weight);
@@ -314,9 +314,9 @@ void take(const Fit& fit, Additive& out) {
   const VectorXd estimate = system.estimate(0, system.rows(), shared);
   for (Index k = 0; k < estimate.size(); ++k) {
     const double e = fit.clamped(estimate(k) + fit.centre()) - system.angle()(k);
-    squares += system.as_it_was()(k) * e * e;
+    squares += system.original()(k) * e * e;
   }
-  out.samples = static_cast<int>(system.as_it_was().sum());
+  out.samples = static_cast<int>(system.original().sum());
   out.fitted_rmse_deg = std::sqrt(squares / out.samples);
   const MatrixXd penalty = system.penalty(out.priors);
   const MatrixXd share = MatrixXd(fit.gram() + penalty).selfadjointView<Eigen::Lower>().llt().solve(penalty);

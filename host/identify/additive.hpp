@@ -15,7 +15,7 @@
 // Motion of more than a second (creep) is the exception: it is there for a sensor that creeps while the finger holds still, and
 // is taken only where that pays (joint_fit.hpp).
 //
-// A glove is put on anew and then reads otherwise. Where a finger rests at an end, the compensator is fitted for readings 3 % of
+// A glove that is put on again reads otherwise. Where a finger rests at an end, the compensator is fitted for readings 3 % of
 // their range off (one standard deviation, of each sensor by itself), which is what donnings of a cloth glove differ by: it
 // rests then, too.
 //

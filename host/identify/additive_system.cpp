@@ -281,24 +281,24 @@ void System::make_rows(const Stack& stack, const Donnings& donnings) {
   const Index sensors = stack.input.cols();
   std::vector<double> weights;
   std::vector<double> angles;
-  std::vector<double> as_it_was;
+  std::vector<double> original;
   const auto add = [&](double angle, double weight, bool real) {
     angles.push_back(angle);
     weights.push_back(weight);
-    as_it_was.push_back(real ? 1 : 0);
+    original.push_back(real ? 1 : 0);
   };
   for (const Index k : stack.used) {
     first_.push_back(std::ssize(angles));
     const double angle = stack.angle(k);
     const bool at_end = donnings.tells(angle);
-    add(angle, at_end ? donnings.as_it_was() : 1, true);
+    add(angle, at_end ? donnings.original() : 1, true);
     for (Index s = 0; at_end && s < 2 * sensors; ++s) add(angle, donnings.shifted(), false);
   }
   const Index rows = std::ssize(angles);
   first_.push_back(rows);
   angle_ = Eigen::Map<const VectorXd>(angles.data(), rows);
   weight_ = Eigen::Map<const VectorXd>(weights.data(), rows);
-  as_it_was_ = Eigen::Map<const VectorXd>(as_it_was.data(), rows);
+  original_ = Eigen::Map<const VectorXd>(original.data(), rows);
 }
 
 void System::fill(const Stack& stack, const Branches& branches, const Donnings& of, double period_s) {

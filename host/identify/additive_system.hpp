@@ -40,17 +40,17 @@ model::Saturation limits_at_rest(const Eigen::VectorXd& angle, const Eigen::Vect
 double range_of(const Stack& stack, Eigen::Index sensor);  // of the used readings, but for a few
 
 // Weights of the sensors in one reading whose curve and motion are nearest to the angle, with the range of the own one's: from the
-// best line on by Gauss-Newton steps, the curve fitted anew for each.
+// best line on by Gauss-Newton steps, the curve fitted again for each.
 // Source: W. Haerdle, P. Hall, H. Ichimura, Ann. Statist. 21 (1993) 157 (single-index models).
 Eigen::VectorXd mix_of(const Stack& stack, double period_s);
 
-// What a joint may read once the glove is put on anew: the sample as it was, then each sensor shifted down and up (sigma points; they
+// What a joint may read once the glove is put on again: the original sample, then each sensor shifted down and up (sigma points; they
 // have the mean and the variance of donnings). For where the finger rests at an end alone: there all that is known is that it does.
 struct Donnings {
   Donnings(model::Saturation ends, const Stack& stack, double period_s);
   bool tells(double angle_deg) const;
-  double as_it_was() const { return 1 - share * sensors / spread; }  // weight of that row
-  double shifted() const { return share / (2 * spread); }            // and of each of the others
+  double original() const { return 1 - share * sensors / spread; }  // weight of that row
+  double shifted() const { return share / (2 * spread); }           // and of each of the others
 
   model::Saturation ends;
   double share;  // less for a short recording: it does not say how much of its time a finger rests
@@ -78,8 +78,8 @@ class System {
   void add_gram(Eigen::Index from, const Eigen::VectorXd& weight, double sign, Eigen::MatrixXd& gram) const;
 
   const Eigen::VectorXd& angle() const { return angle_; }
-  const Eigen::VectorXd& weight() const { return weight_; }        // of a sample's rows together: 1
-  const Eigen::VectorXd& as_it_was() const { return as_it_was_; }  // 1, or 0 for a row of another donning
+  const Eigen::VectorXd& weight() const { return weight_; }      // of a sample's rows together: 1
+  const Eigen::VectorXd& original() const { return original_; }  // 1, or 0 for a row of another donning
   // First row of each used sample, and the number of rows.
   const std::vector<Eigen::Index>& first() const { return first_; }
 
@@ -108,7 +108,7 @@ class System {
   Eigen::Index donning_columns_ = 0;
   Eigen::VectorXd angle_;
   Eigen::VectorXd weight_;
-  Eigen::VectorXd as_it_was_;
+  Eigen::VectorXd original_;
   Eigen::MatrixXd smooth_;
   Eigen::MatrixXd straight_;
   Eigen::VectorXd plays_;  // ones where the prior counts

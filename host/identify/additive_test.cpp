@@ -138,8 +138,8 @@ TEST(Additive, OfSeveralSensorsTheSmallestWithinAStandardErrorComesFirst) {
 }
 
 TEST(Additive, MotionThatDriftsIsShrunkUntilItDoesNot) {
-  double told = 5;
-  const auto drift = [&](const Additive&) { return std::exchange(told, 0.5); };
+  double next_deg = 5;
+  const auto drift = [&](const Additive&) { return std::exchange(next_deg, 0.5); };
   const auto any = [](const Additive&) { return true; };
   const auto before = fit_of({drawn(5, 0)}, "line-lead");
   const auto after =

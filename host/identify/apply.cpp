@@ -18,8 +18,8 @@ void start_tracking(Estimator<Arithmetic>& estimator, const std::string& source)
   estimator.track({});
   if (estimator.trackers()->any()) return;
   throw io::InputError(
-      "{}: no joint has one strip whose readings at the open hand and at the fist are known: identify it "
-      "anew, each joint with its own sensor, or leave out --track",
+      "{}: no joint has one sensor whose readings at the open hand and at the fist are known: identify it "
+      "again, each joint with its own sensor, or leave out --track",
       source);
 }
 

@@ -27,7 +27,7 @@ struct ApplyOptions {
 };
 
 struct Applied {
-  std::vector<model::Followed> followed;  // by what the strips are corrected at the end; empty: not tracked
+  std::vector<model::Followed> followed;  // the correction of each sensor at the end; empty: not tracked
   model::RangeCount ranges;
   double row_period_s;  // median
 };

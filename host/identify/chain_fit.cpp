@@ -50,7 +50,7 @@ Data data_of(const Stack& stack, const Task& task, bool remembers) {
 
 bool remembers(const Chain& chain) { return chain.blocks.order > 0 || chain.blocks.plays > 0 || chain.lag; }
 
-// As runtime/compensator/lag.hpp, started anew at each recording.
+// As runtime/compensator/lag.hpp, started again at each recording.
 VectorXd lagged(VectorXd signal, const Stack& stack, double share) {
   for (std::size_t s = 0; s + 1 < stack.begin.size(); ++s) {
     double y = signal(stack.begin[s]);
@@ -128,7 +128,7 @@ class ChainFitter {
     return out;
   }
 
-  // The recording twice more, as it may read put on anew.
+  // The recording twice more, as it may read when re-donned.
   void add_donnings(Data& data) const {
     const Donnings donnings(limits_of(stack_, kEnds), stack_, data.period_s);
     const double shift = donnings.step * range_of(stack_, 0);
@@ -141,9 +141,9 @@ class ChainFitter {
     data.weight = raw_.weight.replicate(3, 1);
     const auto settled = static_cast<Index>(remembers(wanted_) ? kNotFitted_s / data.period_s : 0);
     for (Index k = 0; k < n; ++k) {
-      const bool told = raw_.weight(k) > 0 && donnings.tells(raw_.angle_deg(k));
-      if (told) data.weight(k) = donnings.as_it_was();
-      data.weight(n + k) = data.weight(2 * n + k) = told && k >= settled ? donnings.shifted() : 0;
+      const bool determines = raw_.weight(k) > 0 && donnings.tells(raw_.angle_deg(k));
+      if (determines) data.weight(k) = donnings.original();
+      data.weight(n + k) = data.weight(2 * n + k) = determines && k >= settled ? donnings.shifted() : 0;
     }
   }
 

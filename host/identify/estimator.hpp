@@ -2,7 +2,7 @@
 //
 // Readings -> recording::Resampler on the grid of the model's period -> runtime/compensator. In fixed point a sensor's
 // correction comes before the integers, as in a board's table of counts. Past readings only; what is kept does not grow with the log. In a pause the last reading is held, and the angle with it;
-// after ten seconds without a reading the grid starts anew at the next one.
+// after ten seconds without a reading the grid starts again at the next one.
 #pragma once
 
 #include <optional>
@@ -38,7 +38,7 @@ class Estimator {
         resampler_(ranges(model), model.sample_period_s, max_gap_s(model)),
         out_{0, std::vector<double>(model.joints.size()), std::vector<int>(model.joints.size()), {}} {}
 
-  // From now on each strip is followed while it is worn (runtime/sensor/tracker.hpp); watched: see model::tracked_ranges.
+  // From now on each sensor is followed while it is worn (runtime/sensor/tracker.hpp); watched: see model::tracked_ranges.
   void track(const model::TrackingPrior& prior, bool watched = false) {
     trackers_.emplace(board_.model, prior, watched);
   }
@@ -65,7 +65,7 @@ class Estimator {
     });
   }
 
-  // A reading older than this is a pause: what the log that the model was fitted to said of itself.
+  // A reading older than this is a pause: what the log that the model was fitted to stated.
   static double max_gap_s(const model::Model& model) {
     return model.max_gap_s > 0 ? model.max_gap_s : std::max(0.3, 5 * model.sample_period_s);
   }

@@ -458,7 +458,7 @@ class Fitter {
     }
   }
 
-  // Converges, then drops what the data cannot tell, one parameter at a time, until all that is left is told.
+  // Converges, then drops what the data cannot determine, one parameter at a time, until they determine all that is left.
   void settle() {
     hold_what_has_no_samples();
     while (true) {

@@ -40,7 +40,7 @@ struct Data {
   Eigen::VectorXd angle_deg;  // measured
   Eigen::VectorXd
       weight;  // of a sample's error; 0: it does not count, as in a gap or a part that is held out
-  // Behind these samples may lie copies of the recording, as it could read put on anew: how many samples are its own.
+  // Behind these samples may lie copies of the recording, as it could read when re-donned: how many samples are its own.
   Eigen::Index own = 0;  // 0: all are
 
   Eigen::Index size() const { return own > 0 ? own : input.size(); }

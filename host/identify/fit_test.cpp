@@ -201,7 +201,7 @@ TEST(HeldBack, OtherAnglesAndReadingsInABlockDoNotMoveTheFoldThatLeavesItOut) {
   }
 }
 
-// Of parameters that are told by so many residuals, each `memory` times the one before and noise.
+// Of parameters that so many residuals determine, each `memory` times the one before and noise.
 Eigen::VectorXd errors_of(const Eigen::MatrixXd& jacobian, double noise, double memory) {
   std::mt19937 random(8);
   std::normal_distribution<double> normal(0, noise);
@@ -234,7 +234,7 @@ TEST(Uncertainty, IsTheTextbookFormulaForWhiteNoiseAndForNoiseThatLasts) {
   EXPECT_NEAR(errors_of(Eigen::MatrixXd::Ones(n, 1), 1, 0.9)(0) / exact, 1, 0.2);
 }
 
-TEST(Uncertainty, NamesWhatCannotBeTold) {
+TEST(Uncertainty, NamesWhatTheDataDoNotDetermine) {
   const Eigen::MatrixXd no_prior(0, 3);
   Eigen::MatrixXd jacobian = Eigen::MatrixXd::Random(100, 3);
   jacobian.col(1).setZero();

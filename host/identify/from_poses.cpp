@@ -20,7 +20,7 @@ namespace {
 constexpr double kOtherPose = 0.6;  // of the span, by which the poses differ
 // Of the span, which readings may lie beyond the poses where the unit says nothing.
 constexpr double kBeyondPoses = 0.5;
-constexpr double kSameHold = 0.15;  // of the range, by which two holds of a pose may differ unsaid
+constexpr double kSameHold = 0.15;  // of the range, by which two holds of a pose may differ without a warning
 constexpr double kOneHold = 0.35;   // and at all
 constexpr double kRoom_deg = 20;    // beyond the poses
 constexpr double kTrembles = 5;     // mean steps: of white noise 96 % lie within 3.6, of two poses far more
@@ -65,9 +65,8 @@ std::vector<Sensor> sensors_of(const recording::Recording& log, const std::vecto
     }
     if (only_trembles(sensor)) {
       left_out.push_back(column.name);
-      warnings.push_back(
-          fmt::format("{} hardly moves, by {:.5g} from {:.5g}: left out; is its strip connected?",
-                      column.name, sensor.span(), sensor.input.readings->reading.front()));
+      warnings.push_back(fmt::format("{} hardly moves, by {:.5g} from {:.5g}: left out; is it connected?",
+                                     column.name, sensor.span(), sensor.input.readings->reading.front()));
     } else {
       out.push_back(std::move(sensor));
     }
@@ -107,8 +106,10 @@ void check_angles(const std::map<std::string, model::Ends>& angles, const std::v
 void add_joint(model::Model& m, const Sensor& sensor, double open, double fist,
                const std::map<std::string, model::Ends>& angles) {
   const std::string& joint = sensor.input.name;
-  const auto told = angles.find(joint);
-  const model::Ends at = told != angles.end() ? told->second : joint.starts_with("thumb") ? kThumb : kFinger;
+  const auto given = angles.find(joint);
+  const model::Ends at = given != angles.end()        ? given->second
+                         : joint.starts_with("thumb") ? kThumb
+                                                      : kFinger;
   model::Input input = sensor.input;
   if (std::ranges::count(model::finger_names(), joint) > 0) input.strip = joint;
   const double span = std::abs(fist - open);
@@ -146,7 +147,7 @@ Held held_in(const recording::Recording& log, const std::vector<Sensor>& sensors
   return out;
 }
 
-// Whether the sensor tells the poses apart; what speaks against it is said.
+// Whether the sensor distinguishes the poses; reasons against it are warnings.
 bool tells_apart(const Sensor& sensor, std::size_t i, const Held& held, std::vector<std::string>& warnings) {
   const double span = std::abs(median(readings_in(held.fist, i)) - median(readings_in(held.open, i)));
   if (span < kOtherPose * sensor.span()) {
@@ -159,9 +160,8 @@ bool tells_apart(const Sensor& sensor, std::size_t i, const Held& held, std::vec
     const auto [least, most] = std::ranges::minmax(readings_in(*rests, i));
     const double apart = (most - least) / span;
     if (counts && (least < sensor.input.valid_min || most > sensor.input.valid_max)) {
-      warnings.push_back(
-          fmt::format("{} jumps to its converter's end in the {}: left out; is its strip broken?",
-                      sensor.input.column, pose));
+      warnings.push_back(fmt::format("{} jumps to its converter's end in the {}: left out; is it broken?",
+                                     sensor.input.column, pose));
       return false;
     }
     is_one = is_one && apart <= kOneHold;
@@ -183,7 +183,7 @@ void order(Held& held, FirstPose first, const std::vector<Sensor>& sensors,
   if (first == FirstPose::unstated && !fall.empty()) {
     const bool all = fall.size() == sensors.size();
     warnings.push_back(
-        fmt::format("{} from the first pose to the second, and strips wired as flexor wiring says rise as "
+        fmt::format("{} from the first pose to the second, and sensors wired as flexor wiring says rise as "
                     "they bend: the first is taken for the {}; if it was the {}, add --first-pose {}",
                     all ? "all readings fall" : recording::listed(fall) + " fall, the others rise,",
                     all ? "fist" : "open hand", all ? "open hand" : "fist", all ? "open" : "fist"));

@@ -2,7 +2,7 @@
 //
 //   angle = open_deg + (reading - open) / (fist - open) (fist_deg - open_deg)
 // The two rests of a second that lie farthest apart are the poses, with every rest that lies by one of them; what lies between, as a
-// hand at ease at the beginning, is none. The first is the open hand, unless all readings fall from it to the other. Nothing is measured: unless others are told, the angles are those of an ordinary hand (0 open, a fist 90,
+// hand at ease at the beginning, is none. The first is the open hand, unless all readings fall from it to the other. Nothing is measured: unless others are given, the angles are those of an ordinary hand (0 open, a fist 90,
 // the thumb's 60), and so is the error that the model states.
 #pragma once
 

@@ -71,7 +71,7 @@ TEST(FromPoses, VoltsAndTwelveBitsAreHeldAsFinelyAsCounts) {
   }
 }
 
-TEST(FromPoses, AStripThatOnlyTremblesOrJumpsToTheEndIsNamedAndTheOthersAreFitted) {
+TEST(FromPoses, ASensorThatOnlyTremblesOrJumpsToTheEndIsNamedAndTheOthersAreFitted) {
   recording::Recording log = log_of({0, 1, 0, 1}, 1);
   recording::Column dead{"middle_count", {}, "count"};
   for (std::size_t k = 0; k < log.t_s.size(); ++k) dead.value.push_back(360 + static_cast<double>(k % 3) - 1);
@@ -86,8 +86,8 @@ TEST(FromPoses, AStripThatOnlyTremblesOrJumpsToTheEndIsNamedAndTheOthersAreFitte
   EXPECT_EQ(r.model.inputs[0].valid_max, 1023);
   ASSERT_EQ(r.warnings.size(), 4U);
   EXPECT_TRUE(r.warnings[3].starts_with("pinky_count jumps to its converter's end in the fist"));
-  EXPECT_EQ(r.warnings[1], "ring_count hardly moves, by 0 from 1023: left out; is its strip connected?");
-  EXPECT_EQ(r.warnings[0], "middle_count hardly moves, by 2 from 359: left out; is its strip connected?");
+  EXPECT_EQ(r.warnings[1], "ring_count hardly moves, by 0 from 1023: left out; is it connected?");
+  EXPECT_EQ(r.warnings[0], "middle_count hardly moves, by 2 from 359: left out; is it connected?");
 }
 
 TEST(FromPoses, MoreDeadSensorsThanLiveOnesAreRefusedByName) {
@@ -103,7 +103,7 @@ TEST(FromPoses, MoreDeadSensorsThanLiveOnesAreRefusedByName) {
       << reason;
 }
 
-TEST(FromPoses, ABionicHandsAnglesAreThoseThatAreTold) {
+TEST(FromPoses, ABionicHandsAnglesAreThoseThatAreGiven) {
   const recording::Recording log = log_of({0, 1, 0, 1}, 1);
   const FromPoses r = model_from_poses(log, {20, {{"index", {28, 113}}, {"thumb", {170, 90}}}});
   expect_angles(r, 300, 700, 28, 170, 1);
@@ -123,7 +123,7 @@ TEST(FromPoses, EitherOrderIsFound) {
   EXPECT_TRUE(model_from_poses(log, {.first = FirstPose::fist}).warnings.empty());
 }
 
-TEST(FromPoses, JointsAreCalledAsTold) {
+TEST(FromPoses, JointsHaveTheNamesThatAreGiven) {
   recording::Recording log = log_of({0, 1, 0, 1}, 1);
   log.columns[0].name = "column2";
   const FromPoses r = model_from_poses(log, {.angles = {{"index", {0, 70}}}, .joints = {"index", "thumb"}});

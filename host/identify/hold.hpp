@@ -9,7 +9,7 @@
 
 namespace flexor::identify {
 
-inline constexpr double kMostDrift_deg = 1;  // of what is said to hold still
+inline constexpr double kMostDrift_deg = 1;  // of a model that holds still
 
 double slowest_s(const model::Model& model);  // of its time constants; 0 where it has none
 

@@ -540,7 +540,7 @@ void fit_joints(const Options& options, const std::vector<std::string>& structur
       return !step || step(sum(done_of), sum(all_of) + waiting * of, what);
     };
   };
-  // The first joint's failure is told, whichever failed first.
+  // The first joint's failure is reported, whichever failed first.
   const auto fit = [&](std::size_t j, double most) {
     std::packaged_task<JointResult()> work([&] {
       JointResult out;
@@ -570,7 +570,7 @@ void fit_joints(const Options& options, const std::vector<std::string>& structur
   fit_into_room(options, structures, fit, inputs, r);
 }
 
-// Samples count where the fingers that this joint's sensors tell of are as far closed as its own, to a quarter of their ranges: a strip
+// Samples count where the fingers that this joint's sensors follow are as far closed as its own, to a quarter of their ranges: a sensor
 // that feels its neighbours reads otherwise at the open hand than where its finger alone is open.
 std::vector<Session> together(const Samples& samples, std::size_t joint,
                               const std::vector<JointResult>& joints) {
@@ -597,15 +597,15 @@ std::vector<Session> together(const Samples& samples, std::size_t joint,
 // is; one that is no joint's own has none.
 void add_readings(const Options& options, const Samples& samples, Result& r) {
   for (model::Input& input : r.model.inputs) {
-    bool is_told = false;
+    bool is_added = false;
     bool is_own = false;
     for (std::size_t j = 0; j < options.map.size() && !is_own; ++j) {
       const std::vector<std::string>& sensors = options.map[j].sensors;
       const auto at = std::ranges::find(sensors, input.name) - sensors.begin();
-      if (at == std::ssize(sensors) || (is_told && at > 0)) continue;
+      if (at == std::ssize(sensors) || (is_added && at > 0)) continue;
       const std::vector<Session> sessions = sessions_of(samples[j]);
-      if (!is_told) add_spread(sessions, at, input);
-      is_told = true;
+      if (!is_added) add_spread(sessions, at, input);
+      is_added = true;
       is_own = at == 0;
       if (is_own) add_poses(together(samples, j, r.joints), 0, r.model.sample_period_s, input);
     }
@@ -774,7 +774,7 @@ Samples without(Samples samples, const Unit& unit) {
   return samples;
 }
 
-// A model that is fitted to the rest, with every choice made anew: of each joint what it errs by on the unit. Throws io::Cancelled where
+// A model that is fitted to the rest, with every choice made again: of each joint what it errs by on the unit. Throws io::Cancelled where
 // it was stopped before it had tried all.
 std::vector<Errors> errors_without(const Unit& unit, const Options& options, const std::vector<Take>& takes,
                                    const Samples& whole, const Step& step) {
@@ -908,9 +908,9 @@ Result identify(std::vector<Take> takes, const Options& asked, const Step& step)
   for (std::size_t p = 0; p < takes.size(); ++p) {
     r.clocks.push_back(clock_of(options.map, options.clock_offset_s, takes[p], r.warnings));
     const Clock& clock = r.clocks.back();
-    const std::size_t said = r.warnings.size();
+    const std::size_t before = r.warnings.size();
     stuck.merge(check_map(options, takes[p], clock.offset_s, r.warnings));
-    const std::string why = r.warnings.size() > said ? r.warnings[said] : "";
+    const std::string why = r.warnings.size() > before ? r.warnings[before] : "";
     if (!options.clock_offset_s)
       refuse_unsure(takes[p].sensor.source, clock.offset_s, clock.confidence,
                     clock.surest ? clock.surest->jump.value_or(why) : why);

@@ -33,7 +33,7 @@ struct Take {
   PairFiles files = {};  // where it was read, which names it
 };
 
-// What is left out, one after the other, of a fit to all the rest with every choice made anew: pairs of recordings; persons,
+// What is left out, one after the other, of a fit to all the rest with every choice made again: pairs of recordings; persons,
 // whose logs lie in folders of their own; eighths of every pair's time (of which readings, not angles, still tell what may be read).
 enum class LeaveOut { none, take, person, block };
 
@@ -131,7 +131,7 @@ Result identify(std::vector<Take> takes, const Options& options, const Step& ste
 Result identify_files(const Request& request, const Step& step);  // the same of files
 
 // What LeaveOut::person finds of one person among many: pairs of `own` are left out of a fit to all the others. Of each joint the row of
-// what is left out and its verdict. Pairs that cannot be read, or whose clock is not told, are not there. Throws as above, io::Cancelled
+// what is left out and its verdict. Pairs that cannot be read, or whose clock is not determined, are not there. Throws as above, io::Cancelled
 // where `step` stops it.
 struct LeftOut {
   ScoreRow row;

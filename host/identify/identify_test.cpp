@@ -36,14 +36,14 @@ TEST_F(Hand, AllJointsOfOneRecordingAreFittedToOneModelThatCanBeWorn) {
 }
 
 // 180 degrees are straight; an angle that comes near zero is a flexion.
-TEST_F(Hand, InnerAnglesOpenAtTheGreaterOneAndItIsSaid) {
-  const auto ends_of = [&](double turn_deg, double sign, bool is_said) {
+TEST_F(Hand, InnerAnglesOpenAtTheGreaterOneWithAWarning) {
+  const auto ends_of = [&](double turn_deg, double sign, bool is_warned) {
     Request request = Hand::request({write("ends", {60, 3}, [&](std::vector<double>& angle) {
       for (double& a : angle) a = turn_deg + sign * a;
     })});
     request.structure = "line";
     const Result r = identify_files(request, {});
-    EXPECT_EQ(warned(r, "--pose-angles index="), is_said) << turn_deg;
+    EXPECT_EQ(warned(r, "--pose-angles index="), is_warned) << turn_deg;
     return r.model.joints[0].ends.value();
   };
   EXPECT_NEAR(ends_of(180, -1, true).open_deg, 173, 5);
@@ -151,8 +151,8 @@ TEST_F(Hand, JointsAreFoundByName) {
   EXPECT_EQ(map_by_name(files, ""), parse_map("index=index:index,thumb=Thumb:thumb"));
   EXPECT_THROW(map_by_name({files.sensor, files.sensor}, ""), io::InputError);
   io::write_file(files.sensor, "t_s,A0,A1\n0,1,2\n1,2,3\n");
-  const std::string said = io::refusal_of([&] { (void)map_by_name(files, ""); });
-  EXPECT_TRUE(has(said, "A0, A1") && has(said, "--map")) << said;
+  const std::string message = io::refusal_of([&] { (void)map_by_name(files, ""); });
+  EXPECT_TRUE(has(message, "A0, A1") && has(message, "--map")) << message;
 }
 
 TEST_F(Hand, WhatWasProvenIsFittedToEverything) {
@@ -200,7 +200,7 @@ TEST_F(Hand, WhatIsHeldOutChangesNoCoefficient) {
   EXPECT_GT(b.joints[0].holdout.rmse_deg, 5 * a.joints[0].holdout.rmse_deg);
 }
 
-TEST_F(Hand, ASpikeIsLeftOutAndSaid) {
+TEST_F(Hand, ASpikeIsLeftOutAndReported) {
   const PairFiles files = write("spike", {60, 1});
   Request r = request({files});
   r.input_unit = "count";
@@ -322,7 +322,7 @@ bool lacks(const Session& session, const char* what) {
                              [&](const std::string& line) { return has(line, what); });
 }
 
-TEST_F(Hand, WhatTheMotionLacksIsSaidWithTheMotionThatWouldSupplyIt) {
+TEST_F(Hand, WhatTheMotionLacksIsReportedWithTheMotionThatWouldSupplyIt) {
   EXPECT_FALSE(warned(found({write("all", {60, 1})}), "flexor protocol"));
   EXPECT_TRUE(lacks(swings(10, 2), "moves by 10 degrees only"));
   EXPECT_TRUE(lacks(swings(80, 2), "never held"));
@@ -450,9 +450,10 @@ TEST_F(Hand, ASensorsMissingReadingsCostTheOthersNothing) {
 TEST_F(Hand, ReadingsThatAreNoCountsAreRefusedBeforeTheSearch) {
   const PairFiles pair = write("one", {60, 7});
   change_readings(pair.sensor, [](double u) { return u / 1023; });
-  const std::string said = refusal(request({pair}));
-  EXPECT_TRUE(has(said, "\"a_adc\" reads 0.3") && has(said, "outside of what counts can be (1 to 1022)"))
-      << said;
+  const std::string message = refusal(request({pair}));
+  EXPECT_TRUE(has(message, "\"a_adc\" reads 0.3") &&
+              has(message, "outside of what counts can be (1 to 1022)"))
+      << message;
 }
 
 TEST_F(Hand, SignalsThatTellNothingAreNamed) {
@@ -502,7 +503,7 @@ TEST_F(Hand, ASensorThatAddsNothingIsLeftOut) {
   EXPECT_EQ(std::ranges::count_if(both.joints[0].rows, &CandidateRow::chosen), 1);
 }
 
-// Of several sensors, whose values are told sensor by sensor, and of a chain with a lag.
+// Of several sensors, whose values are listed sensor by sensor, and of a chain with a lag.
 TEST_F(Hand, TheCovarianceIsThatOfTheParametersInTheirOrder) {
   Request r = request({write("one", {60, 1})}, "index=a_adc+b_adc:index_deg");
   const auto check = [&] {
@@ -578,8 +579,8 @@ TEST_F(Hand, ASensorThatFeelsAnothersFingerIsMixedWithItAndFitsABoard) {
   EXPECT_TRUE(identify_files(r, {}).joints.front().text.starts_with("mix > "));
 }
 
-// Where the other finger is elsewhere the strip reads otherwise: poses are those of the whole hand.
-TEST_F(Hand, PosesOfStripsThatFeelEachOtherAreThoseOfTheOpenHandAndNoneIsTracked) {
+// Where the other finger is elsewhere the sensor reads otherwise: poses are those of the whole hand.
+TEST_F(Hand, PosesOfSensorsThatFeelEachOtherAreThoseOfTheOpenHandAndNoneIsTracked) {
   Request r = request({write("one", {120, 1})}, "index=a_adc+b_adc:index_deg,thumb=b_adc+a_adc:thumb_deg");
   change_second(r.pairs[0].sensor, 0.4, [](std::size_t, double u) { return u; });
   r.structure = "mix > curve";

@@ -170,7 +170,7 @@ constexpr double kTestPeriod_s = 0.05;
 constexpr double kTestStraight = 300;  // counts
 constexpr double kTestFist = 600;
 
-// Its curves bend, as strips' do.
+// Its curves bend, as sensors' do.
 inline model::Model test_glove() {
   model::Model m;
   m.sample_period_s = kTestPeriod_s;

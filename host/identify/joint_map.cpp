@@ -18,7 +18,7 @@ namespace flexor::identify {
 using io::InputError;
 
 std::vector<std::string> short_names(const std::vector<std::filesystem::path>& paths) {
-  const auto is_told = [&](const std::filesystem::path& path, const auto& name) {
+  const auto is_unique = [&](const std::filesystem::path& path, const auto& name) {
     return std::ranges::none_of(
         paths, [&](const auto& other) { return other != path && name(other) == name(path); });
   };
@@ -29,9 +29,9 @@ std::vector<std::string> short_names(const std::vector<std::filesystem::path>& p
   std::vector<std::string> out;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const std::filesystem::path& path = paths[i];
-    out.push_back(io::to_utf8((is_told(path, file)          ? file(path)
-                               : is_told(path, with_folder) ? with_folder(path)
-                                                            : path)
+    out.push_back(io::to_utf8((is_unique(path, file)          ? file(path)
+                               : is_unique(path, with_folder) ? with_folder(path)
+                                                              : path)
                                   .string()));
     if (std::ranges::count(paths, path) > 1)
       out.back() += fmt::format(

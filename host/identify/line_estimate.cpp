@@ -11,7 +11,7 @@
 namespace flexor::identify {
 namespace {
 
-constexpr double kTold = 0.6;  // of the prior's deviation; a gain that is known no better stays one
+constexpr double kDetermined = 0.6;  // of the prior's deviation; a gain that is known no better stays one
 constexpr double kMostLogGain = 1.5;
 constexpr double kFreedom = 4;  // of the tails of a sensor's own shift
 
@@ -240,8 +240,8 @@ Eigen::MatrixXd estimate(const model::Model& model, const Seen* seen, std::vecto
     const Eigen::Index at = column(i);
     FittedLine& fit = cases[i].fit;
     fit = {{}, false, c(at, at), c(at + 1, at + 1), c(at, at + 1)};
-    fit.gain_told = std::sqrt(fit.log_gain_variance) < kTold * cases[i].prior.log_gain_sd;
-    if (!fit.gain_told) fixed.push_back(at + 1);
+    fit.gain_is_determined = std::sqrt(fit.log_gain_variance) < kDetermined * cases[i].prior.log_gain_sd;
+    if (!fit.gain_is_determined) fixed.push_back(at + 1);
   }
   if (!fixed.empty()) p = problem.solved(p, fixed);
   for (std::size_t i = 0; i < cases.size(); ++i) cases[i].fit.line = problem.lines(p)[i];

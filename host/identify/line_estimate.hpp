@@ -36,7 +36,7 @@ inline Eigen::Index column(std::size_t sensor) { return 2 * static_cast<Eigen::I
 // Of one sensor.
 struct FittedLine {
   Line line;
-  bool gain_told = false;  // the evidence narrows the gain; else it stays as it is
+  bool gain_is_determined = false;  // the evidence narrows the gain; else it stays as it is
   double shift_variance = 0;
   double log_gain_variance = 0;
   double covariance = 0;

@@ -133,7 +133,7 @@ std::set<std::string> check_map(const Options& options, const Take& take, double
       warnings.push_back(fmt::format("{}: {} {} while the angle moves: is it stuck or unplugged?", map.joint,
                                      own, recording::in_words(*still)));
       stuck.insert(map.joint);
-      continue;  // nothing else can be said of the map
+      continue;  // nothing else is known of the map
     }
     const double share = recording::explained(alone.series(own), angle, clock_offset_s);
     std::string best = own;

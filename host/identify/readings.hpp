@@ -1,5 +1,5 @@
 // What readings show of a sensor: how they spread, turn and rest, without any angle; its poses where the model is made, for a glove
-// that is zeroed without a computer or calibrated anew (recalibrate.hpp); and what a model says of readings that rest.
+// that is zeroed without a computer or calibrated again (recalibrate.hpp); and what a model says of readings that rest.
 #pragma once
 
 #include <array>

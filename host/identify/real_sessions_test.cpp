@@ -157,7 +157,7 @@ std::vector<Fold> each_against_the_others(const std::string& person, bool transi
   return out;
 }
 
-// Every other trial against the rest of the same session: a glove that was not put on anew.
+// Every other trial against the rest of the same session: a glove that stayed on.
 std::vector<Fold> trials_against_trials(const std::string& person) {
   std::vector<Fold> out;
   for (const RealSession& all : sessions_of(person, true)) {
@@ -339,8 +339,8 @@ TEST_F(RealSessions, AGloveThatLiesFarOff) {
   }
 }
 
-// There is nothing to gain. A window of one gesture cannot be told from a glove that sits otherwise.
-TEST_F(RealSessions, WhatAGloveLosesThatWasNotPutOnAnew) {
+// There is nothing to gain. A window of one gesture looks like a glove that sits otherwise.
+TEST_F(RealSessions, WhatAGloveLosesThatStayedOn) {
   for (const std::string person : {"P1_", "P2_", "P4_", "P6_"}) {
     const auto folds = trials_against_trials(person);
     expect(person, folds, across_gestures, 20, {.of_raw = 1, .over_raw = 1, .worse = 10});

@@ -50,13 +50,13 @@ double pooled(double general, double own, int recordings) {
 
 std::string moves_too_far(const std::string& name, double times) {
   return fmt::format(
-      "{}: it moves {:.1f} times as far as where the model was made: another strip or hand, or another unit?",
+      "{}: it moves {:.1f} times as far as where the model was made: another sensor or hand, or another "
+      "unit?",
       name, times);
 }
 
 std::string stands_still(const std::string& name, double at) {
-  return fmt::format("{}: it stands still at {:.4g}: is it plugged in, is its strip whole, was it bent?",
-                     name, at);
+  return fmt::format("{}: it stands still at {:.4g}: is it plugged in, is it whole, was it bent?", name, at);
 }
 
 // What is wrong with one sensor by one log, or wanted of it; neither: the log tells it.
@@ -72,7 +72,7 @@ std::vector<Case> cases_of(model::Model& model, const Prior& prior) {
   for (model::Input& input : model.inputs) {
     if (!input.readings && !input.poses)
       throw io::InputError(
-          "{}: the model does not say what this sensor read where it was made: identify it anew "
+          "{}: the model does not say what this sensor read where it was made: identify it again "
           "with this version",
           input.name);
     if (!input.readings) input.readings = spread_of(*input.poses);
@@ -105,7 +105,7 @@ Verdict judge(const Case& one, const Window& window, std::span<const double> rea
     out.misfit = stands_still(one.name, window.middle());
   } else if (covered < kSlipped && turns_of(readings, little).count >= 2 * kWholeCycle) {
     out.misfit = fmt::format(
-        "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has its strip slipped or "
+        "{}: it moves between {:.4g} and {:.4g} only, {:.0f} % of what it did: has it slipped or "
         "broken?",
         one.name, window.reading.front(), window.reading.back(), 100 * covered);
   }
@@ -114,16 +114,16 @@ Verdict judge(const Case& one, const Window& window, std::span<const double> rea
   return out;
 }
 
-// Each log by itself; what is wrong or wanted is said by that which shows most, unless one tells.
+// Each log by itself; the one that shows most gives what is wrong or wanted, unless one determines a line.
 void check_motion_of(const RecalibrationRequest& request, std::size_t i, Case& one) {
   const model::Input& input = request.model.inputs[i];
   for (const Motion& motion : request.motion) {
     const std::vector<double>& readings = motion.reading[i];
-    auto& told = one.windows.emplace_back();
+    auto& kept = one.windows.emplace_back();
     if (readings.size() < kLeastReadings) continue;
     Window window = {spread_of(readings, one.made.share), turns_of(readings, one.turn)};
     const Verdict verdict = judge(one, window, readings);
-    if (verdict.tells()) told = window;
+    if (verdict.tells()) kept = window;
     const std::pair most(verdict.tells(), window.span());
     if (one.shown && most <= std::pair(one.informed, one.shown->span())) continue;
     one.informed = verdict.tells();
@@ -168,14 +168,14 @@ void check_motion(const RecalibrationRequest& request, std::vector<Case>& cases)
 
 bool significant(const Case& one) {
   if (std::abs(one.fit.line.shift) > kSignificant * std::sqrt(one.fit.shift_variance)) return true;
-  return one.fit.gain_told &&
+  return one.fit.gain_is_determined &&
          std::abs(one.fit.line.log_gain) > kSignificant * std::sqrt(one.fit.log_gain_variance);
 }
 
 // What a stretch of motion alone says where the hand reached as far as it did where the model was made: the sensor has the
-// gain. The estimate holds a hand that reached less far for likelier; motion cannot tell the two apart. None: it is told.
+// gain. The estimate holds a hand that reached less far for likelier; motion cannot distinguish the two. None: it is determined.
 std::optional<Line> other_line(const RecalibrationRequest& request, const Case& one) {
-  if (one.held.both() || request.seen || one.fit.gain_told || !one.informed || !one.shown) return {};
+  if (one.held.both() || request.seen || one.fit.gain_is_determined || !one.informed || !one.shown) return {};
   const double gain = one.made.span() / one.shown->span();
   return Line{gain * (one.made.middle() - one.shown->middle()) / one.made.span(), std::log(gain)};
 }
@@ -241,7 +241,8 @@ std::string reason_to_keep(Case& one) {
   if (!significant(one)) {
     if (is_known_unchanged(one)) return fmt::format("{}: it reads as it did where the model was made", name);
     return fmt::format("{}: no change was found that is larger than {:g} of its standard errors{}", name,
-                       kSignificant, one.other ? "; its gain is not told: " + std::string(kTellsGain) : "");
+                       kSignificant,
+                       one.other ? "; its gain is not determined: " + std::string(kTellsGain) : "");
   }
   constexpr double kClearly = 0.5;  // the other explanation is itself known from one stretch alone
   if (one.other && distance2(one.fit.line, *one.other) > kClearly * distance2({}, *one.other)) {
@@ -294,7 +295,7 @@ bool turn_round(std::vector<Case>& cases) {
   return true;
 }
 
-// A strip that no donning explains, where most others moved from pose to pose.
+// A sensor that no donning explains, where most others moved from pose to pose.
 std::string misfit_of(const Case& one) {
   const PosesHeld& held = one.held;
   if (std::isnan(held.open) && std::isnan(held.fist))
@@ -302,8 +303,7 @@ std::string misfit_of(const Case& one) {
   if (!held.both() || (held.share >= kUnmoved && held.share <= kMostCovered)) return {};
   if (held.share > kMostCovered) return moves_too_far(one.name, held.share);
   if (held.share < -kUnmoved)
-    return fmt::format("{}: it moves the other way than where the model was made: is its strip turned?",
-                       one.name);
+    return fmt::format("{}: it moves the other way than where the model was made: is it turned?", one.name);
   return stands_still(one.name, held.open);
 }
 
@@ -342,7 +342,7 @@ void check_poses(const Held& held, std::vector<Case>& cases, Recalibration& out)
   }
 }
 
-// The sensors of a joint that the camera saw move are told by it.
+// The sensors of a joint that the camera saw move are judged by it.
 void check_seen(const model::Model& model, const Seen& seen, std::vector<Case>& cases) {
   const model::Graph graph(model);
   for (const Seen::Angles& one : seen.joints) {
@@ -369,7 +369,7 @@ void decide(const RecalibrationRequest& request, Case& one) {
   // Poses that changed nothing may yet have been held otherwise: then the gain is as uncertain as they are.
   const bool is_doubted =
       !request.held.empty() && !request.seen && !one.kept.empty() && !is_known_unchanged(one);
-  one.gain_is_told = !is_doubted && !one.other;
+  one.gain_is_known = !is_doubted && !one.other;
   one.applied = one.kept.empty();
   if (one.applied) one.correction = correction_of(one.fit.line, one.made);
 }
@@ -395,16 +395,16 @@ void check_camera(const model::Model& model, const Seen& seen, const std::vector
   }
 }
 
-// Where nothing was applied though no sensor said what it wants.
+// Where nothing was applied though no sensor has a wish.
 std::string wanted_instead(const Recalibration& r, bool has_motion, bool may_be_chance) {
   if (!r.misfits.empty())
-    return "strips as they were where the model was made: see what does not fit; or identify a model anew";
+    return "sensors as they were where the model was made: see what does not fit; or identify a model again";
   const std::string tells = has_motion
                                 ? "a camera (--pair): "
                                 : "thirty seconds of ordinary motion (--recording) or a camera (--pair): ";
   if (may_be_chance) return tells + "what the poses tell may be chance";
   return "nothing where the angles are right; else " + tells +
-         "no change that was told is larger than 0.7 of its standard errors";
+         "no change that was found is larger than 0.7 of its standard errors";
 }
 
 }  // namespace
@@ -461,7 +461,7 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
     decide(known, one);
     out.sensors.push_back(one);
     if (!one.misfit.empty()) out.misfits.push_back(one.misfit);
-    if ((!one.informed || !one.gain_is_told) && !one.wanted.empty()) out.wanted.push_back(one.wanted);
+    if ((!one.informed || !one.gain_is_known) && !one.wanted.empty()) out.wanted.push_back(one.wanted);
     if (!one.applied) continue;
     out.applied = true;
     out.model = model::corrected(std::move(out.model), i, one.correction);
@@ -469,12 +469,12 @@ Recalibration recalibrate(const RecalibrationRequest& request) {
         std::abs(one.fit.line.log_gain) > kFarthest * one.prior.log_gain_sd)
       out.notes.push_back(
           fmt::format("{}: it lies {:.0f} % of its range off, farther than putting on a glove moves it: has "
-                      "its strip moved, or is this another hand?",
+                      "it moved, or is this another hand?",
                       one.name, 100 * std::abs(one.fit.line.shift)));
-    if (!one.gain_is_told) shifted_alone.push_back(one.name);
+    if (!one.gain_is_known) shifted_alone.push_back(one.name);
   }
   if (!shifted_alone.empty())
-    out.notes.push_back(fmt::format("{}: shifted alone, the gain is not told: {}",
+    out.notes.push_back(fmt::format("{}: shifted alone, the gain is not determined: {}",
                                     fmt::join(shifted_alone, ", "), kTellsGain));
   if (!out.applied && out.wanted.empty())
     out.wanted.push_back(wanted_instead(out, !request.motion.empty(), may_be_chance));

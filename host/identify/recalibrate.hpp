@@ -1,4 +1,4 @@
-// A glove that was put on anew: the model that reads it as it was read, from whatever there is.
+// A glove that was put on again: the model that reads it as it was read, from whatever there is.
 //
 // Evidence: seconds of ordinary motion (quantiles of the readings), held poses (readings that are known), a camera (angles).
 // All of it goes into one estimate (line_estimate.hpp). Shifts come first; a gain is taken only where the evidence narrows it.
@@ -33,7 +33,7 @@ struct Prior {
   double shift_sd = 0;     // of where a sensor's readings lie
   double log_gain_sd = 0;  // of how far apart they lie
   double alike = 0;        // correlation of the shifts of one glove's sensors
-  // What quantiles of another stretch of motion differ by though nothing was put on anew:
+  // What quantiles of another stretch of motion differ by though the glove stayed on:
   double motion_sd = 0;   // all together
   double reach_sd = 0;    // the distance of the ends
   double density_sd = 0;  // each quantile between the ends, by itself
@@ -82,10 +82,10 @@ struct RecalibratedSensor {
   model::Correction correction;  // none unless applied
   double shift_se = 0;           // of what the sensor's middle is taken for, in its unit
   double gain_se = 0;
-  bool gain_is_told = true;  // false: motion alone, which may be a hand that reached less far
-  int reversals = 0;         // of the motion, in the log that shows most
-  double covered = 0;        // of its span there
-  std::string kept;          // why it was not applied
+  bool gain_is_known = true;  // false: motion alone, which may be a hand that reached less far
+  int reversals = 0;          // of the motion, in the log that shows most
+  double covered = 0;         // of its span there
+  std::string kept;           // why it was not applied
 };
 
 struct RecalibratedJoint {

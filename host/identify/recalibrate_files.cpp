@@ -28,7 +28,7 @@ std::vector<double> without_holes(std::vector<double> values) {
   return values;
 }
 
-// A column for each input; a missing reading is NaN. The log continues where a reset of the board begins its clock anew.
+// A column for each input; a missing reading is NaN. The log continues where a reset of the board begins its clock again.
 recording::Recording read_log(const recording::Log& path, const RecalibrationFiles& files,
                               const recording::TimeOptions& time, Recalibration& out) {
   const model::Model& model = files.model;
@@ -69,7 +69,7 @@ std::vector<double> sampled(const recording::Recording& log, const model::Model&
 }
 
 // joint=column,...
-std::map<std::string, std::string> columns_as_said(const std::string& map) {
+std::map<std::string, std::string> columns_as_given(const std::string& map) {
   std::map<std::string, std::string> out;
   std::set<std::string> columns;
   std::istringstream list(map);
@@ -111,7 +111,7 @@ std::vector<JointMap> map_of(const RecalibrationFiles& files) {
   const model::Graph graph(model);
   std::vector<JointMap> out;
   for (const auto& [joint, column] :
-       files.map.empty() ? columns_by_name(files) : columns_as_said(files.map)) {
+       files.map.empty() ? columns_by_name(files) : columns_as_given(files.map)) {
     const auto j = std::ranges::find(model.joints, joint, &model::Joint::name) - model.joints.begin();
     if (j == std::ssize(model.joints)) throw io::InputError("--map: the model has no joint {}", joint);
     JointMap& one = out.emplace_back(JointMap{joint, {}, column});
@@ -232,7 +232,7 @@ void add_pair(const RecalibrationFiles& files, RecalibrationRequest& request, Re
     out.clock = clock_of(map, {}, take, unused);
     refuse_swapped(map, take, out.clock->offset_s);
     if (out.clock->confidence < recording::kUnsure)
-      throw io::JobError("{}: its clock is not told by what moved (confidence {:.2f}): it does not count",
+      throw io::JobError("{}: what moved does not determine its clock (confidence {:.2f}): it does not count",
                          files.pair_camera.string(), out.clock->confidence);
     request.seen = seen_in(map, take, log, out.clock->offset_s, files.model);
     request.motion.push_back(motion_in(log, files.model));
@@ -264,7 +264,8 @@ Held poses_in(const std::vector<std::string>& poses, const recording::Recording&
         fmt::join(poses, ","));
   if (std::ranges::none_of(model.inputs, [](const auto& input) { return input.poses.has_value(); }))
     throw io::InputError(
-        "{}: the model does not say what its sensors read at the open hand and at the fist: identify it anew",
+        "{}: the model does not say what its sensors read at the open hand and at the fist: identify it "
+        "again",
         log.source);
   std::vector<std::vector<double>> readings;
   std::vector<model::Spread> made;
@@ -320,7 +321,7 @@ Json to_json(const Recalibration& r) {
     sensors[s.name] = {{"applied", s.applied},
                        {"shift_se", s.shift_se},
                        {"gain_se", s.gain_se},
-                       {"gain_is_told", s.gain_is_told},
+                       {"gain_is_told", s.gain_is_known},
                        {"reversals", s.reversals},
                        {"covered", s.covered},
                        {"kept", s.kept}};

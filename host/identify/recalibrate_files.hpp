@@ -1,4 +1,4 @@
-// recalibrate on logs: files or recordings in, the model and what is to be said of it out.
+// recalibrate on logs: files or recordings in, the model and its report out.
 #pragma once
 
 #include <filesystem>

@@ -71,8 +71,8 @@ class RecalibrateFiles : public testing::Test {
   Recalibration run() const { return recalibrate_files(request_); }
 
   void expect_refused(const std::string& why) const {
-    const std::string said = io::refusal_of([&] { (void)run(); });
-    EXPECT_NE(said.find(why), std::string::npos) << said;
+    const std::string message = io::refusal_of([&] { (void)run(); });
+    EXPECT_NE(message.find(why), std::string::npos) << message;
   }
 
   // Alone it is not enough, and neither does it lose what a log of motion says.
@@ -89,7 +89,7 @@ class RecalibrateFiles : public testing::Test {
   RecalibrationFiles request_;
 };
 
-TEST_F(RecalibrateFiles, ACamerasClockIsToldByTheJointsOwnSensors) {
+TEST_F(RecalibrateFiles, TheJointsOwnSensorsDetermineACamerasClock) {
   pair();
   const Recalibration r = run();
   ASSERT_TRUE(r.clock);
@@ -114,7 +114,7 @@ TEST_F(RecalibrateFiles, ACameraOfAnotherTimeDoesNotCountAndLosesNothing) {
   EXPECT_GT(r.notes.size(), alone.notes.size()) << "and why";
 }
 
-TEST_F(RecalibrateFiles, ACameraThatSeesNoMotionIsWantedAnew) {
+TEST_F(RecalibrateFiles, ACameraThatSeesNoMotionIsWantedAgain) {
   request_.pair_sensor = glove("pair.csv", 0, 20);
   request_.pair_camera = write("flat.csv", "index_deg", 1, 0, 20, [](double, std::size_t) { return 30.0; });
   expect_kept_until_there_is_motion();
@@ -136,7 +136,7 @@ TEST_F(RecalibrateFiles, MapsThatMeanNothingAreRefused) {
   }
 }
 
-TEST_F(RecalibrateFiles, WhatIsWrongWithALogIsSaidAsWhatItIs) {
+TEST_F(RecalibrateFiles, WhatIsWrongWithALogIsReportedAsWhatItIs) {
   const auto cell = [](std::size_t, std::size_t, double v) { return fmt::format("{:.4f}", v); };
   request_.recording = glove(
       "volts.csv", 0, 30, [&](std::size_t k, std::size_t i, double v) { return cell(k, i, v * 5 / 1023); });
@@ -162,7 +162,7 @@ TEST_F(RecalibrateFiles, PosesAreReadAsIdentifyReadsThem) {
   EXPECT_NEAR(run().sensors[1].correction(450 - kMovedBy), 450, 12);
 }
 
-TEST_F(RecalibrateFiles, PosesThatAreNotFoundAreWantedAnew) {
+TEST_F(RecalibrateFiles, PosesThatAreNotFoundAreWantedAgain) {
   request_.poses = {"open", "fist"};
   request_.poses_log =
       write("held.csv", "thumb,index,middle", 3, 0, 6, [](double, std::size_t) { return reading(0); });

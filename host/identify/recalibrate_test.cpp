@@ -128,7 +128,7 @@ TEST(Recalibrate, AGloveThatReadsAsItDidStaysAsItIs) {
 
 // All sensors read with another gain about any point, and shifted: motion alone cannot tell, and nothing is made worse nor
 // called right.
-TEST(Recalibrate, AGainThatMotionDoesNotTellIsSaidAndNothingIsMadeWorse) {
+TEST(Recalibrate, AGainThatMotionDoesNotDetermineIsReportedAndNothingIsMadeWorse) {
   constexpr double kGainAbout[][2] = {{0.65, 450}, {0.7, 450},  {0.7, 510},  {0.7, 390}, {0.7, 600},
                                       {0.7, 300},  {0.7, 370},  {0.75, 450}, {0.8, 450}, {0.8, 500},
                                       {0.9, 450},  {1.15, 450}, {1.3, 450},  {1.3, 520}};
@@ -146,7 +146,7 @@ TEST(Recalibrate, AGainThatMotionDoesNotTellIsSaidAndNothingIsMadeWorse) {
   }
 }
 
-TEST(Recalibrate, NamesTheFingerWhoseStripNoLongerFits) {
+TEST(Recalibrate, NamesTheFingerWhoseSensorNoLongerFits) {
   const auto broken = [&](auto&& change) {
     RecalibrationRequest request = worn(kShifted, 5, 0.01, 3);
     for (double& u : request.motion[0].reading[2]) u = change(u);
@@ -156,7 +156,7 @@ TEST(Recalibrate, NamesTheFingerWhoseStripNoLongerFits) {
     expect_says(r.misfits, "middle");
     return r;
   };
-  broken([](double) { return 512.0; });                     // a strip that is broken
+  broken([](double) { return 512.0; });                     // a sensor that is broken
   broken([](double u) { return 400 + 0.15 * (u - 450); });  // one that slipped
   broken([](double u) { return 450 + 1.9 * (u - 450); });   // another hand
   RecalibrationRequest moved = worn(kShifted, 5, 0.01, 3);
@@ -288,7 +288,7 @@ TEST(RecalibrateFromPoses, ASensorThatCannotBeUsedIsNamedAndTheOthersCount) {
   expect_says(spoilt([](RecalibrationRequest& r) { r.model.inputs[1].poses.reset(); }).wanted, "index");
 }
 
-TEST(RecalibrateFromPoses, OneFingerThatMovesBreaksNoStrip) {
+TEST(RecalibrateFromPoses, OneFingerThatMovesBreaksNoSensor) {
   RecalibrationRequest request = held(kFar);
   for (const std::size_t i : {1U, 2U}) request.held.fist[0].reading[i] = request.held.open[0].reading[i];
   const Recalibration r = recalibrate(request);
@@ -304,8 +304,8 @@ TEST(RecalibrateFromPoses, TheMotionThatIsWantedTellsWhatMayBeChance) {
   EXPECT_TRUE(recalibrate(request).applied);
 }
 
-// Other tools depend on it: where nothing is applied, what is wanted is said.
-TEST(Recalibrate, WhatDoesNotSufficeIsSaid) {
+// Other tools depend on it: where nothing is applied, what is wanted is reported.
+TEST(Recalibrate, WhatDoesNotSufficeIsReported) {
   const double straight = kTestStraight;
   RecalibrationRequest unusable;
   unusable.model = test_glove();
@@ -400,7 +400,7 @@ struct Tally {
   int tries = 0, accepted = 0, worse = 0;
 };
 
-void put_on_anew(std::mt19937& random, std::array<Tally, 3>& tallies) {
+void put_on_again(std::mt19937& random, std::array<Tally, 3>& tallies) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform;
   Corrections moved;
@@ -432,7 +432,7 @@ TEST(Recalibrate, OfThousandsOfRedonningsHardlyAnyIsMadeWorse) {
   std::array<Tally, 3> tallies;
   const char* asked = std::getenv("FLEXOR_REDONNINGS");  // for a longer run by hand
   const int count = asked != nullptr ? std::atoi(asked) : 3000;
-  for (int i = 0; i < count; ++i) put_on_anew(random, tallies);
+  for (int i = 0; i < count; ++i) put_on_again(random, tallies);
   Tally all;
   for (const Tally& kind : tallies) {
     const char* const name =

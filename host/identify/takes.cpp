@@ -90,19 +90,19 @@ Clock clock_of(const std::vector<JointMap>& map, std::optional<double> given, Ta
   }
   const bool known = share_a_clock(take.sensor, take.reference.front());
   if (!given && known) given = 0;
-  std::vector<std::string> said;
-  Clock clock = recording::find_clock(witnesses, given, known, said);
+  std::vector<std::string> found;
+  Clock clock = recording::find_clock(witnesses, given, known, found);
   bool is_left_out = false;
   for (const recording::Witness& w : witnesses)
     is_left_out |= recording::leave_out_frozen(*w.reference, w.column, w.reading, clock.offset_s, warnings);
-  if (is_left_out) {  // which said of the clocks what it could
-    said.clear();
+  if (is_left_out) {  // whose warnings are of another pair
+    found.clear();
     const double taken_out_ppm = clock.drift_ppm;
-    clock = recording::find_clock(witnesses, given, known, said);
+    clock = recording::find_clock(witnesses, given, known, found);
     clock.drift_ppm += taken_out_ppm;
   }
   if (known) clock.confidence = 1;
-  for (const std::string& warning : said)
+  for (const std::string& warning : found)
     warnings.push_back(fmt::format("{}: {}", take.sensor.source, warning));
   return clock;
 }

@@ -131,7 +131,7 @@ std::vector<int> bins_of(const Sampled& sensor, int bins) {
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return sensor.value[i]; });
   std::vector<int> out(sensor.value.size(), -1);
   for (std::size_t rank = 0; rank < order.size(); ++rank) {
-    // Equal values share a bin: a sensor at rest must not be torn apart by the order of its samples.
+    // Equal values share a bin: a sensor at rest must not be split by the order of its samples.
     const bool tie = rank > 0 && sensor.value[order[rank]] == sensor.value[order[rank - 1]];
     out[order[rank]] =
         tie ? out[order[rank - 1]] : static_cast<int>(rank * static_cast<std::size_t>(bins) / order.size());
@@ -556,17 +556,17 @@ std::pair<double, Rivals> find_lag(const Series& sensor, const Series& reference
 void tell_lag(const Series& sensor, const Series& reference, Alignment& result) {
   std::optional<double> near_ppm = result.drift_ppm;
   if (result.overlap_s >= kMinDriftOverlap_s && !near_ppm && !result.jump) near_ppm = 0;
-  const auto told = sensor_lag(sensor, {reference}, result.clock_offset_s, near_ppm);
-  if (!told) return;
+  const auto found = sensor_lag(sensor, {reference}, result.clock_offset_s, near_ppm);
+  if (!found) return;
   for (auto& quarter : result.quarter_offset_s) {
-    if (quarter) *quarter += told->clock_offset_s - result.clock_offset_s;
+    if (quarter) *quarter += found->clock_offset_s - result.clock_offset_s;
   }
-  result.sensor_lag_s = told->clock_offset_s - result.clock_offset_s;
-  result.clock_offset_s = told->clock_offset_s;
-  result.clock_offset_se_s = told->standard_error_s;
+  result.sensor_lag_s = found->clock_offset_s - result.clock_offset_s;
+  result.clock_offset_s = found->clock_offset_s;
+  result.clock_offset_se_s = found->standard_error_s;
   if (!near_ppm) return;
-  result.drift_ppm = told->drift_ppm;
-  result.drift_se_ppm = told->drift_se_ppm;
+  result.drift_ppm = found->drift_ppm;
+  result.drift_se_ppm = found->drift_se_ppm;
 }
 
 }  // namespace

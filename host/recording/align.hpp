@@ -16,7 +16,7 @@
 //
 // The confidence is the probability that the offset is right to 0.15 s:
 //   1 / (1 + exp(12.7 - 5.5 r^2 - 9.1 s - 1.6 g^(1/2)))  that it is not another one, times
-//   erf(0.15 s / (2^(1/2) 1.6 e))                        that it is told well enough, over
+//   erf(0.15 s / (2^(1/2) 1.6 e))                        that it is determined well enough, over
 //   1 + sum_j exp(9.1 (s_j - s) - (g_j / 0.1)^2 T / 2)   the offsets that explain as much, of a periodic motion one for
 //                                                        each period, and for each half where it is symmetric
 //   r  correlation of the velocities     s  overlap as a share of the shorter recording, which lasts T seconds
@@ -35,7 +35,7 @@
 
 namespace flexor::recording {
 
-constexpr double kUnsure = 0.5;           // of a confidence: below it the clock is not told
+constexpr double kUnsure = 0.5;           // of a confidence: below it the clock is not determined
 constexpr double kVelocityError_s = 0.1;  // of an offset from velocities alone
 
 struct Alignment {

@@ -203,10 +203,10 @@ TEST(AlignShort, FiveToNineSecondsAt250HzFindTheirOffset) {
 TEST(AlignBelief, ConfidenceIsTheShareOfOffsetsThatAreRight) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform;
-  struct Said {
+  struct Group {
     double confidence = 0, right = 0, count = 0;
   };
-  std::array<Said, 2> said;  // below 0.85, and from there on
+  std::array<Group, 2> groups;  // below 0.85, and from there on
   for (unsigned seed = 1000; seed < 1400; ++seed) {
     const double length_s = 5 * std::pow(20, uniform(random));
     SlowMotion motion(seed, length_s + 20);
@@ -217,14 +217,14 @@ TEST(AlignBelief, ConfidenceIsTheShareOfOffsetsThatAreRight) {
                                     4 + length_s - cut_s * uniform(random), 12.34, seed, 0, 8);
     try {
       const Alignment a = align(sensor, reference);
-      Said& of = said[a.confidence < 0.85 ? 0 : 1];
+      Group& of = groups[a.confidence < 0.85 ? 0 : 1];
       of.confidence += a.confidence;
       of.right += std::abs(a.clock_offset_s - 12.34) <= 0.15;
       ++of.count;
     } catch (const io::JobError&) {
     }
   }
-  for (const Said& of : said) {
+  for (const Group& of : groups) {
     EXPECT_GT(of.count, 40);
     EXPECT_LT(of.confidence, of.right + 0.1 * of.count);
     EXPECT_GT(of.confidence, of.right - 0.2 * of.count) << "of many alike it doubts more than it must";

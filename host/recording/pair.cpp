@@ -129,8 +129,8 @@ std::optional<Alignment> find_alignment(Pair& pair, bool given, std::vector<std:
   const Series sensor = pair.sensor.series(pair.input);
   try {
     if (given) return align(sensor, pair.reference.series(pair.output));
-    std::vector<std::string> said;  // the alignment has them, too
-    Clock clock = find_clock({{0, sensor, &pair.reference, pair.output, ""}}, {}, false, said);
+    std::vector<std::string> unused;  // the alignment has them, too
+    Clock clock = find_clock({{0, sensor, &pair.reference, pair.output, ""}}, {}, false, unused);
     if (clock.surest->drift_ppm) *clock.surest->drift_ppm += clock.drift_ppm;
     return clock.surest;
   } catch (const JobError& error) {

@@ -2,7 +2,7 @@
 //
 // The grid starts at the first reading: T_k = t_0 + k T. At T_k stands the mean of the readings since
 // T_{k-1}; where there are none, what stood there before. A reading up to kTolerance_s after T_k belongs to
-// it: logs are written in whole milliseconds. After a pause of more than kJump_s the grid starts anew at the
+// it: logs are written in whole milliseconds. After a pause of more than kJump_s the grid starts again at the
 // next reading, and nothing stands in between.
 //
 // A reading outside its column's range (a sensor on a rail) is never averaged with others: it stands at T_k

@@ -78,7 +78,7 @@ TEST(Resample, WhatComesLaterChangesNothing) {
   }));
 }
 
-TEST(Resample, APauseIsHeldAndMarkedAndALongOneStartsAnew) {
+TEST(Resample, APauseIsHeldAndMarkedAndALongOneStartsAgain) {
   const std::vector<double> t = {0, 0.1, 0.2, 2.2, 2.3, 60, 60.1};
   const std::vector<double> x = {1, 1, 2, 3, 3, 9, 9};
   const Samples s = resample({t, x}, 0.1, 0.5);

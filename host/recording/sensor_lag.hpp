@@ -1,4 +1,4 @@
-// The clocks' offset and the sensor's own lag, told apart by what a sensor can do with the angles that bend it:
+// The clocks' offset and the sensor's own lag, distinguished by what a sensor can do with the angles that bend it:
 //
 //   reading(t) = sum_j (f_j(x_j(t')) + c_j H_5s angle_j(t')) + noise,  t' = t + d + s (t - middle)
 //   x_j = H_tau play_r(angle_j)   or   play_r(H_tau angle_j), whichever fits better
@@ -11,7 +11,7 @@
 // A third prior holds d to what velocities say (align.hpp), corrected by lag and play. The camera's noise
 // that lag and play would take out of the residuals is put back: both are applied to the angles with as much noise once more.
 //
-// The error is that of this model. Of a strip that is none such, as one of two lags, an error may be ten times as large.
+// The error is that of this model. Of a sensor that is none such, as one of two lags, an error may be ten times as large.
 //
 // f_j and c_j by least squares inside, d, s, tau and r outside (variable projection); the noise is as correlated as the
 // residuals are: n of them count as n / (1 + 2 sum_k rho_k), and whatever lies six deviations out does not count.

@@ -18,7 +18,7 @@ struct Lagging {
 };
 
 // A finger that goes to random angles at random speeds by the least jerk, through a play of the cloth and a lag of the
-// strip, in either order, to a sensor that saturates. With `home_s` it goes back after each movement, and rests so long.
+// sensor, in either order, and saturation. With `home_s` it goes back after each movement, and rests so long.
 Lagging lagging(unsigned seed, double samples, double noise_counts, double correlation, double home_s = 0,
                 double camera_hz = 30) {
   constexpr double kStep_s = 0.005;
@@ -86,7 +86,7 @@ TEST_P(Noise, TheOffsetIsTheClocksAndNotTheSensorsLag) {
 
 INSTANTIATE_TEST_SUITE_P(SensorLag, Noise, testing::Values(0, 0.95));
 
-// Two joints bend one strip: each alone would ask for an offset of its own.
+// Two joints bend one sensor: each alone would ask for an offset of its own.
 TEST(SensorLag, JointsOfOneSensorShareItsClock) {
   Lagging logs = lagging(7, 3000, 4, 0);
   const Lagging other = lagging(8, 3000, 0, 0);

@@ -133,7 +133,7 @@ inline const std::vector<Shape> kShapes = {
      "taken as a burst", "flex", numbers(0, 0, 0.11, 0.11, 0.22), numbers(10, 11, 12, 13, 14)},
     {"LabelsOnAMonitor", three("12:03:11.@ -> index:#,middle:323\n"), "", "index"},
     {"LabelsWithATime", "t_ms:1000 A0:10 A1:7\nt_ms:1050 A0:11 A1:7\nt_ms:1100\tA0: 12, A1:7\n", "", "A0"},
-    {"LabelsWithATornRow", "t_ms:1000,A0:10\nt_ms:1020,A0\nt_ms:1050,A0:11\nt_ms:1100,A0:12\n", "1 row(s)",
+    {"LabelsWithAShortRow", "t_ms:1000,A0:10\nt_ms:1020,A0\nt_ms:1050,A0:11\nt_ms:1100,A0:12\n", "1 row(s)",
      "A0"},
     {"HalfDays", "Time,flex\n11:59:59.950 AM,10\n12:00:00.000 PM,11\n12:00:00.050pm,12\n"},
     {"DatesAndHalfDays",

@@ -28,7 +28,7 @@ constexpr std::size_t kFirstSteps = 9;  // that tell the unit
 constexpr double kLongestStep_s = 5;
 constexpr double kShortestStep_s = 1e-4;
 // Where nothing says the unit: 1, 2, 3 and 4, 8, 12 may be rows or milliseconds.
-constexpr double kLongestUnsaid_s = 0.99;
+constexpr double kLongestUnnamed_s = 0.99;
 constexpr double kPause_s = 2;  // without a row, and so many steps: no log is made so, some rows lack
 constexpr double kPauseSteps = 20;
 constexpr double kLate_s = 1;  // a board that was reset has been silent for longer
@@ -49,10 +49,10 @@ const char* spreadsheet_mend(double value, double step) {
       (value > 20'000 && value < 70'000) || (value > 700'000 && value < 800'000);  // of 1954 to 2091
   if (is_rounded)
     return "was rounded by a spreadsheet, as to 1.77763E+12: give the cells the format 0 or 0.000 there and "
-           "save anew";
+           "save again";
   if (is_fast ? is_date || (value > 0 && value < 1) : step == 0 && is_date && value != std::floor(value))
     return "are these days, as a spreadsheet counts them? show them there as hh:mm:ss.000, or as seconds, "
-           "and save anew";
+           "and save again";
   return nullptr;
 }
 
@@ -206,7 +206,7 @@ std::string Stream::mend(std::string by_hand) const {
 void Stream::check_unit() const {
   const double middle = io::median(first_steps_s_);
   const Times times = source_.times();
-  const double longest_s = times.is_unit_known ? kLongestStep_s : kLongestUnsaid_s;
+  const double longest_s = times.is_unit_known ? kLongestStep_s : kLongestUnnamed_s;
   if (middle >= kShortestStep_s && middle <= longest_s) return;
   if (middle >= kShortestStep_s && middle <= kLongestStep_s)
     throw InputError(

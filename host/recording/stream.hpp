@@ -9,7 +9,7 @@
 //    came before, because nobody knows how long the board was off.
 //  - a counter that wraps, of 16 bits (65.536 s of milliseconds, also from -32.768) or of 32 (milliseconds or microseconds), or
 //    midnight: goes on, where the step over it is about those before and the next row confirms it by following it closely.
-// Of a log that comes as it is made no row that goes back is refused: it is left out. Each is told with its row. What is kept
+// Of a log that comes as it is made no row that goes back is refused: it is left out. Each is reported with its row. What is kept
 // does not grow with the log.
 #pragma once
 

@@ -79,7 +79,7 @@ struct Repair {
   std::string name;
   std::vector<double> t_s;
   std::vector<double> kept;
-  std::string said = {};  // within the notes, with a bar between two
+  std::string noted = {};  // within the notes, with a bar between two
   double wrap_s = 0;
   bool is_reset = false;  // which is followed one step later, or refused
 };
@@ -120,9 +120,9 @@ TEST(Stream, RepairsTheClockAndSaysWhere) {
     ASSERT_EQ(r.t_s.size(), c.kept.size());
     for (std::size_t k = 0; k < c.kept.size(); ++k) EXPECT_NEAR(r.t_s[k], c.kept[k], 1e-6) << k;
     const std::string notes = fmt::format("{}", fmt::join(r.notes, "|"));
-    EXPECT_EQ(notes.empty(), c.said.empty()) << notes;
-    EXPECT_EQ(std::ranges::count(notes, '|'), std::ranges::count(c.said, '|')) << notes;
-    EXPECT_NE(notes.find(c.said), std::string::npos) << notes;
+    EXPECT_EQ(notes.empty(), c.noted.empty()) << notes;
+    EXPECT_EQ(std::ranges::count(notes, '|'), std::ranges::count(c.noted, '|')) << notes;
+    EXPECT_NE(notes.find(c.noted), std::string::npos) << notes;
     EXPECT_EQ(all(r.t_s).t_s, r.t_s) << "repaired once more";
     const Read refused = all(c.t_s, Resets::refuse, c.wrap_s);
     EXPECT_EQ(refused.t_s == r.t_s, !c.is_reset);

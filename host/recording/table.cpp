@@ -19,8 +19,8 @@ namespace {
 using Kind = Problem::Kind;
 
 constexpr std::size_t kLongestExcerpt = 40;  // of a cell in a message
-constexpr std::size_t kTornRows = 5;
-constexpr double kTornShare = 0.1;
+constexpr std::size_t kMalformedRows = 5;
+constexpr double kMalformedShare = 0.1;
 constexpr std::size_t kTitles = 40;    // lines in which the first row of numbers is looked for
 constexpr std::size_t kLiveRows = 20;  // of look-ahead where rows come as they are made, and
 constexpr std::size_t kRows = 60'000;  // of a file: what gives nothing for ten minutes at 100 Hz is dead
@@ -469,10 +469,10 @@ class Finder : public TableState {
 
   // Columns without a name, or of one name, get that of the nearest title that spans them.
   void name_by_titles() {
-    const auto is_told = [&](const std::string& name) {
+    const auto is_unique = [&](const std::string& name) {
       return !name.empty() && std::ranges::count(header_, name) == 1;
     };
-    for (auto title = titles_.rbegin(); title != titles_.rend() && !std::ranges::all_of(header_, is_told);
+    for (auto title = titles_.rbegin(); title != titles_.rend() && !std::ranges::all_of(header_, is_unique);
          ++title) {
       if (title->size() < 2 || title->size() > header_.size()) continue;
       if (title + 1 != titles_.rend() && repeats(*title, *(title + 1))) continue;
@@ -803,17 +803,19 @@ class Finder : public TableState {
       std::vector<std::string> cells = cells_ahead(i);
       const double rows = static_cast<double>(cells.size());
       const std::set<std::string> ids(cells.begin(), cells.end());
+      const bool is_part = is_one_of(cut_name(header_[i]).name, "finger joint sensor channel field");
       const bool is_named =
-          is_one_of(cut_name(header_[i]).name, "hand side glove device node board finger joint");
+          is_part || is_one_of(cut_name(header_[i]).name, "hand side glove device node board");
       const bool are_ids = !is_of_time(i) && std::ranges::all_of(ids, [&](const std::string& id) {
         return !is_missing(id) && (!time_in(id, separator_) || (is_named && id.size() == 1));
       });
       wants_more_ |= is_pipe() && are_ids && at(8) == nullptr;
       const auto turns = static_cast<double>(std::unique(cells.begin(), cells.end()) - cells.begin());
       if (!are_ids || rows < 8 || ids.size() > 10 || turns < (is_named ? 0.25 : 1) * rows) continue;
-      refuse(Kind::ambiguous,
-             fmt::format("the rows are of several in turn, by \"{}\" ({}): make a file of each", header_[i],
-                         listed({ids.begin(), ids.end()})));
+      refuse(
+          Kind::ambiguous,
+          fmt::format("the rows are of several in turn, by \"{}\" ({}): make a {} of each", header_[i],
+                      listed({ids.begin(), ids.end()}), is_part ? "column, as a pivot table does," : "file"));
     }
   }
 
@@ -1126,7 +1128,8 @@ bool TableReader::read_time(double& t_s, Problem& why) {
 void TableReader::leave_out(const Problem& why) {
   if (malformed_++ == 0) first_malformed_ = why;
   too_long_ += cells_.size() > header_.size() ? 1 : 0;
-  const double forgiven = static_cast<double>(kTornRows) + kTornShare * static_cast<double>(rows_.kept());
+  const double forgiven =
+      static_cast<double>(kMalformedRows) + kMalformedShare * static_cast<double>(rows_.kept());
   if (static_cast<double>(malformed_) <= forgiven || is_port()) return;
   const bool has_commas = 2 * too_long_ > malformed_ && separator_ == ',';
   const std::string detail = fmt::format(

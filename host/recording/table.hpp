@@ -37,7 +37,7 @@ enum class Holes {  // missing readings
   all               // it is NaN
 };
 
-// Which rows are kept, and what is said of those that lack a reading.
+// Which rows are kept, and the notes on those that lack a reading.
 class HoleCounter {
  public:
   explicit HoleCounter(Holes holes) : holes_(holes) {}
@@ -165,7 +165,7 @@ class TableReader : public TableState {
     has_ended_ = true;
     try_settle();
   }
-  // A port was opened anew: another header is another glove's.
+  // A port was opened again: another header is another glove's.
   void cut() { is_fresh_ = true; }
   // What the next line is; none: more lines are needed, or there is a problem.
   Take take(Row& row);

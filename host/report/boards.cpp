@@ -135,7 +135,7 @@ void render_deployment(const Saved& saved) {
   add_wiring(page, r.at("wiring"));
   add_costs(page, r);
   const Figure figure{"time_budget", "Time budget",
-                      "Light blue: the ADC reads the strips; orange: the board computes and seals a frame; "
+                      "Light blue: the ADC reads the sensors; orange: the board computes and seals a frame; "
                       "blue: the frame is on the wire; grey: it sleeps."};
   if (is_measured) page.drawing(figure, budget_svg(figure, r.at("time_budget_ms")));
   page.write(saved);

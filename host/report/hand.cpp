@@ -254,7 +254,7 @@ void transfer_function(Page& page, const Json& joint, double period_s) {
     if (!name.starts_with("pole")) continue;
     pole.push_back(-p.at("value").get<double>());
     error.push_back(p.at("standard_error").is_null()
-                        ? "not told"
+                        ? "not known"
                         : fmt::format("± {:.2g}", p.at("standard_error").get<double>()));
   }
   std::vector<double> gain(pole.size(), 0);

@@ -40,13 +40,13 @@ class WiringDrawing : public Drawing {
 
 using ByPin = std::map<std::string, Json>;  // connections
 
-// 5 V - resistor - strip - ground; the pin reads what is in between. y: of the pin.
-void draw_strip(WiringDrawing& d, int y, const std::string& finger, double divider_kohm) {
+// 5 V - resistor - sensor - ground; the pin reads what is in between. y: of the pin.
+void draw_sensor(WiringDrawing& d, int y, const std::string& finger, double divider_kohm) {
   const int chain = y - 24;
   d.text(32, chain + 5, "5 V", "middle");
   d.wire(48, chain, 350, chain);
   d.part(64, chain - 12, 84, 24, fmt::format("{:g} kΩ", divider_kohm));
-  d.part(206, chain - 12, 124, 24, finger + " strip");
+  d.part(206, chain - 12, 124, 24, finger + " sensor");
   d.ground(350, chain);
   d.joint(176, chain);
   d.wire(176, chain, 176, y, kSignal);
@@ -102,7 +102,7 @@ void draw_analog_side(WiringDrawing& d, const ByPin& pins, double divider_kohm) 
     const auto name = it->second.at("name").get<std::string>();
     const bool is_hand = it->second.at("kind") == "potentiometer";
     if (it->second.at("kind") == "strip")
-      draw_strip(d, y, name, divider_kohm);
+      draw_sensor(d, y, name, divider_kohm);
     else
       draw_potentiometer(d, y, is_hand ? name + " potentiometer" : name, is_hand);
   }
@@ -130,9 +130,9 @@ std::string wiring_text(const Json& wiring) {
   std::string out = "# Wiring\nEach potentiometer lies between 5 V and GND; the pin reads its wiper.\n";
   if (divider > 0)
     out = fmt::format(
-        "# Wiring\nEach strip is half of a divider: its resistance grows as it bends, and so does what the "
+        "# Wiring\nEach sensor is half of a divider: its resistance grows as it bends, and so does what the "
         "pin reads.\n\n"
-        "```\n{0}+---[ flex strip ]--- GND\n{1}|\n{1}+--- analog pin\n```\n",
+        "```\n{0}+---[ flex sensor ]--- GND\n{1}|\n{1}+--- analog pin\n```\n",
         resistor, blank);
   for (const Json& board : wiring.at("boards")) {
     const auto name = board.at("name").get<std::string>();

@@ -9,7 +9,7 @@
 namespace flexor::report {
 
 // The board with all that is wired to it. board: {"name", "board", "connections": [{"pin", "kind", "name", "how"}]}
-// with kinds strip, joystick, button, potentiometer, motor, radio, usb; divider_kohm: between each strip and 5
+// with kinds strip, joystick, button, potentiometer, motor, radio, usb; divider_kohm: between each sensor and 5
 // V.
 std::string wiring_svg(const Json& board, double divider_kohm);
 

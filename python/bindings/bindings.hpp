@@ -80,7 +80,7 @@ auto run(const nb::object& show, Work work) {
       const std::lock_guard lock(progress.mutex);
       progress.news.swap(news);
     }
-    if (raised) continue;  // it was told to stop
+    if (raised) continue;  // it must stop
     try {
       if (PyErr_CheckSignals() != 0) throw nb::python_error();
       if (news && !show.is_none()) std::apply(show, *news);

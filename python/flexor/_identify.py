@@ -73,7 +73,7 @@ def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[
     ``leave_out``: take or block: each in turn is left out of a fit to all the rest. ``reference_error_deg``: of the measured
     angles themselves, by joint. ``ends_deg``: angles at the open hand and at the fist, by joint. ``initial``: its parameters are
     a start more. ``refit``: only its gains and dead zones are fitted. ``time_limit_s``: after it the best so far is taken.
-    Raises ``InputError``: recordings or map are wrong; ``JobError``: nothing can be told from them. Ctrl-C stops it.
+    Raises ``InputError``: recordings or map are wrong; ``JobError``: they determine nothing. Ctrl-C stops it.
     """
     if leave_out and leave_out not in ("take", "block"):
         raise InputError(f'leave_out "{leave_out}": take or block')

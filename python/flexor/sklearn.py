@@ -18,7 +18,7 @@ class FlexorRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):
     ``structure``: as ``flexor.identify`` takes it. Where the rows are too few for it, or tell nothing of the angle, a straight line
     by least squares is fitted in its place, and ``refusal_`` says why; ``compensator_`` is none then.
     Raises ValueError: a structure that does not parse, a rate that is not positive.
-    The past counts: ``predict`` starts anew at each call, and rows have an order.
+    The past counts: ``predict`` starts again at each call, and rows have an order.
 
     >>> import numpy as np
     >>> t = np.arange(1200) / 20

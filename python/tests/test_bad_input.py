@@ -112,7 +112,7 @@ def test_readings_in_another_unit(found, donning):
     assert "is in V" in text and "takes deg" in text
 
 
-def test_missing_readings_are_left_out_and_said(donning, found):
+def test_missing_readings_are_left_out_with_a_warning(donning, found):
     values = donning.glove["index_alpha_deg"].copy()
     values[100:110] = np.nan
     log = flexor.Recording({**donning.glove.columns, "index_alpha_deg": values}, time=donning.glove.t_s)
@@ -151,7 +151,7 @@ def test_rows_of_a_frame_go_by_name_and_what_is_masked_is_missing(found, donning
     assert "numbers" in refusal(lambda: found.compensator.step([["1"] * 5]))
 
 
-def test_what_cannot_be_told_is_a_job_error(donning, found):
+def test_what_the_data_do_not_determine_is_a_job_error(donning, found):
     noise = np.random.default_rng(1).normal(size=len(donning.glove))
     log = flexor.Recording({"index_adc": noise}, time=donning.glove.t_s)
     refusal(lambda: flexor.identify([(log, donning.camera)], {"index": ("index_adc", "index_deg")}), flexor.JobError)

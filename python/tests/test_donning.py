@@ -56,7 +56,7 @@ def test_what_cannot_be_compared_is_refused():
         with pytest.raises(ValueError, match=what):
             donning.compare(sessions(index=columns))
     with pytest.raises(ValueError, match="called like a finger"):
-        donning.compare(sessions(strip=sound))
+        donning.compare(sessions(sensor=sound))
     with pytest.raises(ValueError, match="s2: no column index"):
         donning.compare(sessions(index=sound) | {"s2": pd.DataFrame({"middle": sound[2]})})
 

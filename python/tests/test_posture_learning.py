@@ -92,4 +92,4 @@ def test_what_was_learnt_completes_a_hand(tmp_path):
     bends = [f"{name}={'+'.join(joints)}" for name, joints in inputs.items()]
     out = flexor.posture.complete(sensed, list(inputs), bends=bends, document=json.dumps(document)).frame
     error_deg = out[truth.columns].to_numpy() - truth.to_numpy()
-    assert 6 < np.sqrt((error_deg**2).mean()) < 10.5  # offsets of 6 degrees are not to be told
+    assert 6 < np.sqrt((error_deg**2).mean()) < 10.5  # offsets of 6 degrees cannot be seen

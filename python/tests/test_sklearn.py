@@ -14,7 +14,7 @@ def test_what_is_no_setting_is_refused(wrong):
         FlexorRegressor(**wrong).fit([[1.0], [2.0], [4.0]], [1.0, 2.0, 3.0])
 
 
-def test_readings_out_of_range_are_said():
+def test_readings_out_of_range_are_reported():
     t = np.arange(1200) / 20
     angle = 45 + 40 * np.sin(t + np.sin(0.7 * t))
     model = FlexorRegressor(structure="line").fit(3 * angle[:, None] + 200, angle)

@@ -8,7 +8,7 @@
 namespace flexor::filming {
 
 // Writes t_s, and for each angle NAME_deg, NAME_se_deg, NAME_quality (camera::Quality as a number); the report
-// and the preview likewise appear whole or not at all. Where `progress` says stop, what there is is kept. Throws io::InputError,
+// and the preview likewise appear whole or not at all. Where `progress` stops it, what there is is kept. Throws io::InputError,
 // and io::JobError when no frame shows the marks.
 Json track(const Json& arguments, const io::JobProgress& progress);
 

@@ -255,7 +255,7 @@ TEST(Rendered, AMarkHiddenForLongIsLostAndComesBackByItself) {
   EXPECT_NEAR(at(72, "index_pip").deg, pinch(72 / kRate_hz).index_pip, 0.5);
 }
 
-TEST(Rendered, AmongOtherThingsFromTheStartNothingIsFoundWhichIsSaid) {
+TEST(Rendered, AmongOtherThingsFromTheStartNothingIsFoundWhichIsReported) {
   Shot s = clean(1);
   s.frames = 10;
   s.change = [](int, Scene& d, Renderer&) { add_others(d, 0); };

@@ -63,7 +63,7 @@ struct Watch {
           t_s, kMost_s);
     }
     if (tracker && picture.size() != size) {
-      throw io::InputError("picture: {} x {} pixels, those before it {} x {}: begin anew to change the size",
+      throw io::InputError("picture: {} x {} pixels, those before it {} x {}: begin again to change the size",
                            picture.cols, picture.rows, size.width, size.height);
     }
     if (!tracker) tracker.emplace(joints, lens, picture.cols, picture.rows);
@@ -131,7 +131,7 @@ Json camera(State& state, const Json& json) {
     open.begin = std::chrono::steady_clock::now();
   }
   if (device != open.device)
-    throw io::InputError("{}: {} is watched already: begin anew", device, open.device);
+    throw io::InputError("{}: {} is watched already: begin again", device, open.device);
   double t_s = 0;
   const bool ended = !open.video->next(open.taken, t_s);
   if (!ended && !std::filesystem::is_character_file(device))

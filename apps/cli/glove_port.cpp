@@ -23,7 +23,7 @@ std::unique_ptr<listen::Listener> open_port(const GlovePort& o) {
     ProgressLine line;
     listener = std::make_unique<listen::Listener>(options, line.steps(options.port + ": "));
   }
-  log(fmt::format("{}: {}", options.port, listener->says()));
+  log(fmt::format("{}: {}", options.port, listener->description()));
   return listener;
 }
 
@@ -93,7 +93,7 @@ void add_speed(CLI::App& command, GlovePort& o) {
 std::unique_ptr<listen::Source> open_glove(const GlovePort& o) {
   if (o.from.empty()) return open_port(o);
   std::unique_ptr<listen::Source> source = open_instead(o);
-  log(source->says());
+  log(source->description());
   return source;
 }
 
@@ -103,7 +103,7 @@ Json source_json(const GlovePort& o, const listen::Source& source) {
   return {{"port", has_port ? Json(o.listener.port) : Json(nullptr)},
           {"format", has_port ? Json(listen::name_of(port->format())) : Json(nullptr)},
           {"baud", has_port ? Json(port->baud()) : Json(nullptr)},
-          {"source", o.from.empty() ? Json(nullptr) : Json(io::to_utf8(source.says()))}};
+          {"source", o.from.empty() ? Json(nullptr) : Json(io::to_utf8(source.description()))}};
 }
 
 }  // namespace flexor::cli

@@ -66,7 +66,7 @@ std::string text_of(const listen::Source& source, const std::vector<Range>& rang
                        r.remark.empty() ? "" : "  ", io::one_line(r.remark));
   }
   const listen::Tally& tally = source.tally();
-  return out + fmt::format("{}{:.1f} samples a second, {} malformed, {}{}\n", clear, rate_hz, tally.torn,
+  return out + fmt::format("{}{:.1f} samples a second, {} malformed, {}{}\n", clear, rate_hz, tally.malformed,
                            listen::lost_in_words(tally), terminal ? "; Ctrl-C ends this" : "");
 }
 
@@ -108,7 +108,7 @@ void run(const Options& o) {
   Json json = source_json(o.glove, *source);
   json.update({{"rate_hz", rate_hz()},
                {"columns", std::move(columns)},
-               {"torn", tally.torn},
+               {"torn", tally.malformed},
                {"lost", tally.lost ? Json(*tally.lost) : Json(nullptr)}});
   print({json, ""}, true);
 }

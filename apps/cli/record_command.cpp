@@ -22,15 +22,15 @@ constexpr double kSilence_s = 3;    // of a glove that spoke before
 std::string how_it_goes(const listen::Source& source, const listen::Log& log, double left_s) {
   const listen::Tally& tally = source.tally();
   std::string text = fmt::format("{:.0f} s, {} rows", log.duration_s(), log.rows());
-  if (tally.torn > 0) text += fmt::format(", {} malformed", tally.torn);
+  if (tally.malformed > 0) text += fmt::format(", {} malformed", tally.malformed);
   if (tally.lost.value_or(0) > 0) text += ", " + listen::lost_in_words(tally);
   return text + (left_s > 0 ? fmt::format(", {:.0f} s left", left_s) : ", Ctrl-C ends it");
 }
 
 std::string why_silent(const listen::Tally& tally) {
-  if (tally.torn_since == 0) return "the glove fell silent: is it still running?";
-  const std::string example = io::start_of(tally.torn_line, 80);  // frames have none
-  return fmt::format("{} malformed rows came last{}", tally.torn_since,
+  if (tally.malformed_since == 0) return "the glove fell silent: is it still running?";
+  const std::string example = io::start_of(tally.malformed_line, 80);  // frames have none
+  return fmt::format("{} malformed rows came last{}", tally.malformed_since,
                      example.empty() ? "" : ", such as \"" + example + "\"");
 }
 
@@ -96,7 +96,7 @@ void run(const Options& o) {
   json.update({{"columns", source->columns()},
                {"rows", log->rows()},
                {"duration_s", log->duration_s()},
-               {"torn", tally.torn},
+               {"torn", tally.malformed},
                {"late", tally.late},
                {"lost", tally.lost ? Json(*tally.lost) : Json(nullptr)},
                {"board_restarts", log->restarts()},
@@ -104,7 +104,7 @@ void run(const Options& o) {
   print(
       {json, fmt::format(
                  "{}: {} rows in {:.1f} s, {} malformed, {}, {} restarts of the board, {} times unplugged\n",
-                 o.out, log->rows(), log->duration_s(), tally.torn, listen::lost_in_words(tally),
+                 o.out, log->rows(), log->duration_s(), tally.malformed, listen::lost_in_words(tally),
                  log->restarts(), unplugged)},
       o.json);
   if (silent_s >= kSilence_s)

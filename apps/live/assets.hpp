@@ -1,4 +1,4 @@
-// What the page is made of, carried in the program: the output of `npm run build` in web/, or one page that says what is missing.
+// What the page is made of, carried in the program: the output of `npm run build` in web/, or one page that states what is missing.
 #pragma once
 
 #include <span>

@@ -26,7 +26,7 @@ class BenchSource : public WornGlove {
   const std::vector<std::string>& columns() const override { return listener_->columns(); }
   const listen::Tally& tally() const override { return listener_->tally(); }
   double now_s() const override { return listener_->now_s(); }
-  std::string says() const override { return "simulated boards: " + listener_->says(); }
+  std::string description() const override { return "simulated boards: " + listener_->description(); }
   int descriptor() const override { return listener_->descriptor(); }
   bool takes_models() const override { return listener_->takes_models(); }
   void let_go() override { listener_->let_go(); }
@@ -38,7 +38,7 @@ class BenchSource : public WornGlove {
   study::BenchView now() const override;
   std::optional<double> begun_s() const override { return 0; }
   void load(const model::Model&) override { throw io::InputError("the boards take models at their port"); }
-  Score score() override;  // study::Bench::score, of the boards with all that they were told before
+  Score score() override;  // study::Bench::score, of the boards with all that was sent to them before
   const study::Bench& bench() const { return bench_; }
 
  private:

@@ -25,7 +25,7 @@ constexpr double kPosesShort_s = 8;
 constexpr const char* kArticlesHand = "paper_hand";
 constexpr double kSeen = 0.5;              // share of marks, below which the camera does not see the hand
 constexpr std::uint64_t kLeastRows = 100;  // with every angle
-constexpr double kUnseen_s = 3;            // without a row: it is said
+constexpr double kUnseen_s = 3;            // without a row: it is reported
 constexpr double kFollows_percent = 50;    // of the fit: less is no model
 constexpr double kPause_s = 0.5;           // of the glove: what is longer counts for no rate
 // Of markerless angles themselves, RMS with their mean, against marks on a film of one hand from the side (docs/live.md):
@@ -145,7 +145,7 @@ Calibration Calibration::resumed(const Session& session, const std::filesystem::
   return out;
 }
 
-// What is known of a motion that was over, from its files.
+// The state of a motion that was over, from its files.
 void Calibration::read_motion() {
   const auto names = [this](const std::filesystem::path& path) {
     constexpr std::uint64_t kHeader = 1U << 16U;
@@ -365,7 +365,7 @@ const char* Calibration::motion_asks() const {
   if (!log_) return "wait";
   if (motion_.lasts_s > 0) return motion_.is_over ? "enough" : "watch";
   const auto now = instructions(setup_.reference, motion_.seconds);
-  if (setup_.reference == Reference::poses && now.empty())  // some strip has rested at two places
+  if (setup_.reference == Reference::poses && now.empty())  // some sensor has rested at two places
     return is_any([](const Covered& c) { return c.holds > kTwoOfThree; }) ? "enough" : "rest";
   if (setup_.reference == Reference::poses) return now.front().kind;
   if (pictures_ > 20 && recent_share_ < kSeen) return "hidden";

@@ -1,13 +1,13 @@
 // A guided calibration, step by step: what to do now, what the motion has shown so far, and the files that it leaves in its
 // session. It knows no sockets and starts no programs; calibration_session.hpp does what it asks for.
 //
-//   glove      a glove that gives readings is heard
+//   glove      a glove that gives readings is connected
 //   reference  the camera sees the marks (or there is none)
 //   motion     readings go into log.csv, the camera's angles into camera.csv; it goes on as long as the person likes
 //   identify   the log and the angles become model.json and report/
 //   result     the error on the part that was held out, beside the baselines: accept, or repeat the motion
 //   send       the model is worn here; it may go into the glove
-// A step ends when the person says so; what is not there yet is said, and nothing is thrown away for a bad second.
+// A step ends when the person ends it; what is not there yet is reported, and nothing is thrown away for a bad second.
 #pragma once
 
 #include <array>
@@ -41,7 +41,7 @@ class Calibration {
  public:
   // The session is there already.
   Calibration(CalibrationSetup setup, Session session, std::filesystem::path folder);
-  // One that was open when the program ended, at its step: a motion is made anew, and so is a model. Throws io::InputError.
+  // One that was open when the program ended, at its step: a motion is made again, and so is a model. Throws io::InputError.
   static Calibration resumed(const Session& session, const std::filesystem::path& folder);
   // What that takes, as Session::calibration.
   nlohmann::ordered_json kept() const;

@@ -31,7 +31,7 @@ CalibrationSession::CalibrationSession(Context& context, GlovePort& glove, Worn&
   };
   context_.words.add(
       {{"calibrate.start",
-        {{"calibration_is_open", "job_runs", "no_readings", "anew_waits"},
+        {{"calibration_is_open", "job_runs", "no_readings", "redonning_waits"},
          [this](io::JsonReader& parts) { start(parts); }}},
        {"calibrate.next", does(&CalibrationSession::next)},
        {"calibrate.back", does(&CalibrationSession::back)},
@@ -75,7 +75,7 @@ void CalibrationSession::start(io::JsonReader& parts) {
   markerless_angles_.clear();
   pictures_.offset_s.reset();
   keep();
-  if (worn_.is_heard()) next();  // a glove that is heard needs no step of its own
+  if (worn_.is_connected()) next();  // a glove that is connected needs no step of its own
   context_.listed_s = -1e9;
 }
 
@@ -135,7 +135,7 @@ void CalibrationSession::see(const PictureSeen& seen) {
   context_.server.send_all(picture_message(pictures_.sent_s, seen.jpeg));
 }
 
-// From the page's clock, which begins anew when the page is opened anew.
+// From the page's clock, which starts again when the page is opened again.
 double CalibrationSession::on_server_s(double page_s) {
   std::optional<double>& offset_s = pictures_.offset_s;
   const double now_offset_s = context_.now_s() - page_s;
@@ -204,7 +204,7 @@ bool CalibrationSession::waits_for_camera() const {
   return worn && !worn->facts.has_boards && camera_ && camera_->is_busy();
 }
 
-// What a step needs is there as soon as it begins. The twin's wearer does what the page says.
+// What a step needs is there as soon as it begins. The twin's wearer does what the page asks.
 void CalibrationSession::enter_step() {
   const Step step = calibration_->step();
   const Reference reference = calibration_->setup().reference;
@@ -236,7 +236,7 @@ void CalibrationSession::next() {
   if (calibration_->step() == Step::send) return calibration_.reset();
   if (calibration_->step() == Step::motion) context_.words.refuse("job_runs");
   if (calibration_->step() == Step::glove) context_.words.refuse("no_readings");
-  calibration_->next(worn_.is_heard());
+  calibration_->next(worn_.is_connected());
   enter_step();
 }
 

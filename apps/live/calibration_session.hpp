@@ -44,7 +44,7 @@ class CalibrationSession {
   std::shared_ptr<void> held_;                  // its session, from other programs
   std::vector<std::string> markerless_angles_;  // the same each time
   struct {
-    int number = 0;                  // the newest: what an older one says of its end is forgotten
+    int number = 0;                  // the newest: what an older one reports of its end is forgotten
     double opened_s = 0;             // of wall_s()
     double newest_s = -1e9;          // picture, of the page
     std::optional<double> offset_s;  // the server's clock minus the page's

@@ -65,7 +65,7 @@ TEST(Steps, EachEventInEachStep) {
   }
 }
 
-TEST_F(Guided, SaysWhatAStepStillNeeds) {
+TEST_F(Guided, StatesWhatAStepStillNeeds) {
   const auto lacks = [](Calibration& c, bool glove_is_there = true) {
     return io::refusal_of([&] { c.next(glove_is_there); });
   };
@@ -108,7 +108,7 @@ TEST_F(Guided, ItsFilesAreWholeRecordings) {
   EXPECT_EQ(request.at("map"), "index=index_count:index_mcp_deg,thumb=thumb_count:thumb_mcp_deg");
 }
 
-TEST_F(Guided, SaysWhatFollowsAndWhen) {
+TEST_F(Guided, StatesWhatFollowsAndWhen) {
   Calibration c = moving(Reference::poses);
   move(c, 3, false);
   EXPECT_NEAR(c.state().at("left_s").get<double>(), 1, 0.1);
@@ -147,7 +147,7 @@ TEST_F(Guided, PosesNeedNoCamera) {
 }
 
 TEST_F(Guided, PosesAreEnoughWhereTheyAreHeld) {
-  const auto said = [this](bool held) {
+  const auto asks = [this](bool held) {
     Calibration c = moving(Reference::poses);
     for (int k = 0; k < 20 * 17; ++k) {
       const double t_s = 0.05 * k;
@@ -156,8 +156,8 @@ TEST_F(Guided, PosesAreEnoughWhereTheyAreHeld) {
     }
     return c.state().at("asks");
   };
-  EXPECT_EQ(said(true), "enough");
-  EXPECT_EQ(said(false), "rest");
+  EXPECT_EQ(asks(true), "enough");
+  EXPECT_EQ(asks(false), "rest");
 }
 
 // As after `kill -9`: what is left is the session.
@@ -170,7 +170,7 @@ TEST_F(Guided, GoesOnAfterTheProgramHasEnded) {
     const Session read = sessions_.list().at(0);
     return Calibration::resumed(read, sessions_.folder(read));
   };
-  EXPECT_EQ(goes_on().step(), Step::reference) << "a motion is made anew";
+  EXPECT_EQ(goes_on().step(), Step::reference) << "a motion is made again";
   c.next(true);
   c.set_rate(20);
   Calibration identifies = goes_on();
@@ -205,7 +205,7 @@ TEST_F(Guided, ASessionThatWasTamperedWithIsRefusedInOneLine) {
   EXPECT_EQ(resumed.model().filename(), "model-3.json");
 }
 
-// What was measured against angles that err says so beside the figure, and in the model.
+// A figure against angles that err is given with their error, and so is the model.
 TEST_F(Guided, AMarkerlessReferenceStatesItsOwnError) {
   Calibration c = start(Reference::markerless);
   c.next(true);
@@ -267,7 +267,7 @@ TEST_F(Guided, AResultStandsBesideAStraightLine) {
   EXPECT_EQ(good.at("warnings"), Json({"index: something"}));
 }
 
-TEST_F(Guided, AHandThatIsNotFoundIsSaid) {
+TEST_F(Guided, AHandThatIsNotFoundIsReported) {
   Calibration c = start(Reference::markerless);
   c.next(true);
   const auto asks = [&] { return c.state().at("asks"); };

@@ -22,7 +22,7 @@ struct SeenRow {
   double t_s = 0;
   std::vector<double> deg;     // in the order of Camera::angles()
   std::vector<double> se_deg;  // likewise
-  std::vector<int> quality;    // 0 good, 1 doubtful, 2 hidden, kLost, of which the angle says nothing
+  std::vector<int> quality;    // 0 good, 1 doubtful, 2 hidden, kLost: the angle means nothing
 };
 inline constexpr int kLost = 3;
 FLEXOR_PIPE(SeenRow, t_s, deg, se_deg, quality)

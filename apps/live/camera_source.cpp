@@ -22,7 +22,7 @@ CameraSource::CameraSource(std::string device, const std::string& joints, const 
   for (const std::string& name : camera_.angles()) columns_.push_back(name + "_quality");
   last_deg_.resize(camera_.angles().size());
   const auto [first, came_s] = next();
-  says_ = fmt::format("{}: {} x {} pixels", device_, first.width, first.height);
+  description_ = fmt::format("{}: {} x {} pixels", device_, first.width, first.height);
   behind_s_ = came_s - first.t_s;
   coming_ = std::async(std::launch::async, &CameraSource::next, this);
 }

@@ -27,7 +27,7 @@ class CameraSource : public listen::Source {
   // Throws what went wrong with the camera meanwhile. ended: of a file.
   listen::Event wait(double timeout_s, std::vector<listen::Sample>& out) override;
   double now_s() const override { return clock_ ? clock_() : Source::now_s(); }
-  std::string says() const override { return says_; }
+  std::string description() const override { return description_; }
 
  private:
   struct Came {
@@ -38,7 +38,7 @@ class CameraSource : public listen::Source {
   listen::Sample sample_of(const SeenRow& row);
 
   std::string device_;
-  std::string says_;
+  std::string description_;
   Camera camera_;
   std::function<double()> clock_;
   std::vector<double> last_deg_;

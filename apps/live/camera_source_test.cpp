@@ -35,7 +35,7 @@ TEST(CameraSource, GivesTheAnglesOfAVideoAtTheTimesOfItsPictures) {
   ASSERT_EQ(source.columns().size(), 28U);
   EXPECT_EQ(source.columns()[2], "index_mcp_deg");
   EXPECT_EQ(source.columns()[16], "index_mcp_quality");
-  EXPECT_NE(source.says().find("960 x 540"), std::string::npos);
+  EXPECT_NE(source.description().find("960 x 540"), std::string::npos);
   std::vector<Sample> samples;
   while (source.wait(0.1, samples) != Event::ended) continue;
   ASSERT_EQ(samples.size(), 20U);
@@ -52,7 +52,7 @@ TEST(CameraSource, GivesTheAnglesOfAVideoAtTheTimesOfItsPictures) {
   EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(19 * 1000 / 30 - 50));
 }
 
-TEST(CameraSource, SaysWhatItCannotWatch) {
+TEST(CameraSource, RefusesWhatItCannotWatch) {
   EXPECT_THROW(CameraSource("no_such_video.mp4", "paper_hand", {}, FLEXOR_CAMERA), io::InputError);
   EXPECT_THROW(CameraSource(video(), "no_such_joints.json", {}, FLEXOR_CAMERA), io::InputError);
   EXPECT_THROW(CameraSource(video(), "paper_hand", "no_such_lens.json", FLEXOR_CAMERA), io::InputError);

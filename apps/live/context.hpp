@@ -32,7 +32,7 @@ struct LiveOptions {
   std::shared_ptr<WornGlove> worn;
   std::filesystem::path recording;  // played again at first, instead of a port
   recording::TimeOptions time;      // of recordings that are played again
-  // What hears the angles of a model's joints, opened when it is worn.
+  // What receives the angles of a model's joints, opened when it is worn.
   std::vector<Outs::Open> outs;
 };
 
@@ -64,7 +64,7 @@ struct Context {
     last = Json{{"job", name}, {"ok", ok}, {"text", io::one_line(text)}};
     listed_s = -1e9;
   }
-  // Whatever fails is said, and ends nothing else.
+  // Whatever fails is reported, and ends nothing else.
   void guard(const char* what, const std::function<void()>& work,
              const std::function<void()>& otherwise = {}) {
     try {

@@ -1,7 +1,7 @@
 // What a calibration's motion has shown of each finger so far, from its readings alone: a person who moves must see at once
 // what is still missing. Shares are of the reading's own span, from the reading that 2 % of the samples do not exceed to
 // that of 98 %; where it hardly exceeds the noise the finger has not moved. How far a finger
-// could bend beyond that span, readings do not tell.
+// could bend beyond that span is not known from readings.
 #pragma once
 
 #include <string>

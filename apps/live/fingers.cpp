@@ -58,7 +58,7 @@ std::size_t Fingers::column_of(const model::Input& input) const {
     if (same_unit && columns_[c].name == recording::cut_name(wanted).name) return c;
   }
   throw io::InputError(
-      "the model reads \"{}\"{}, and this glove says {}: choose the model that was made with it", wanted,
+      "the model reads \"{}\"{}, and this glove sends {}: choose the model that was made with it", wanted,
       input.unit.empty() ? "" : " in " + input.unit, fmt::join(names_, ", "));
 }
 
@@ -194,7 +194,7 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
     const double beyond = std::max(spread->reading.front() - out.raw, out.raw - spread->reading.back());
     if (beyond > kBeyond * span && out.remark.empty()) {
       at_best_fair(out);
-      out.remark = "reads beyond what it was calibrated for: put on anew?";
+      out.remark = "reads beyond what it was calibrated for: put on again?";
     }
   }
   if (status_[*finger.joint] != 0) {
@@ -207,7 +207,7 @@ FingerView Fingers::view_of(const Finger& finger, bool recent) const {
 void Fingers::add_tracking(const model::Followed& followed, FingerView& view) const {
   if (!followed.is_tracked) {
     view.tracked =
-        "not tracked: the model does not say what its strip reads at the open hand and at the fist";
+        "not tracked: the model does not state what its sensor reads at the open hand and at the fist";
     return;
   }
   view.tracked = fmt::format("tracked: shifted by {:+.1f} ± {:.1f} degrees", followed.shift_deg,
@@ -216,7 +216,7 @@ void Fingers::add_tracking(const model::Followed& followed, FingerView& view) co
   view.tracked += "; it drifted more quickly than it is tracked";
   if (!view.remark.empty()) return;
   at_best_fair(view);
-  view.remark = "drifted more quickly than it is tracked: put on anew?";
+  view.remark = "drifted more quickly than it is tracked: put on again?";
 }
 
 std::vector<FingerView> Fingers::view(double now_s) const {

@@ -30,7 +30,7 @@ struct FingerView {
   double covered = 0;            // share of the range that the model was made from, at most 1; NaN: not known
   std::string quality = "none";  // good, fair, poor, none
   std::string remark;            // what is wrong, in words
-  std::string tracked;           // how its strip is followed while it is worn, in words; "": it is not
+  std::string tracked;           // how its sensor is followed while it is worn, in words; "": it is not
   double open_deg = std::numeric_limits<double>::quiet_NaN();  // the joint's ends; NaN: no model has it
   double fist_deg = std::numeric_limits<double>::quiet_NaN();
 };
@@ -38,7 +38,7 @@ struct FingerView {
 FLEXOR_PIPE(FingerView, name, unit, raw, angle_deg, sd_deg, open_deg, fist_deg, least, most, covered, quality,
             remark, tracked)
 
-// Whether any strip of it can be followed while it is worn (host/model/tracking.hpp).
+// Whether any sensor of it can be followed while it is worn (host/model/tracking.hpp).
 bool can_be_tracked(const model::Model& model);
 
 class Fingers {
@@ -67,7 +67,7 @@ class Fingers {
 
  private:
   struct Column {
-    std::string name;  // as recording::cut_name says it
+    std::string name;  // as recording::cut_name gives it
     std::string unit;
     double now = std::numeric_limits<double>::quiet_NaN();  // NaN: no reading came, or the newest is missing
     std::array<double, 3> last{};                           // readings that were not missing, newest first

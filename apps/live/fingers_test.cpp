@@ -12,7 +12,7 @@ namespace {
 constexpr double kFingersRate_hz = 50;
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-// Whole bends of eight seconds each, of a strip that drifts by so much and has shifted by so many counts.
+// Whole bends of eight seconds each, of a sensor that drifts by so much and has shifted by so many counts.
 double wear(Fingers& fingers, double from_s, double seconds, double drift_per_s, double shift = 0) {
   const double to_s = from_s + seconds;
   for (double t_s = from_s; t_s < to_s; t_s += 1 / kFingersRate_hz) {
@@ -25,7 +25,7 @@ double wear(Fingers& fingers, double from_s, double seconds, double drift_per_s,
 
 bool holds(const std::string& text, const char* what) { return text.find(what) != std::string::npos; }
 
-TEST(Fingers, SayHowAStripIsTrackedAndWhenItDriftsMoreQuickly) {
+TEST(Fingers, StateHowASensorIsTrackedAndWhenItDriftsMoreQuickly) {
   Fingers fingers({"index_count"});
   fingers.wear(model::strip_model(model::Poses{300, 700}), true);
   double now_s = wear(fingers, 0, 160, 0);
@@ -68,7 +68,7 @@ TEST(Fingers, OfAModelThatCannotBeTrackedAreNot) {
   EXPECT_EQ(fingers.view(wear(fingers, 0, 1, 0)).front().tracked, "");
 }
 
-TEST(Fingers, AStripThatHasNotMovedAndOneWhoseWireIsLooseAreSaid) {
+TEST(Fingers, ASensorThatHasNotMovedAndOneWhoseWireIsLooseAreReported) {
   Fingers fingers({"index_count", "middle_count", "ring_count"});
   for (int k = 0; k < 20; ++k) fingers.add({0.01 * k, 0.01 * k, {500.0 + 10 * k, 500.0 + k % 2, 1023}, {}});
   const std::vector<FingerView> view = fingers.view(0.2);
@@ -80,7 +80,7 @@ TEST(Fingers, AStripThatHasNotMovedAndOneWhoseWireIsLooseAreSaid) {
   EXPECT_TRUE(holds(view[2].remark, "wire loose")) << view[2].remark;
 }
 
-model::Model two_strips() {
+model::Model two_sensors() {
   model::Model two = model::strip_model(model::Poses{300, 700});
   model::Channel c;
   c.name = "middle";
@@ -92,8 +92,8 @@ model::Model two_strips() {
   return two;
 }
 
-TEST(Fingers, AStripThatStandsWhileAnotherMovesIsNotGood) {
-  model::Model two = two_strips();
+TEST(Fingers, ASensorThatStandsWhileAnotherMovesIsNotGood) {
+  model::Model two = two_sensors();
   two.inputs[0].readings = two.inputs[1].readings = model::Spread{{0, 1}, {300, 700}};
   Fingers fingers({"index_count", "middle_count"});
   fingers.wear(two, false);
@@ -105,8 +105,8 @@ TEST(Fingers, AStripThatStandsWhileAnotherMovesIsNotGood) {
   EXPECT_EQ(fingers.view(0.4)[1].remark, "has not moved yet");
 }
 
-TEST(Fingers, SayWhichStripIsNotTrackedBesideOthers) {
-  const model::Model two = two_strips();
+TEST(Fingers, StateWhichSensorIsNotTrackedBesideOthers) {
+  const model::Model two = two_sensors();
   Fingers fingers({"index_count", "middle_count"});
   fingers.wear(two, true);
   fingers.add({0, 0, {300, 300}, {}});
@@ -117,8 +117,8 @@ TEST(Fingers, SayWhichStripIsNotTrackedBesideOthers) {
   EXPECT_EQ(view[1].fist_deg, 113);
 }
 
-// A dead strip says nan: least and most are those of its readings, and the angle is held.
-TEST(Fingers, WithoutAReadingKeepTheirRangeAndSaySo) {
+// A dead sensor reads nan: least and most are those of its readings, and the angle is held.
+TEST(Fingers, WithoutAReadingKeepTheirRangeAndReportIt) {
   Fingers fingers({"index_count"});
   for (const double reading : {300.0, 400.0, kMissing, 350.0, kMissing, 500.0, 500.0, 500.0, kMissing})
     fingers.add({0, 0, {reading}, {}});

@@ -11,7 +11,7 @@
 namespace flexor::live {
 namespace {
 
-constexpr std::size_t kMostColumns = 255;  // a message says how many in a byte
+constexpr std::size_t kMostColumns = 255;  // a message has their number in a byte
 constexpr std::size_t kMostTried = 2;      // ports that nobody has named: a glove's and a hand's
 constexpr double kNamedEvery_s = 5;        // ports that are named and silent
 
@@ -99,7 +99,7 @@ std::string GlovePort::id(const std::vector<std::string>& columns) const {
 
 void GlovePort::write(Json& state) const {
   const bool is_worn = state_ == DeviceState::worn;
-  std::string format = source_ ? source_->says() : "";
+  std::string format = source_ ? source_->description() : "";
   if (source_ && source_->is_compensated()) format += ": angles, compensated on the glove";
   state["device"] = {{"status", is_worn ? options_.worn->facts.name() : name_of(state_)},
                      {"name", !is_worn                          ? "glove"
@@ -107,7 +107,7 @@ void GlovePort::write(Json& state) const {
                                                                 : "the twin's glove"},
                      {"port", port()},
                      {"format", format},
-                     {"says", misfit().empty() ? says_ : misfit()}};
+                     {"says", misfit().empty() ? status_ : misfit()}};
   if (hand) state["hand"] = hand->state(context_.now_s());
   if (const listen::ReplaySource* source = replay())
     state["replay"] = {{"file", replayed_},
@@ -124,13 +124,13 @@ Json GlovePort::wrong() const {
 
 Json GlovePort::next() const {
   if (state_ == DeviceState::listening || state_ == DeviceState::doubtful) return {{"kind", "listening"}};
-  if (state_ == DeviceState::misunderstood) return {{"kind", "misunderstood"}, {"why", says_}};
+  if (state_ == DeviceState::misunderstood) return {{"kind", "misunderstood"}, {"why", status_}};
   return source_ ? Json(nullptr) : Json{{"kind", "plug_in"}};
 }
 
-void GlovePort::become(DeviceEvent event, std::string says) {
+void GlovePort::become(DeviceEvent event, std::string status) {
   state_ = after(state_, event);
-  says_ = std::move(says);
+  status_ = std::move(status);
 }
 
 void GlovePort::attach(std::shared_ptr<listen::Source> source, const std::string& port, DeviceEvent event) {
@@ -140,7 +140,7 @@ void GlovePort::attach(std::shared_ptr<listen::Source> source, const std::string
   source_ = std::move(source);
   begin_s_ = context_.now_s() - source_->now_s();
   port_ = port;
-  become(event, source_->says());
+  become(event, source_->description());
   watch(source_->descriptor());
 }
 
@@ -159,7 +159,7 @@ void GlovePort::watch(int descriptor) {
   if (watched_ >= 0) watch_ = context_.server.watch(watched_, calls_.is_readable);
 }
 
-bool GlovePort::hear(std::vector<listen::Sample>& out) {
+bool GlovePort::receive(std::vector<listen::Sample>& out) {
   if (!source_) return false;
   const std::size_t before = out.size();
   listen::Event event = listen::Event::quiet;
@@ -168,13 +168,13 @@ bool GlovePort::hear(std::vector<listen::Sample>& out) {
   } catch (const std::exception& error) {  // not of a port: that would have gone
     const std::string why = error.what();
     detach();
-    says_ = why;
-    tried_ports_.clear();  // another glove that was plugged in is listened to anew
+    status_ = why;
+    tried_ports_.clear();  // another glove that was plugged in is listened to again
     return false;
   }
   if (event == listen::Event::gone)
     become(DeviceEvent::goes, "the glove has gone: plug it in again, everything goes on");
-  if (event == listen::Event::back) become(DeviceEvent::returns, source_->says());
+  if (event == listen::Event::back) become(DeviceEvent::returns, source_->description());
   watch(source_->descriptor());
   for (std::size_t k = before; k < out.size(); ++k) out[k].host_s += begin_s_;
   return event == listen::Event::samples;
@@ -237,8 +237,8 @@ void GlovePort::connect(const std::string& port) {
   listen_to(any ? ports : std::vector{deploy::choose_port(port, options_.devices)}, true);
 }
 
-// The ports there are, also when they are plugged in later. One that said nothing that is known is tried again when others
-// come; one that is named, every few seconds: where nothing was said, something may be later.
+// The ports there are, also when they are plugged in later. One that sent nothing that is known is tried again when others
+// come; one that is named, every few seconds: where nothing was sent, something may be later.
 void GlovePort::look() {
   if (state_ == DeviceState::replay || state_ == DeviceState::left || (source_ && hand) || search_stops_)
     return;
@@ -268,7 +268,7 @@ std::vector<std::string> GlovePort::free(std::vector<std::string> ports) const {
   return ports;
 }
 
-// One after the other. The glove and the hand stay until another one is found, but at a port that is listened to anew.
+// One after the other. The glove and the hand stay until another one is found, but at a port that is listened to again.
 void GlovePort::listen_to(std::vector<std::string> paths, bool is_chosen) {
   listen::ListenerOptions options;
   options.baud = options_.baud;
@@ -305,7 +305,7 @@ void GlovePort::search(std::vector<std::string> paths, listen::ListenerOptions o
           try {
             auto listener = std::make_shared<listen::Listener>(options, [&](const std::string& what) {
               post([this, path, what] {
-                if (!source_) says_ = path + ": " + what;
+                if (!source_) status_ = path + ": " + what;
               });
             });
             post([this, path, listener, is_chosen] { found(path, listener, is_chosen); });
@@ -328,7 +328,7 @@ void GlovePort::searched() {
   if (source_ || state_ == DeviceState::left) return;
   port_.clear();
   state_ = after(state_, DeviceEvent::ends);
-  if (state_ == DeviceState::none) says_ = "no glove";
+  if (state_ == DeviceState::none) status_ = "no glove";
 }
 
 void GlovePort::found_nothing(const std::string& why, bool is_chosen) {

@@ -23,7 +23,7 @@ enum class DeviceState {
   none,           // nobody is there: somebody is looked for
   left,           // a person disconnected: nobody is looked for
   listening,      // to ports, one after the other
-  doubtful,       // likewise, after one that says nothing that is known
+  doubtful,       // likewise, after one that sends nothing that is known
   misunderstood,  // at the end of that
   glove,
   gone,  // unplugged: it is looked for
@@ -42,7 +42,7 @@ const char* name_of(DeviceState state);
 class GlovePort {
  public:
   struct Calls {
-    std::function<void()> is_readable;  // hear() has something to give
+    std::function<void()> is_readable;  // receive() has something to give
     std::function<void()> drops;        // the source has gone for good
   };
 
@@ -60,13 +60,13 @@ class GlovePort {
   std::string id(const std::vector<std::string>& columns) const;
   void write(Json& state) const;
   Json wrong() const;  // what to do, as SOCKET.md has it: of what went wrong; null: nothing did
-  Json next() const;   // likewise, until a glove is heard
+  Json next() const;   // likewise, until a glove is connected
 
-  void begin();   // as the options say. Throws io::InputError
+  void begin();   // by the options. Throws io::InputError
   void look();    // for what has been plugged in
-  void let_go();  // for another program's sake, until the next hear()
+  void let_go();  // for another program's sake, until the next receive()
   // Appends what came, on the server's clock; whether more may be ready. Never waits.
-  bool hear(std::vector<listen::Sample>& out);
+  bool receive(std::vector<listen::Sample>& out);
 
   std::optional<HandPort> hand;
 
@@ -84,7 +84,7 @@ class GlovePort {
   void found(const std::string& path, std::shared_ptr<listen::Listener> listener, bool is_chosen);
   void found_nothing(const std::string& why, bool is_chosen);
   void searched();
-  void become(DeviceEvent event, std::string says);
+  void become(DeviceEvent event, std::string status);
   void detach();
   void watch(int descriptor);
 
@@ -93,7 +93,7 @@ class GlovePort {
   Calls calls_;
   decltype(listen::ListenerOptions::key) key_;
   DeviceState state_ = DeviceState::none;
-  std::string says_;
+  std::string status_;
   std::string port_;      // the glove's, also while a recording is played again
   std::string replayed_;  // what that is called
   std::shared_ptr<listen::Source> source_;

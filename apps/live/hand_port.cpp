@@ -44,7 +44,7 @@ std::string HandPort::remark(std::size_t column) const {
 Json HandPort::state(double now_s) const {
   std::vector<std::string> faults;
   for (std::size_t f = 0; f < twin::kFingers; ++f) faults.push_back(remark(2 * twin::kFingers + f));
-  // It waits for its glove where it says nothing of its fingers.
+  // It waits for its glove where it reports nothing of its fingers.
   return hand_state(is_gone_                            ? "gone"
                     : now_s - newest_s_ < kHandSilent_s ? "connected"
                                                         : "waits",

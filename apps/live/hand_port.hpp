@@ -1,4 +1,4 @@
-// The bionic hand at a port of its own, beside the glove: what it says of its fingers.
+// The bionic hand at a port of its own, beside the glove: what it reports of its fingers.
 #pragma once
 
 #include <memory>

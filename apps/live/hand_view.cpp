@@ -59,7 +59,7 @@ WholeHand HandView::complete(const Newest& newest) {
     readings[static_cast<Eigen::Index>(i)] = inputs_[i].sign * (angle - inputs_[i].open_deg);
   }
   posture::Estimate estimate = completer_->complete(readings);
-  // What a sensor says is drawn, also where it is unlikely: who looks at it shall see what is measured.
+  // What a sensor reads is drawn, also where it is unlikely: who looks at it shall see what is measured.
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     const double reading = readings[static_cast<Eigen::Index>(i)];
     if (std::isfinite(reading)) estimate.angle_deg[inputs_[i].input.joints.front()] = reading;

@@ -1,5 +1,5 @@
-// All 23 joints of the hand from those that the model gives (host/posture), beside the server's thread: learning what some
-// joints say of the others takes a while, and the newest angles are enough for a picture.
+// All 23 joints of the hand from those that the model gives (host/posture), beside the server's thread: learning how some
+// joints determine the others takes a while, and the newest angles are enough for a picture.
 #pragma once
 
 #include <chrono>

@@ -46,7 +46,7 @@ JobRunner::JobRunner(Context& context, GlovePort& glove, Worn& worn)
          [this](io::JsonReader& parts) { run_experiment(parts.whole_within("trials", 1, 10000)); }}}},
       {{"job_runs", [this] {
           require_none();
-          context_.words.refuse("anew_runs");
+          context_.words.refuse("redonning_runs");
           return false;
         }}});
 }
@@ -86,7 +86,7 @@ void JobRunner::send(const std::function<void()>& sent) {
   const std::string key = worn ? worn->facts.key_file : options.key;
   if (!key.empty()) request["key"] = key;
   if (source && source->baud() > 0) request["baud"] = source->baud();
-  // The glove says its own: on a radio fewer frames come than it takes samples.
+  // The glove reports its own: on a radio fewer frames come than it takes samples.
   if (worn || options.rate_hz > 0) request["rate"] = context_.model_rate_hz(worn_.stream.rate_hz());
   start_without_glove("send", request, [sent](const JobResult& result) {
     if (result.ok) sent();
@@ -106,7 +106,7 @@ void JobRunner::flash(io::JsonReader& parts) {
   // One folder for good, so that the pair keeps its key; the server does not show it.
   const std::string folder = (context_.sessions.root() / ".firmware").string();
   Json deploy = {{"model", worn_.model()->path.string()}, {"out", folder}};
-  // A board that says nothing yet gets the model's own.
+  // A board that sends nothing yet gets the model's own.
   const double link_hz = worn_.stream.rate_hz();
   if (worn || options.rate_hz > 0 || link_hz > 0) deploy["rate"] = context_.model_rate_hz(link_hz);
   if (!options.key.empty()) deploy["key"] = options.key;

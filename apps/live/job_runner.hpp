@@ -10,7 +10,7 @@ class JobRunner : public Jobs {
  public:
   JobRunner(Context& context, GlovePort& glove, Worn& worn);  // adds its words
 
-  // A command of `flexor`. How it ended is said; `done` goes on from there.
+  // A command of `flexor`. How it ended is reported; `done` goes on from there.
   void start(const std::string& name, const Json& request, Done done);
   bool has_port() const { return is_running("send") || is_running("flash"); }
   void send(const std::function<void()>& sent);  // the model into the glove

@@ -26,7 +26,7 @@ class Jobs {
  public:
   // Runs it on the server's thread.
   using Post = std::function<void(std::function<void()>)>;
-  // Says how far work is; it is wanted no longer when it gets false.
+  // Reports how far work is; it is wanted no longer when it gets false.
   using Goes = std::function<bool(const io::Progress&)>;
   // Is called when nothing runs any more.
   using Done = std::function<void(const JobResult&)>;

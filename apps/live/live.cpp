@@ -18,7 +18,7 @@ Live::Live(LiveOptions options)
     : context_(std::move(options),
                {[this](Client client) { context_.guard("page", [&] { welcome(client); }); },
                 [this](Client client, std::string_view text) {
-                  context_.guard("page", [&] { hear(client, text); });
+                  context_.guard("page", [&] { handle(client, text); });
                 },
                 [this](Client, std::span<const std::uint8_t> bytes) {
                   context_.guard("page", [&] { calibration_.take_picture(bytes); });
@@ -61,8 +61,8 @@ void Live::welcome(Client client) {
   for (const Json& marker : recorder_.markers()) send(marker);
 }
 
-void Live::hear(Client client, std::string_view text) {
-  const auto [answer, is_silent] = context_.words.hear(text);
+void Live::handle(Client client, std::string_view text) {
+  const auto [answer, is_silent] = context_.words.answer(text);
   // First: whoever waits for the answer has the state that it led to.
   if (!is_silent) context_.server.send_all(io::dump_line(state()));
   if (!is_silent || !answer["ok"].get<bool>()) context_.server.send(client, io::dump_line(answer));
@@ -71,10 +71,10 @@ void Live::hear(Client client, std::string_view text) {
 void Live::listen(int parts) {
   if (!glove_.source() || jobs_.has_port() || calibration_.waits_for_camera()) return;
   std::vector<listen::Sample> samples;
-  const std::uint64_t torn = glove_.source()->tally().torn;
-  const bool goes_on = glove_.hear(samples);
+  const std::uint64_t malformed = glove_.source()->tally().malformed;
+  const bool goes_on = glove_.receive(samples);
   if (!glove_.source()) return;
-  recorder_.leave_out(glove_.source()->tally().torn - torn);
+  recorder_.leave_out(glove_.source()->tally().malformed - malformed);
   for (const listen::Sample& sample : samples) {
     worn_.take(sample);
     recorder_.take(sample);
@@ -84,7 +84,7 @@ void Live::listen(int parts) {
   if (context_.options.worn && goes_on && parts > 1) listen(parts - 1);
 }
 
-void Live::hear_hand() {
+void Live::receive_hand() {
   if (!glove_.hand || jobs_.has_port()) return;
   const std::vector<listen::Sample> samples = glove_.hand->poll();
   if (samples.empty()) return;
@@ -101,7 +101,7 @@ void Live::tick() {
   listen();
   worn_.tick();
   demo_.tick();
-  context_.guard("hand", [this] { hear_hand(); });
+  context_.guard("hand", [this] { receive_hand(); });
   recorder_.tick();
 }
 
@@ -146,8 +146,8 @@ void Live::list() {
 Json Live::state() {
   Json out = {{"event", "state"}};
   for (const char* part : {"device", "next", "fingers", "model", "recording", "job", "last", "link",
-                           "calibration", "tracking", "tracking_remark", "anew", "twin", "hand", "posture",
-                           "scores", "experiment", "joint_files", "replay"})
+                           "calibration", "tracking", "tracking_remark", "redonning", "twin", "hand",
+                           "posture", "scores", "experiment", "joint_files", "replay"})
     out[part] = nullptr;
   out["next"] = what_next();
   out["last"] = context_.last;

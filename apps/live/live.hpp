@@ -25,9 +25,9 @@ class Live {
 
  private:
   void welcome(Client client);
-  void hear(Client client, std::string_view text);
+  void handle(Client client, std::string_view text);
   void listen(int parts = 8);  // of what a twin has ready; the rest at its next signal
-  void hear_hand();
+  void receive_hand();
   void tick();
   void list();
   Json what_next() const;

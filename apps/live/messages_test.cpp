@@ -5,7 +5,7 @@
 namespace flexor::live {
 namespace {
 
-TEST(Messages, RowsAreAsTheDocumentSays) {
+TEST(Messages, RowsAreAsInTheDocument) {
   Rows rows(Kind::samples, 2);
   rows.add(1.5, std::vector{100.0, 101.0}, std::vector{0.0, 10.0});
   const auto bytes = rows.bytes();

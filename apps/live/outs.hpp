@@ -1,4 +1,4 @@
-// Who hears the angles of the model that is worn: an OpenGloves driver, a stream, a file.
+// Who receives the angles of the model that is worn: an OpenGloves driver, a stream, a file.
 #pragma once
 
 #include <exception>
@@ -21,7 +21,7 @@ class Outs {
 
   Outs(std::vector<Open> open, Failed failed) : open_(std::move(open)), failed_(std::move(failed)) {}
 
-  // They stay as long as the joints are the same, and are opened anew for others.
+  // They stay as long as the joints are the same, and are opened again for others.
   void wear(const model::Model& model) {
     std::vector<std::string> joints;
     for (const model::Joint& joint : model.joints) joints.push_back(joint.name);

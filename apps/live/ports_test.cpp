@@ -20,11 +20,11 @@ class Ports : public Program {
   void SetUp() override { FLEXOR_NEEDS_TERMINALS(); }
 };
 
-bool says(const Json& text, const char* what) {
+bool holds(const Json& text, const char* what) {
   return text.is_string() && text.get<std::string>().find(what) != std::string::npos;
 }
 
-TEST_F(Ports, AGloveThatSendsAnglesAloneMovesAndSaysWhatItLacks) {
+TEST_F(Ports, AGloveThatSendsAnglesAloneMovesAndReportsWhatItLacks) {
   FramesGlove frames({}, false);
   Board glove(std::ref(frames));
   begin({"--port", glove.port()});
@@ -32,7 +32,7 @@ TEST_F(Ports, AGloveThatSendsAnglesAloneMovesAndSaysWhatItLacks) {
   EXPECT_EQ(state["fingers"][0]["unit"], "deg");
   const double first_deg = state["fingers"][0]["angle_deg"];
   state_when([&](const Json& s) { return s["fingers"][0]["angle_deg"] != first_deg; });
-  EXPECT_TRUE(says(state["device"]["format"], "compensated on the glove")) << state["device"];
+  EXPECT_TRUE(holds(state["device"]["format"], "compensated on the glove")) << state["device"];
   EXPECT_EQ(state["next"]["kind"], "compensated");
   EXPECT_TRUE(state["link"]["lost"].is_number()) << "its angles have a counter";
   expect_refused({{"do", "calibrate.start"}, {"person", "anna"}, {"side", "left"}, {"reference", "poses"}},
@@ -46,13 +46,13 @@ TEST_F(Ports, AGloveThatWaitsForItsHandGivesItsReadings) {
   begin({"--port", glove.port()});
   const Json state = five_fingers();
   EXPECT_EQ(state["fingers"][0]["unit"], "count");
-  EXPECT_TRUE(says(state["device"]["format"], "nothing guards its readings")) << state["device"];
+  EXPECT_TRUE(holds(state["device"]["format"], "nothing guards its readings")) << state["device"];
   EXPECT_TRUE(state["link"]["lost"].is_null()) << "readings have no counter";
   done({{"do", "record.start"}});
 }
 
 // A hand in touch with its glove, one finger of it stalled.
-std::string hand_says(link::HandEnd& hand) {
+std::string hand_sends(link::HandEnd& hand) {
   const std::vector<std::uint8_t> bytes = listen::telemetry(hand, false);
   return {bytes.begin(), bytes.end()};
 }
@@ -61,18 +61,18 @@ TEST_F(Ports, AHandIsShownAndRecordedBesideTheGlove) {
   FramesGlove frames({}, true);
   Board glove(std::ref(frames));
   link::HandEnd end(nullptr);
-  Board hand([&](const std::string&) { return hand_says(end); });
+  Board hand([&](const std::string&) { return hand_sends(end); });
   begin({"--port", glove.port(), "--hand", hand.port()});
   const auto both = [](const Json& s) { return s.at("fingers").size() == 5 && s.at("hand").is_object(); };
   const Json state = state_when(both);
   EXPECT_EQ(state["device"]["port"], glove.port());
   EXPECT_EQ(state["hand"]["port"], hand.port());
-  const Json told = state_when([](const Json& s) { return s["hand"]["status"] == "connected"; });
-  EXPECT_EQ(told["hand"]["faults"], Json({"", "stalled", "", "", ""}));
-  EXPECT_TRUE(says(told["hand"]["board"], "supply dip"));
+  const Json connected = state_when([](const Json& s) { return s["hand"]["status"] == "connected"; });
+  EXPECT_EQ(connected["hand"]["faults"], Json({"", "stalled", "", "", ""}));
+  EXPECT_TRUE(holds(connected["hand"]["board"], "supply dip"));
 
   std::string rows;
-  while (rows.empty() || rows[0] != static_cast<char>(Kind::hand)) rows = tab_->hear().second;
+  while (rows.empty() || rows[0] != static_cast<char>(Kind::hand)) rows = tab_->receive().second;
   ASSERT_EQ((rows.size() - 4) % (8 + 2 * 5 * 4), 0U)
       << "whole rows, several where the page was not asked for long";
   float index_deg = 0;
@@ -104,7 +104,7 @@ TEST_F(Ports, AHandThatIsChosenLaterLeavesTheGloveWhereItIs) {
   std::atomic<bool> in_touch = false;
   link::HandEnd open(nullptr);
   Board hand([&](const std::string&) {
-    if (in_touch) return hand_says(open);
+    if (in_touch) return hand_sends(open);
     std::array<std::uint8_t, link::kMaxWire> wire{};
     const std::uint8_t size = end.challenge(wire.data());
     return std::string(wire.begin(), wire.begin() + size);
@@ -130,18 +130,18 @@ TEST_F(Ports, WhatIsChosenAndNotUnderstoodChangesNothing) {
   begin({"--port", glove.port()});
   five_fingers();
   done({{"do", "device.connect"}, {"port", silent.port()}});
-  const Json told = state_when([](const Json& s) { return s.at("last").is_object(); });
-  EXPECT_TRUE(says(told["last"]["text"], "nothing comes")) << told["last"];
-  EXPECT_EQ(told["device"]["status"], "glove");
-  EXPECT_EQ(told["fingers"].size(), 5U);
+  const Json state = state_when([](const Json& s) { return s.at("last").is_object(); });
+  EXPECT_TRUE(holds(state["last"]["text"], "nothing comes")) << state["last"];
+  EXPECT_EQ(state["device"]["status"], "glove");
+  EXPECT_EQ(state["fingers"].size(), 5U);
 }
 
-TEST_F(Ports, AGloveThatIsSwitchedOnLaterIsHeardAtTheNamedPort) {
+TEST_F(Ports, AGloveThatIsSwitchedOnLaterIsFoundAtTheNamedPort) {
   FramesGlove frames({}, true);
   std::atomic<bool> is_on = false;
-  Board glove([&](const std::string& heard) { return is_on ? frames(heard) : std::string(); });
+  Board glove([&](const std::string& received) { return is_on ? frames(received) : std::string(); });
   begin({"--port", glove.port()});
-  const Json silent = state_when([](const Json& s) { return says(s["device"]["says"], "nothing comes"); });
+  const Json silent = state_when([](const Json& s) { return holds(s["device"]["says"], "nothing comes"); });
   is_on = true;
   state_when([](const Json& s) { return s["device"]["status"] == "glove"; });
 }
@@ -152,10 +152,10 @@ TEST_F(Ports, AGloveAtTheHandsPortDoesNotTakeTheGlovesPlace) {
   FramesGlove others({}, true);
   Board other(std::ref(others));
   begin({"--port", glove.port(), "--hand", other.port()});
-  const Json told = state_when([](const Json& s) { return s["last"].is_object(); });
-  EXPECT_TRUE(says(told["last"]["text"], "--hand names a glove's port")) << told["last"];
-  EXPECT_EQ(told["device"]["port"], glove.port());
-  EXPECT_TRUE(told["hand"].is_null());
+  const Json state = state_when([](const Json& s) { return s["last"].is_object(); });
+  EXPECT_TRUE(holds(state["last"]["text"], "--hand names a glove's port")) << state["last"];
+  EXPECT_EQ(state["device"]["port"], glove.port());
+  EXPECT_TRUE(state["hand"].is_null());
 }
 
 TEST_F(Ports, RowsThatFitNoLongerAreShownAndReportedAtTheStop) {
@@ -165,14 +165,14 @@ TEST_F(Ports, RowsThatFitNoLongerAreShownAndReportedAtTheStop) {
   five_fingers();
   done({{"do", "record.start"}});
   is_short = true;
-  const Json told = state_when([](const Json& s) {
-    return s["next"]["kind"] == "misfit" && says(s["next"]["why"], "3 values, and 5 are expected");
+  const Json state = state_when([](const Json& s) {
+    return s["next"]["kind"] == "misfit" && holds(s["next"]["why"], "3 values, and 5 are expected");
   });
-  EXPECT_TRUE(says(told["device"]["says"], "3 values, and 5 are expected")) << told["device"];
+  EXPECT_TRUE(holds(state["device"]["says"], "3 values, and 5 are expected")) << state["device"];
   done({{"do", "record.stop"}});
   const Json stopped = state_when([](const Json& s) { return s["last"].is_object(); });
   EXPECT_FALSE(stopped["last"]["ok"].get<bool>());
-  EXPECT_TRUE(says(stopped["last"]["text"], "left out")) << stopped["last"];
+  EXPECT_TRUE(holds(stopped["last"]["text"], "left out")) << stopped["last"];
 }
 
 // Plugged in one after the other; neither port was named.
@@ -194,7 +194,7 @@ TEST_F(Ports, AGloveAndAHandAreFoundByThemselves) {
   std::filesystem::create_symlink(glove.port(), devices / "ttyUSB0");
   state_when([](const Json& s) { return s["device"]["status"] == "glove"; });
   link::HandEnd end(nullptr);
-  Board hand([&](const std::string&) { return hand_says(end); });
+  Board hand([&](const std::string&) { return hand_sends(end); });
   std::filesystem::create_symlink(hand.port(), devices / "ttyACM0");
   const Json both = state_when([](const Json& s) { return s["hand"].is_object(); });
   EXPECT_EQ(both["device"]["port"], (devices / "ttyUSB0").string());

@@ -40,13 +40,13 @@ class Program : public testing::Test {
     process_.reset();
   }
 
-  // The answer to these words.
+  // The answer to this message.
   Json ask(Json message) {
     message["id"] = ++id_;
-    tab_->say(message.dump());
-    Json heard = tab_->hear_json();
-    while (!heard.is_null() && heard.value("id", Json()) != id_) heard = tab_->hear_json();
-    return heard;
+    tab_->send(message.dump());
+    Json received = tab_->receive_json();
+    while (!received.is_null() && received.value("id", Json()) != id_) received = tab_->receive_json();
+    return received;
   }
   void done(const Json& message) { EXPECT_TRUE(ask(message).at("ok").get<bool>()) << message; }
   // The next state for which this holds. Throws after two minutes, which fails the test.
@@ -54,19 +54,19 @@ class Program : public testing::Test {
   Json state_when(Holds&& holds) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
     while (std::chrono::steady_clock::now() < end) {
-      const Json heard = tab_->hear_json();
-      if (heard.is_null()) break;
-      if (heard.value("event", "") == "state" && holds(heard)) return heard;
+      const Json received = tab_->receive_json();
+      if (received.is_null()) break;
+      if (received.value("event", "") == "state" && holds(received)) return received;
     }
     throw std::runtime_error("no such state");
   }
   Json five_fingers() {
     return state_when([](const Json& s) { return s.at("fingers").size() == 5; });
   }
-  void expect_refused(const Json& message, const std::string& says) {
+  void expect_refused(const Json& message, const std::string& reason) {
     const Json answer = ask(message);
     EXPECT_FALSE(answer.at("ok").get<bool>()) << message;
-    EXPECT_NE(answer.at("error").get<std::string>().find(says), std::string::npos) << answer;
+    EXPECT_NE(answer.at("error").get<std::string>().find(reason), std::string::npos) << answer;
   }
 
   io::TemporaryFolder folder_;

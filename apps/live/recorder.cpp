@@ -11,28 +11,28 @@ namespace {
 
 constexpr std::size_t kLongestMarker = 200;
 constexpr std::size_t kMostMarkers = 500;  // who opens the page gets them all
-constexpr double kAnew_s = 10;             // of a glove that was put on anew
+constexpr double kRedonning_s = 10;        // of a glove that was put on again
 constexpr double kGlovePause_s = 0.5;      // of the glove: what is longer is not worn
 constexpr double kPace = 3;                // of a twin: who watches a demo has seen it soon
 
 // Lines on a sensor begin with its name.
-std::string verdict_on(const std::string& sensor, const Json& said) {
-  const Json& of = said.at("sensors").at(sensor);
+std::string verdict_on(const std::string& sensor, const Json& report) {
+  const Json& of = report.at("sensors").at(sensor);
   if (of.at("applied").get<bool>()) return "fitted";
   const Json& line = of.at("kept");
   std::string why = line.get<std::string>();
   if (why.starts_with(sensor + ": ")) why.erase(0, sensor.size() + 2);
   const auto is_among = [&](const char* lines) {
-    return std::ranges::find(said.at(lines), line) != said.at(lines).end();
+    return std::ranges::find(report.at(lines), line) != report.at(lines).end();
   };
   return (is_among("misfits") ? "does not fit: " : is_among("wanted") ? "wanted: " : "kept: ") + why;
 }
 
-std::string verdict_on(const std::vector<std::string>& sensors, const Json& said) {
-  if (sensors.size() == 1) return verdict_on(sensors.front(), said);
+std::string verdict_on(const std::vector<std::string>& sensors, const Json& report) {
+  if (sensors.size() == 1) return verdict_on(sensors.front(), report);
   std::string out;
   for (const std::string& sensor : sensors)
-    out += (out.empty() ? "" : "; ") + sensor + " " + verdict_on(sensor, said);
+    out += (out.empty() ? "" : "; ") + sensor + " " + verdict_on(sensor, report);
   return out;
 }
 
@@ -89,41 +89,40 @@ void SessionRecording::flush_if_due(double host_s) {
   if (hand_) hand_->flush_if_due(host_s);
 }
 
-AnewResult anew_result(const model::Model& old, const Json& said) {
-  AnewResult out;
-  out.applied = said.at("applied").get<bool>();
-  out.wanted = fmt::format("{}", fmt::join(said.at("wanted").get<std::vector<std::string>>(), "; "));
-  out.misfits = fmt::format("{}", fmt::join(said.at("misfits").get<std::vector<std::string>>(), "; "));
+RedonningResult result_of(const model::Model& old, const Json& report) {
+  RedonningResult out;
+  out.applied = report.at("applied").get<bool>();
+  out.wanted = fmt::format("{}", fmt::join(report.at("wanted").get<std::vector<std::string>>(), "; "));
+  out.misfits = fmt::format("{}", fmt::join(report.at("misfits").get<std::vector<std::string>>(), "; "));
   const model::Graph graph(old);
   for (std::size_t j = 0; j < old.joints.size(); ++j) {
     const std::string& joint = old.joints[j].name;
     std::vector<std::string> sensors;
     for (const std::size_t i : graph.inputs[graph.joint[j]]) sensors.push_back(old.inputs[i].name);
     const bool is_kept = std::ranges::none_of(sensors, [&](const std::string& sensor) {
-      return said.at("sensors").at(sensor).at("applied").get<bool>();
+      return report.at("sensors").at(sensor).at("applied").get<bool>();
     });
-    const Json before = is_kept ? Json(nullptr) : said.at("change_rms_deg").at(joint);  // not 0: not known
-    const Json& after = said.at("se_deg").at(joint);
-    if (before.is_number() && after.is_number() && before.get<double>() > after.get<double>())
-      out.is_off = true;
+    const Json before = is_kept ? Json(nullptr) : report.at("change_rms_deg").at(joint);  // not 0: not known
+    const Json& after = report.at("se_deg").at(joint);
+    if (after.is_number() && before > after) out.is_off = true;  // null is the least
     out.fingers.push_back({{"name", joint},
                            {"before_deg", before},
                            {"after_deg", after},
-                           {"verdict", verdict_on(sensors, said)}});
+                           {"verdict", verdict_on(sensors, report)}});
   }
   return out;
 }
 
-AnewStep after(AnewStep step, AnewEvent event) {
-  using enum AnewStep;
+RedonningStep after(RedonningStep step, RedonningEvent event) {
+  using enum RedonningStep;
   switch (event) {
-    case AnewEvent::starts:
+    case RedonningEvent::starts:
       return step == none ? motion : step;
-    case AnewEvent::moved:
+    case RedonningEvent::moved:
       return step == motion ? fits : step;
-    case AnewEvent::fitted:
+    case RedonningEvent::fitted:
       return step == fits ? answer : step;
-    case AnewEvent::ends:
+    case RedonningEvent::ends:
       return none;
   }
   return step;
@@ -140,27 +139,27 @@ Recorder::Recorder(Context& context, Worn& worn, GlovePort& glove, JobRunner& jo
     context_.server.send_all(io::dump_line(recording_->markers().back()));
   };
   const auto accept = [this](io::JsonReader&) {
-    if (anew_.step != AnewStep::answer) throw Refusal("nothing_to_accept");
-    end_anew(true);
+    if (redonning_.step != RedonningStep::answer) throw Refusal("nothing_to_accept");
+    end_redonning(true);
   };
   const auto keep = [this](io::JsonReader&) {
-    if (anew_.step == AnewStep::none) throw Refusal("no_anew");
+    if (redonning_.step == RedonningStep::none) throw Refusal("no_redonning");
     if (jobs_.is_running("recalibrate")) jobs_.cancel();
-    end_anew(false);
+    end_redonning(false);
     context_.play("ordinary");
   };
   context_.words.add({{"record.start", {{"recording_runs", "no_glove"}, start}},
                       {"record.stop", {{"no_recording"}, [this](io::JsonReader&) { stop(); }}},
                       {"marker", {{"no_recording"}, mark}},
-                      {"anew.start",
-                       {{"job_runs", "calibration_is_open", "no_model", "no_glove", "anew_waits"},
-                        [this](io::JsonReader&) { start_anew(); }}},
-                      {"anew.accept", {{}, accept}},
-                      {"anew.keep", {{}, keep}}},
+                      {"redonning.start",
+                       {{"job_runs", "calibration_is_open", "no_model", "no_glove", "redonning_waits"},
+                        [this](io::JsonReader&) { start_redonning(); }}},
+                      {"redonning.accept", {{}, accept}},
+                      {"redonning.keep", {{}, keep}}},
                      {{"recording_runs", [this] { return recording_.has_value(); }},
                       {"no_recording", [this] { return !recording_; }},
-                      {"anew_runs", [this] { return anew_.step == AnewStep::motion; }},
-                      {"anew_waits", [this] { return anew_.step != AnewStep::none; }}});
+                      {"redonning_runs", [this] { return redonning_.step == RedonningStep::motion; }},
+                      {"redonning_waits", [this] { return redonning_.step != RedonningStep::none; }}});
 }
 
 // A disk that is full ends what wrote to it, and nothing else; what came before is kept.
@@ -175,13 +174,13 @@ void Recorder::end() {
 void Recorder::take(const listen::Sample& sample) {
   guard([&] { recording_->add(sample, worn_.columns()); });
   const auto add = [&] {
-    const double before_s = anew_.recording->seconds();
-    anew_.recording->add(sample, worn_.columns());
-    anew_.worn_s += std::min(anew_.recording->seconds() - before_s, kGlovePause_s);
-    if (anew_.worn_s >= kAnew_s) fit_anew();
+    const double before_s = redonning_.recording->seconds();
+    redonning_.recording->add(sample, worn_.columns());
+    redonning_.worn_s += std::min(redonning_.recording->seconds() - before_s, kGlovePause_s);
+    if (redonning_.worn_s >= kRedonning_s) fit_redonning();
   };
-  if (anew_.step == AnewStep::motion && context_.has_begun())
-    context_.guard("put on anew", add, [this] { end_anew(false); });
+  if (redonning_.step == RedonningStep::motion && context_.has_begun())
+    context_.guard("put on again", add, [this] { end_redonning(false); });
 }
 
 void Recorder::take_hand(const std::vector<listen::Sample>& samples,
@@ -212,39 +211,39 @@ void Recorder::stop() {
 }
 
 // Ten seconds of opening and closing.
-void Recorder::start_anew() {
-  const Session session = worn_.new_session("anew");
-  anew_.recording.emplace(session, context_.sessions.folder(session));
-  anew_.step = after(anew_.step, AnewEvent::starts);
+void Recorder::start_redonning() {
+  const Session session = worn_.new_session("redonned");
+  redonning_.recording.emplace(session, context_.sessions.folder(session));
+  redonning_.step = after(redonning_.step, RedonningEvent::starts);
   context_.play("bends", kPace);
 }
 
-void Recorder::fit_anew() {
+void Recorder::fit_redonning() {
   if (!worn_.model()) throw Refusal("no_model");
-  Session& session = anew_.recording->session;
-  anew_.step = after(anew_.step, AnewEvent::moved);
-  session.seconds = anew_.worn_s;
-  anew_.recording->flush();
+  Session& session = redonning_.recording->session;
+  redonning_.step = after(redonning_.step, RedonningEvent::moved);
+  session.seconds = redonning_.worn_s;
+  redonning_.recording->flush();
   context_.sessions.save(session);
   context_.play("ordinary");
   jobs_.start("recalibrate",
               {{"model", worn_.model()->path.string()},
-               {"recording", anew_.recording->log_file().string()},
+               {"recording", redonning_.recording->log_file().string()},
                {"out", (context_.sessions.folder(session) / "model.json").string()}},
               [this, old = *worn_.model()](const JobResult& result) {
-                if (!result.ok) return end_anew(false);
-                if (anew_.step == AnewStep::fits) anew_.result = anew_result(old, result.json);
-                anew_.step = after(anew_.step, AnewEvent::fitted);
+                if (!result.ok) return end_redonning(false);
+                if (redonning_.step == RedonningStep::fits) redonning_.result = result_of(old, result.json);
+                redonning_.step = after(redonning_.step, RedonningEvent::fitted);
               });
 }
 
-void Recorder::end_anew(bool is_accepted) {
-  if (is_accepted && anew_.result.applied) {
-    Session& session = anew_.recording->session;
+void Recorder::end_redonning(bool is_accepted) {
+  if (is_accepted && redonning_.result.applied) {
+    Session& session = redonning_.recording->session;
     worn_.wear(session, context_.sessions.folder(session) / "model.json");
     context_.sessions.accept(session, "model.json");
   }
-  anew_ = {after(anew_.step, AnewEvent::ends)};
+  redonning_ = {after(redonning_.step, RedonningEvent::ends)};
   context_.listed_s = -1e9;
 }
 
@@ -253,16 +252,17 @@ void Recorder::write(Json& state) const {
     state["recording"] = {{"file", recording_->session.name + "/log.csv"},
                           {"rows", recording_->rows()},
                           {"seconds", recording_->seconds()}};
-  if (anew_.step != AnewStep::none)
-    state["anew"] = {{"seconds", anew_.worn_s}, {"of_seconds", kAnew_s}, {"fingers", anew_.result.fingers}};
+  if (redonning_.step != RedonningStep::none)
+    state["redonning"] = {
+        {"seconds", redonning_.worn_s}, {"of_seconds", kRedonning_s}, {"fingers", redonning_.result.fingers}};
 }
 
 Json Recorder::next() const {
-  if (anew_.step == AnewStep::none) return nullptr;
-  if (anew_.step == AnewStep::motion) return {{"kind", "bend"}};
-  if (anew_.step == AnewStep::fits) return {{"kind", "fits"}};
-  const auto& [applied, is_off, fingers, wanted, misfits] = anew_.result;
-  const char* kind = !applied ? "keep" : !is_off ? "as_it_was" : "take";
+  if (redonning_.step == RedonningStep::none) return nullptr;
+  if (redonning_.step == RedonningStep::motion) return {{"kind", "bend"}};
+  if (redonning_.step == RedonningStep::fits) return {{"kind", "fits"}};
+  const auto& [applied, is_off, fingers, wanted, misfits] = redonning_.result;
+  const char* kind = !applied ? "keep" : !is_off ? "unchanged" : "take";
   return {{"kind", kind}, {"why", applied ? "" : wanted}, {"misfits", misfits}};
 }
 

@@ -1,4 +1,4 @@
-// What is recorded of a glove that is worn: for whoever asks for it, and the ten seconds of one that was put on anew.
+// What is recorded of a glove that is worn: for whoever asks for it, and the ten seconds of one that was put on again.
 #pragma once
 
 #include <optional>
@@ -16,7 +16,7 @@ class SessionRecording {
   SessionRecording(Session of, std::filesystem::path folder)
       : session(std::move(of)), folder_(std::move(folder)) {}
 
-  // Each file begins with its first sample, which says what columns there are. Another glove's are refused.
+  // Each file begins with its first sample, which determines the columns. Another glove's are refused.
   void add(const listen::Sample& sample, const std::vector<std::string>& columns);
   void add_hand(const listen::Sample& sample, const std::vector<std::string>& columns);
   void mark(double host_s, const std::string& text);
@@ -47,8 +47,8 @@ class SessionRecording {
   std::uint64_t left_out_ = 0;
 };
 
-// What came of a glove that was put on anew: the answer of `flexor recalibrate --json`, finger by finger.
-struct AnewResult {
+// What came of a glove that was put on again: the answer of `flexor recalibrate --json`, finger by finger.
+struct RedonningResult {
   bool applied = false;  // there is a model that fits better
   bool is_off = false;   // by more than it is sure of, at some finger
   // Of each joint: name, before_deg, after_deg, and a verdict on each of its sensors: "fitted", or why it stays as it was, which
@@ -60,12 +60,12 @@ struct AnewResult {
 
 // `old`: the model that was recalibrated. Before: how far off its angles are by the new calibration, root mean square. After:
 // the standard error that is left. Throws where the answer is none of that model.
-AnewResult anew_result(const model::Model& old, const Json& said);
+RedonningResult result_of(const model::Model& old, const Json& report);
 
-// Of a glove that was put on anew: its motion is recorded, fitted, and what came of it waits for an answer.
-enum class AnewStep { none, motion, fits, answer };
-enum class AnewEvent { starts, moved, fitted, ends };
-AnewStep after(AnewStep step, AnewEvent event);
+// Of a glove that was put on again: its motion is recorded, fitted, and what came of it waits for an answer.
+enum class RedonningStep { none, motion, fits, answer };
+enum class RedonningEvent { starts, moved, fitted, ends };
+RedonningStep after(RedonningStep step, RedonningEvent event);
 
 class Recorder {
  public:
@@ -84,21 +84,21 @@ class Recorder {
  private:
   void guard(const std::function<void()>& work);
   void stop();
-  void start_anew();
-  void fit_anew();
-  void end_anew(bool is_accepted);
+  void start_redonning();
+  void fit_redonning();
+  void end_redonning(bool is_accepted);
 
   Context& context_;
   Worn& worn_;
   GlovePort& glove_;
   JobRunner& jobs_;
   std::optional<SessionRecording> recording_;
-  struct Anew {
-    AnewStep step = AnewStep::none;
+  struct Redonning {
+    RedonningStep step = RedonningStep::none;
     std::optional<SessionRecording> recording = {};
     double worn_s = 0;  // of samples, without pauses
-    AnewResult result = {};
-  } anew_;
+    RedonningResult result = {};
+  } redonning_;
 };
 
 }  // namespace flexor::live

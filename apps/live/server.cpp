@@ -36,7 +36,7 @@ using Tcp = asio::ip::tcp;
 
 constexpr std::uint32_t kLongestHead = 8192;
 constexpr std::size_t kMostTurnedAway =
-    64;                            // connections that are being told so; more are closed without a word
+    64;                            // connections that get that answer; more are closed without a word
 constexpr seconds kHeadTime{10};   // to send a head, and to agree on a WebSocket
 constexpr seconds kIdleTime{30};   // between two requests
 constexpr seconds kStallTime{30};  // for a part of an answer
@@ -131,7 +131,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (queue_.empty()) close();
   }
 
-  const bool has_place;  // else it is told that there is none
+  const bool has_place;  // else it is answered that there is none
 
  private:
   beast::tcp_stream& line() { return socket_.next_layer(); }
@@ -147,7 +147,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   asio::awaitable<void> serve() {
     bool goes_on = has_place;
     if (!goes_on)
-      co_await say(http::status::service_unavailable, "too many connections: close a tab of this page");
+      co_await reply(http::status::service_unavailable, "too many connections: close a tab of this page");
     for (seconds patience = kHeadTime; goes_on; patience = kIdleTime) goes_on = co_await next(patience);
     if (!socket_.is_open() && line().socket().is_open()) co_await end_in_order();
   }
@@ -161,11 +161,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
     const auto [error, bytes] = co_await http::async_read_header(line(), buffer_, parser, kResult);
     head_ = parser.is_header_done() ? parser.get() : http::request<http::empty_body>();
     if (error == http::error::header_limit || error == http::error::buffer_overflow)
-      co_return co_await say(http::status::request_header_fields_too_large,
-                             "the head is too long: 8192 bytes at most");
+      co_return co_await reply(http::status::request_header_fields_too_large,
+                               "the head is too long: 8192 bytes at most");
     const bool is_http = error.category() == make_error_code(http::error::bad_target).category();
     if (is_http && error != http::error::end_of_stream && error != http::error::partial_message)
-      co_return co_await say(http::status::bad_request, "this is no request that HTTP knows");
+      co_return co_await reply(http::status::bad_request, "this is no request that HTTP knows");
     if (error) {
       give_up();
       co_return false;
@@ -174,16 +174,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   asio::awaitable<bool> answer(bool is_whole) {
-    if (const char* why = foreign()) co_return co_await say(http::status::forbidden, why);
+    if (const char* why = foreign()) co_return co_await reply(http::status::forbidden, why);
     const Target target = read_target({head_.target().data(), head_.target().size()}, server_.token_);
     if (target.kind == Target::Kind::foreign)
-      co_return co_await say(http::status::forbidden,
-                             "the token is missing or another: open the address that the program printed");
+      co_return co_await reply(http::status::forbidden,
+                               "the token is missing or another: open the address that the program printed");
     is_known_ = true;
     if (head_.method() != http::verb::get && head_.method() != http::verb::head)
-      co_return co_await say(http::status::method_not_allowed,
-                             "only GET and HEAD: everything else goes through the socket");
-    if (!is_whole) co_return co_await say(http::status::payload_too_large, "a request holds no body");
+      co_return co_await reply(http::status::method_not_allowed,
+                               "only GET and HEAD: everything else goes through the socket");
+    if (!is_whole) co_return co_await reply(http::status::payload_too_large, "a request holds no body");
     switch (target.kind) {
       case Target::Kind::bare:
         co_return co_await redirect();
@@ -222,10 +222,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   asio::awaitable<bool> not_found() {
-    return say(http::status::not_found, "there is no such file", head_.keep_alive());
+    return reply(http::status::not_found, "there is no such file", head_.keep_alive());
   }
 
-  asio::awaitable<bool> say(http::status status, const char* why, bool keep_alive = false) {
+  asio::awaitable<bool> reply(http::status status, const char* why, bool keep_alive = false) {
     auto out = response<http::string_body>(status, "text/plain; charset=utf-8", keep_alive);
     if (status == http::status::method_not_allowed) out.set(http::field::allow, "GET, HEAD");
     if (status == http::status::upgrade_required) out.set(http::field::upgrade, "websocket");
@@ -291,9 +291,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   asio::awaitable<bool> upgrade() {
     if (!websocket::is_upgrade(head_))
-      co_return co_await say(http::status::upgrade_required, "this is the WebSocket");
+      co_return co_await reply(http::status::upgrade_required, "this is the WebSocket");
     if (buffer_.size() > 0)
-      co_return co_await say(http::status::bad_request, "nothing is sent before the socket is open");
+      co_return co_await reply(http::status::bad_request, "nothing is sent before the socket is open");
     line().expires_never();
     socket_.set_option(websocket::stream_base::timeout{kHeadTime, kSilence, true});
     socket_.read_message_max(kLongestMessage);
@@ -389,7 +389,7 @@ asio::awaitable<void> Server::accept() {
   for (;;) {
     auto [error, socket] = co_await acceptor_.async_accept(kResult);
     if (stopping_) co_return;
-    if (error) {  // no descriptors are left, say
+    if (error) {  // no descriptors are left, for example
       pause_.expires_after(std::chrono::milliseconds(100));
       co_await pause_.async_wait(kResult);
       continue;

@@ -48,7 +48,7 @@ struct Sessions {
 };
 
 // What the handlers were called with.
-struct Heard {
+struct Received {
   Handlers handlers() {
     Handlers out;
     out.opened = [this](Client client) { note(fmt::format("opened {}", client), client); };
@@ -61,18 +61,18 @@ struct Heard {
   void note(std::string what, Client client = 0) {
     const std::lock_guard lock(mutex);
     if (client != 0) last = client;
-    said.push_back(std::move(what));
+    messages.push_back(std::move(what));
   }
   std::vector<std::string> all() {
     const std::lock_guard lock(mutex);
-    return said;
+    return messages;
   }
-  bool hears(Tab& tab) {
-    tab.say("still here");
+  bool gets_text(Tab& tab) {
+    tab.send("still here");
     return soon([this] { return all().back() == "text still here"; });
   }
   std::mutex mutex;
-  std::vector<std::string> said;
+  std::vector<std::string> messages;
   Client last = 0;
 };
 
@@ -303,11 +303,11 @@ TEST(Server, GarbageIsABadRequest) {
 }
 
 TEST(Server, MessagesGoBothWaysInOrder) {
-  Heard heard;
-  Running running({}, heard.handlers());
+  Received received;
+  Running running({}, received.handlers());
   Tab one(running.place);
-  ASSERT_TRUE(soon([&] { return heard.all().size() == 1; }));
-  const Client first = heard.last;
+  ASSERT_TRUE(soon([&] { return received.all().size() == 1; }));
+  const Client first = received.last;
   Tab two(running.place);
   ASSERT_TRUE(soon([&] { return running.server.clients() == 2; }));
   running.server.post([&] {
@@ -317,40 +317,40 @@ TEST(Server, MessagesGoBothWaysInOrder) {
     running.server.send_all("for all");
     running.server.send(99, "for nobody");
   });
-  EXPECT_EQ(one.hear(), std::pair(kText, std::string("for one")));
+  EXPECT_EQ(one.receive(), std::pair(kText, std::string("for one")));
   for (Tab* tab : {&one, &two}) {
-    EXPECT_EQ(tab->hear(), std::pair(kBinary, std::string(70000, '\7')));
-    EXPECT_EQ(tab->hear(), std::pair(kText, std::string("for all")));
+    EXPECT_EQ(tab->receive(), std::pair(kBinary, std::string(70000, '\7')));
+    EXPECT_EQ(tab->receive(), std::pair(kText, std::string("for all")));
   }
-  one.say("hello");
+  one.send("hello");
   one.put(frame(kBinary, std::string(kLongestMessage, 'x')));
-  one.say(std::string(kLongestMessage, 'y'));
+  one.send(std::string(kLongestMessage, 'y'));
   one.put(frame(kPing, "?"));
-  EXPECT_EQ(one.hear(), std::pair(10, std::string("?")));
-  const auto said = heard.all();
-  ASSERT_EQ(said.size(), 5U);
-  EXPECT_EQ(said[2], "text hello");
-  EXPECT_EQ(said[3], fmt::format("binary {}", kLongestMessage));
-  EXPECT_EQ(said[4].size(), kLongestMessage + 5);
+  EXPECT_EQ(one.receive(), std::pair(10, std::string("?")));
+  const auto messages = received.all();
+  ASSERT_EQ(messages.size(), 5U);
+  EXPECT_EQ(messages[2], "text hello");
+  EXPECT_EQ(messages[3], fmt::format("binary {}", kLongestMessage));
+  EXPECT_EQ(messages[4].size(), kLongestMessage + 5);
   one.put(frame(kClose, "\x03\xe8"));
-  EXPECT_EQ(one.hear(), std::pair(kClose, std::string("\x03\xe8")));
+  EXPECT_EQ(one.receive(), std::pair(kClose, std::string("\x03\xe8")));
   EXPECT_TRUE(soon([&] { return running.server.clients() == 1; }));
 }
 
 TEST(Server, AMessageBeyondTheLimitEndsItsSocketOnly) {
-  Heard heard;
-  Running running({}, heard.handlers());
+  Received received;
+  Running running({}, received.handlers());
   Tab other(running.place);
   Tab large(running.place);
-  ASSERT_TRUE(soon([&] { return heard.all().size() == 2; }));
+  ASSERT_TRUE(soon([&] { return received.all().size() == 2; }));
   std::thread sending([&] { large.put(frame(kBinary, std::string(100 << 20, 'x'))); });
-  const auto [opcode, why] = large.hear();
+  const auto [opcode, why] = large.receive();
   EXPECT_EQ(opcode, kClose);
   EXPECT_EQ(why.substr(0, 2), "\x03\xf1");  // 1009
   large.rest();
   sending.join();
   ASSERT_TRUE(soon([&] { return running.server.clients() == 1; }));
-  EXPECT_TRUE(heard.hears(other));
+  EXPECT_TRUE(received.gets_text(other));
 
   Tab pieces(running.place);  // likewise in pieces
   std::string piece = frame(kBinary, std::string(60000, 'x'));
@@ -359,13 +359,13 @@ TEST(Server, AMessageBeyondTheLimitEndsItsSocketOnly) {
     pieces.put(piece);
     piece[0] = 0;
   }
-  EXPECT_EQ(pieces.hear().first, kClose);
+  EXPECT_EQ(pieces.receive().first, kClose);
   EXPECT_TRUE(running.answers());
 }
 
 TEST(Server, GarbageInASocketEndsItOnly) {
-  Heard heard;
-  Running running({}, heard.handlers());
+  Received received;
+  Running running({}, received.handlers());
   Tab other(running.place);
   for (const std::string& bytes :
        {std::string(40, '\xff'), frame(kText, "unmasked", false), frame(kText, "\xc3\x28\xff"), frame(3, "x"),
@@ -375,33 +375,33 @@ TEST(Server, GarbageInASocketEndsItOnly) {
     Tab tab(running.place);
     ASSERT_EQ(tab.status, 101);
     tab.put(bytes);
-    EXPECT_EQ(tab.hear().first, kClose);
+    EXPECT_EQ(tab.receive().first, kClose);
     tab.rest();
     EXPECT_TRUE(tab.ended());
   }
   EXPECT_TRUE(soon([&] { return running.server.clients() == 1; }));
-  for (const std::string& said : heard.all()) EXPECT_FALSE(said.starts_with("text")) << said;
-  EXPECT_TRUE(heard.hears(other));
+  for (const std::string& message : received.all()) EXPECT_FALSE(message.starts_with("text")) << message;
+  EXPECT_TRUE(received.gets_text(other));
 }
 
-TEST(Server, AThousandConnectionsThatSayNothingKeepNobodyOut) {
+TEST(Server, AThousandConnectionsThatSendNothingKeepNobodyOut) {
   rlimit limit{};
   getrlimit(RLIMIT_NOFILE, &limit);
   if (limit.rlim_cur < 3000) {
     limit.rlim_cur = std::min<rlim_t>(3000, limit.rlim_max);
     setrlimit(RLIMIT_NOFILE, &limit);
   }
-  Heard heard;
-  Running running({}, heard.handlers());
+  Received received;
+  Running running({}, received.handlers());
   Tab tab(running.place);
   std::vector<Wire> idle;
   for (int i = 0; i < 1000; ++i) idle.emplace_back(running.place.port);
   EXPECT_TRUE(running.answers());
-  EXPECT_TRUE(heard.hears(tab));
+  EXPECT_TRUE(received.gets_text(tab));
   EXPECT_EQ(running.server.clients(), 1);
 }
 
-TEST(Server, OneSocketMoreThanThereMayBeIsTold) {
+TEST(Server, OneSocketMoreThanThereMayBeIsRefused) {
   Running running;
   std::vector<std::unique_ptr<Tab>> tabs;
   for (int i = 0; i < kMostClients; ++i) {
@@ -420,8 +420,8 @@ TEST(Server, WhoDoesNotReadIsDroppedAndTheOthersGetEverything) {
   constexpr int kMessages = 400;
   std::atomic<int> got{0};  // before the server, whose ticks read both until it ends
   int sent = 0;
-  Heard heard;
-  Running running({}, heard.handlers());
+  Received received;
+  Running running({}, received.handlers());
   Tab slow(running.place, "", 4096);
   ASSERT_EQ(slow.status, 101);
   Tab fast(running.place);
@@ -433,7 +433,7 @@ TEST(Server, WhoDoesNotReadIsDroppedAndTheOthersGetEverything) {
     });
   });
   for (; got < kMessages; ++got) {
-    const auto [opcode, text] = fast.hear();
+    const auto [opcode, text] = fast.receive();
     ASSERT_EQ(opcode, kText);
     ASSERT_EQ(text.substr(0, 6), fmt::format("{:06}", got.load()));
     ASSERT_EQ(text.size(), 65536U + 7);
@@ -543,17 +543,17 @@ TEST(Server, AWatchMayEndItselfAndItsDescriptor) {
   EXPECT_TRUE(running.answers());
 }
 
-TEST(Server, StopsFromAnotherThreadAndSaysGoodbye) {
-  Heard heard;
-  Running running({}, heard.handlers());
+TEST(Server, StopsFromAnotherThreadAndSendsWhatWaits) {
+  Received received;
+  Running running({}, received.handlers());
   Tab tab(running.place);
   Wire idle(running.place.port);
   ASSERT_TRUE(soon([&] { return running.server.clients() == 1; }));
   running.server.post([&] { running.server.send_all("last words " + std::string(1'000'000, '.')); });
-  std::thread reading([&] { EXPECT_EQ(tab.hear().second.substr(0, 10), "last words"); });
+  std::thread reading([&] { EXPECT_EQ(tab.receive().second.substr(0, 10), "last words"); });
   running.stop();
   reading.join();
-  const auto [opcode, why] = tab.hear();
+  const auto [opcode, why] = tab.receive();
   EXPECT_EQ(opcode, kClose);
   EXPECT_EQ(why.substr(0, 2), "\x03\xe9");  // 1001
   idle.rest();
@@ -561,7 +561,7 @@ TEST(Server, StopsFromAnotherThreadAndSaysGoodbye) {
   EXPECT_THROW(Wire(running.place.port), std::runtime_error);
 }
 
-TEST(Server, SaysWhyItCannotListen) {
+TEST(Server, ReportsWhyItCannotListen) {
   const Running running;
   ServerOptions options;
   options.port = running.place.port;

@@ -7,7 +7,7 @@
 //     log.csv camera.csv model.json report/ ...
 //
 // A glove is known by its columns and, where the system has one, the name of its USB adapter, which holds a serial number if
-// the adapter has one: two gloves alike on adapters alike cannot be told apart.
+// the adapter has one: two gloves alike on adapters alike cannot be distinguished.
 #pragma once
 
 #include <cstdint>

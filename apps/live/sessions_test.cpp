@@ -86,10 +86,10 @@ TEST_F(SessionsTest, ARecordingThatWasKilledIsAsLongAsItsWholeRows) {
 
 TEST_F(SessionsTest, WhatIsNoSessionIsLeftAlone) {
   fs::create_directory(root_ / "holiday");
-  fs::create_directory(root_ / "torn");
-  io::write_file(root_ / "torn/session.json", "{\"schema\": \"flexor-session\"");
+  fs::create_directory(root_ / "malformed");
+  io::write_file(root_ / "malformed/session.json", "{\"schema\": \"flexor-session\"");
   EXPECT_TRUE(sessions_.list().empty());
-  EXPECT_TRUE(fs::exists(root_ / "torn/session.json"));
+  EXPECT_TRUE(fs::exists(root_ / "malformed/session.json"));
 }
 
 TEST_F(SessionsTest, ANameCannotLeaveTheFolder) {

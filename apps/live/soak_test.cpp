@@ -1,5 +1,5 @@
-// A glove at a port for as long as FLEXOR_SOAK_S says (script/soak live), pulled out and plugged in again, with four tabs that
-// read and one that never does: what reaches the recording, how late the tabs hear it, what it costs.
+// A glove at a port for FLEXOR_SOAK_S seconds (script/soak live), pulled out and plugged in again, with four tabs that
+// read and one that never does: what reaches the recording, how late the tabs receive it, what it costs.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -28,17 +28,17 @@ double soak_s() {
 constexpr int kChannels = 5;
 constexpr int kWrap = 100000;  // of the first channel, which counts the rows
 
-// A glove that says a line of five numbers `rate_hz` times a second, at a path that stays.
+// A glove that sends a line of five numbers `rate_hz` times a second, at a path that stays.
 class Glove {
  public:
   Glove(std::filesystem::path port, double rate_hz) : port_(std::move(port)), rate_hz_(rate_hz) { plug(); }
 
   void plug() {
     is_on_ = is_new_ = true;
-    const auto says = [this, begin_s = now_s(), first = rows()](const std::string&) {
+    const auto sends = [this, begin_s = now_s(), first = rows()](const std::string&) {
       return is_on_ ? until(first + static_cast<std::uint64_t>(rate_hz_ * (now_s() - begin_s))) : "";
     };
-    board_.emplace(says);
+    board_.emplace(sends);
     std::filesystem::create_symlink(board_->port(), port_);
   }
   // At the end of a line that has been read: what is lost then is nobody's but the board's.
@@ -98,19 +98,19 @@ class Reader {
   void read(const std::stop_token& stop, const Glove& glove) {
     constexpr std::size_t kRow = 8 + kChannels * 8;
     while (!stop.stop_requested()) {
-      const auto [opcode, bytes] = tab_.hear(1);
+      const auto [opcode, bytes] = tab_.receive(1);
       if (tab_.ended()) dropped = true;
       if (dropped) return;
       if (opcode == kPing) tab_.put(frame(kPong, bytes));
       if (opcode != kBinary || bytes.size() < 4 + kRow || bytes[0] != 1 || bytes[1] != kChannels) continue;
-      const double heard_s = now_s();
+      const double received_s = now_s();
       for (std::size_t at = 4; at + kRow <= bytes.size(); at += kRow) {
         float count = 0;
         float angle_deg = NAN;
         std::memcpy(&count, bytes.data() + at + 8, sizeof count);
         std::memcpy(&angle_deg, bytes.data() + at + 8 + 4 * kChannels, sizeof angle_deg);
         angles += std::isfinite(angle_deg) ? 1 : 0;
-        if (late_s.size() < 1000000) late_s.push_back(heard_s - glove.written_s(static_cast<int>(count)));
+        if (late_s.size() < 1000000) late_s.push_back(received_s - glove.written_s(static_cast<int>(count)));
       }
     }
   }
@@ -140,12 +140,12 @@ Logged read_log(const std::filesystem::path& sessions) {
 
 struct Soaked {
   Logged log;
-  std::uint64_t said = 0;      // while it was recorded
+  std::uint64_t sent = 0;      // while it was recorded
   std::vector<double> late_s;  // sorted
   double processor_share = 0;
   double memory_mb = 0;       // half way: a busy machine takes long until all that it needs is loaded
   double memory_more_mb = 0;  // at the end
-  std::uint64_t angles = 0;   // heard
+  std::uint64_t angles = 0;   // received
   int dropped = 0;            // of the tabs that read
   int replugged = 0;
 };
@@ -217,7 +217,7 @@ Soaked LiveSoak::soak(double rate_hz, double seconds, double replug_every_s) {
   }
   std::sort(out.late_s.begin(), out.late_s.end());
   out.log = read_log(folder_.path() / "sessions");
-  out.said = glove.rows();
+  out.sent = glove.rows();
   return out;
 }
 
@@ -228,17 +228,17 @@ void print(const char* what, const Soaked& soaked) {
                        : 1e3 * all[static_cast<std::size_t>(share * static_cast<double>(all.size() - 1))];
   };
   fmt::print(
-      "{}: {} rows logged, {} gaps, plugged in again {} times; written to heard by four tabs: median {:.2f} "
+      "{}: {} rows logged, {} gaps, plugged in again {} times; delay to four tabs: median {:.2f} "
       "ms, 99th percentile {:.2f} ms; {:.1f} % of a core; {:.1f} MB and {:+.1f} MB\n",
       what, soaked.log.rows, soaked.log.gaps, soaked.replugged, late_ms(0.5), late_ms(0.99),
       100 * soaked.processor_share, soaked.memory_mb, soaked.memory_more_mb);
 }
 
-// Everything that the board said from the first logged row on.
+// Everything that the board sent from the first logged row on.
 void expect_nothing_lost(const Soaked& soaked) {
   EXPECT_GT(soaked.log.rows, 0U);
   EXPECT_EQ(soaked.log.gaps, 0U);
-  EXPECT_EQ(soaked.log.last, static_cast<int>((soaked.said - 1) % kWrap));
+  EXPECT_EQ(soaked.log.last, static_cast<int>((soaked.sent - 1) % kWrap));
   EXPECT_EQ(soaked.dropped, 0);
   EXPECT_LT(soaked.memory_more_mb, 4);
   EXPECT_GT(soaked.angles, soaked.log.rows) << "the model is worn";

@@ -143,10 +143,10 @@ struct Tab : Wire {
   }
   int status = 0;
 
-  bool say(std::string_view text) { return put(frame(kText, text)); }
+  bool send(std::string_view text) { return put(frame(kText, text)); }
 
   // The next frame: opcode, or 0 at the end, and payload.
-  std::pair<int, std::string> hear(double patience_s = 20) {
+  std::pair<int, std::string> receive(double patience_s = 20) {
     const std::string head = take(2, patience_s);
     if (head.empty()) return {0, {}};
     std::uint64_t size = static_cast<unsigned char>(head[1]) & 0x7f;
@@ -158,9 +158,9 @@ struct Tab : Wire {
     return {head[0] & 0x0f, size == 0 ? std::string() : take(size, patience_s)};
   }
   // The next text; null at the end.
-  nlohmann::json hear_json() {
+  nlohmann::json receive_json() {
     for (;;) {
-      const auto [opcode, payload] = hear();
+      const auto [opcode, payload] = receive();
       if (opcode == kText) return nlohmann::json::parse(payload);
       if (opcode == 0 || opcode == kClose) return nullptr;
     }

@@ -162,7 +162,7 @@ void TwinSource::play(const std::string& motion, double pace) {
   pace_ = pace;
 }
 
-std::string TwinSource::says() const {
+std::string TwinSource::description() const {
   return fmt::format("the twin's glove at {:g} Hz, in {}", 1 / input_.compensator.sample_period_s, unit_);
 }
 

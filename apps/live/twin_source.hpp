@@ -1,4 +1,4 @@
-// The twin's glove and hand without boards: the converter's counts of every strip, and a hand that follows what the glove's chain
+// The twin's glove and hand without boards: the converter's counts of every sensor, and a hand that follows what the glove's chain
 // makes of them over the radio.
 //
 // The person is that of the experiment's trial 0 with seed 1. Columns: FINGER_count, or in degrees FINGER_alpha_deg. Time is the
@@ -33,14 +33,14 @@ class TwinSource : public WornGlove {
   // One sample at most.
   listen::Event wait(double timeout_s, std::vector<listen::Sample>& out) override;
   double now_s() const override { return static_cast<double>(now_ms_) / 1000; }
-  std::string says() const override;
+  std::string description() const override;
 
   void set(const WornChange& change) override;
   // The glove's compensator, at the source's rate. Throws io::InputError as twin::check() does.
   void run_on_glove(model::Model compensator);
   void load(const model::Model& model) override;
   // Another motion, or the same one from its beginning; none: rest. The hand goes there without a jump. Where the motion begins,
-  // two seconds of rest before its t = 0, cloth, strips and noise begin anew: what comes from there on is the same each time.
+  // two seconds of rest before its t = 0, cloth, sensors and noise begin again: what comes from there on is the same each time.
   void play(std::optional<twin::Motion> motion);
   void play(const std::string& motion, double pace) override;
   std::optional<double> begun_s() const override;

@@ -65,7 +65,7 @@ TEST(TwinSource, ReadsInTheUnitThatAModelTakes) {
   EXPECT_NEAR(play(source, 0.1).back().value[1], 20, 20) << "an open finger, of more than 200 counts";
 }
 
-// Bent fingers bend their strips: counts rise with the angle. The hand follows.
+// Bent fingers bend their sensors: counts rise with the angle. The hand follows.
 TEST(TwinSource, FollowsTheFinger) {
   TwinSource source(quick(study::motions("1").front()));
   Eigen::ArrayXd finger_deg(1000);

@@ -17,7 +17,7 @@ void Words::refuse(std::string_view refusal) const {
   if (refusals_.at(refusal)()) throw Refusal(refusal.data());
 }
 
-Words::Answer Words::hear(std::string_view message) const {
+Words::Answer Words::answer(std::string_view message) const {
   Answer out{Json{{"id", nullptr}, {"ok", true}}};
   try {
     const Json json = io::parse_json(std::string(message), "message");

@@ -10,7 +10,7 @@
 
 namespace flexor::live {
 
-// What cannot be had now: a kind, of which words.ts has the sentence, and what there is to say of it.
+// What cannot be had now: a kind, of which words.ts has the sentence, and its details.
 struct Refusal : io::InputError {
   explicit Refusal(const char* kind, Json known = Json::object())
       : io::InputError(kind), parts(std::move(known)) {}
@@ -28,7 +28,7 @@ bool is_on(io::JsonReader& parts);  // their "on"
 
 class Words {
  public:
-  // Whether it is due; one that has more to say is thrown.
+  // Whether it is due; one that has details is thrown.
   using IsDue = std::function<bool()>;
 
   void add(std::map<std::string_view, Word> words, std::map<std::string_view, IsDue> refusals);
@@ -37,7 +37,7 @@ class Words {
     Json json;
     bool is_silent = false;
   };
-  Answer hear(std::string_view message) const;  // whatever it holds
+  Answer answer(std::string_view message) const;  // whatever it holds
 
  private:
   std::map<std::string_view, Word> words_;

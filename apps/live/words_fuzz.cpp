@@ -46,17 +46,17 @@ class Running {
   std::thread thread_;
 };
 
-// Everything is heard in order: what comes before this answer has been dealt with.
+// Everything is answered in order: what comes before this answer has been dealt with.
 bool is_still_there(live::Tab& tab) {
   static int count = 0;
   const std::string id = "fuzz " + std::to_string(++count);
-  tab.say(Json{{"id", id}, {"do", "nothing"}}.dump());
-  Json heard;
+  tab.send(Json{{"id", id}, {"do", "nothing"}}.dump());
+  Json answer;
   do {
-    heard = tab.hear_json();
-    if (heard.is_null()) return false;
-    if (heard.value("error", "").find('\n') != std::string::npos) std::abort();
-  } while (heard.value("id", Json()) != id);
+    answer = tab.receive_json();
+    if (answer.is_null()) return false;
+    if (answer.value("error", "").find('\n') != std::string::npos) std::abort();
+  } while (answer.value("id", Json()) != id);
   return true;
 }
 

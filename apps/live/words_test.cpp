@@ -56,9 +56,9 @@ TEST_F(Words, WhatIsWrongIsAnsweredInOneLine) {
                  "side");
   expect_refused({{"do", "send"}}, "no_model");
   expect_refused({{"do", "flash"}, {"board", "toaster"}}, "glove or hand");
-  expect_refused({{"do", "anew.start"}}, "no_model");
-  tab_->say("{\"do\": [[[[[[[[[[[[");
-  tab_->say("not even JSON");
+  expect_refused({{"do", "redonning.start"}}, "no_model");
+  tab_->send("{\"do\": [[[[[[[[[[[[");
+  tab_->send("not even JSON");
   for (int kind = 0; kind < 256; ++kind)
     tab_->put(frame(kBinary, static_cast<char>(kind) + std::string(39, static_cast<char>(kind * 37))));
   tab_->put(frame(kBinary, ""));
@@ -72,9 +72,9 @@ TEST_F(Words, TwoTabsCannotCalibrateAtOnce) {
   Tab other(*place_);
   Json start = calibration_of("bert", "poses");
   start["id"] = "x";
-  other.say(start.dump());
-  Json answer = other.hear_json();
-  for (int k = 0; k < 500 && answer.value("id", Json()) != "x"; ++k) answer = other.hear_json();
+  other.send(start.dump());
+  Json answer = other.receive_json();
+  for (int k = 0; k < 500 && answer.value("id", Json()) != "x"; ++k) answer = other.receive_json();
   EXPECT_EQ(answer.at("error"), "calibration_is_open");
   const Json state = state_when([](const Json& s) { return s.at("calibration").is_object(); });
   EXPECT_EQ(state["calibration"]["person"], "anna");
@@ -129,15 +129,15 @@ TEST_F(Words, MarkersAreBounded) {
   for (int k = 0; k < kMost; ++k) done({{"do", "marker"}, {"text", std::string(200, 'm')}});
   expect_refused({{"do", "marker"}, {"text", "one more"}}, "500 markers");
   Tab later(*place_);
-  int heard = 0;
-  for (int k = 0; k < 10 * kMost && heard < kMost; ++k) {
-    const Json marker = later.hear_json();
+  int received = 0;
+  for (int k = 0; k < 10 * kMost && received < kMost; ++k) {
+    const Json marker = later.receive_json();
     if (marker.value("event", "") != "marker") continue;
-    ++heard;
+    ++received;
     EXPECT_EQ(marker["text"], std::string(200, 'm'));
     EXPECT_GT(marker["host_s"], 0);
   }
-  EXPECT_EQ(heard, kMost);
+  EXPECT_EQ(received, kMost);
 }
 
 TEST_F(Words, ARecordingOfMoreColumnsThanAMessageHoldsIsRefused) {
@@ -155,13 +155,13 @@ TEST_F(Words, ARecordingOfMoreColumnsThanAMessageHoldsIsRefused) {
   five_fingers();  // the glove stays
 }
 
-// Angles that the page saw itself become camera.csv, also those of a page that was opened anew and has another clock.
+// Angles that the page saw itself become camera.csv, also those of a page that was opened again and has another clock.
 TEST_F(Words, AMarkerlessTrackersAnglesAreWritten) {
   five_fingers();
   expect_refused({{"do", "angles"}, {"t_s", 1}, {"angles", {{"index_mcp", 20}}}}, "no_angles_wanted");
   done(calibration_of("anna", "markerless"));
   const auto see = [&](double t_s, const Json& angles) {
-    tab_->say(Json({{"do", "angles"}, {"t_s", t_s}, {"angles", angles}}).dump());
+    tab_->send(Json({{"do", "angles"}, {"t_s", t_s}, {"angles", angles}}).dump());
   };
   see(899.9, {{"index_mcp", 1}, {"index_pip", 2}});
   done({{"do", "calibrate.next"}});
@@ -169,7 +169,7 @@ TEST_F(Words, AMarkerlessTrackersAnglesAreWritten) {
   for (int k = 0; k < 20; ++k) see(900 + 0.05 * k, {{"index_mcp", k}, {"index_pip", 2 * k}});
   for (int k = 0; k < 5; ++k) see(901 + 0.05 * k, Json::object());
   const auto opened = std::chrono::steady_clock::now();
-  while (std::chrono::steady_clock::now() - opened < std::chrono::milliseconds(1500)) (void)tab_->hear();
+  while (std::chrono::steady_clock::now() - opened < std::chrono::milliseconds(1500)) (void)tab_->receive();
   for (int k = 0; k < 10; ++k) see(0.05 * k, {{"index_mcp", 50 + k}, {"index_pip", 60}});
   const Json seen = state_when(
       [](const Json& s) { return s.at("calibration").is_object() && s["calibration"]["pictures"] == 36; });
@@ -193,7 +193,7 @@ TEST_F(Words, ARecordingIsPlayedFromTheStart) {
   done({{"do", "replay.seek"}, {"t_s", 0}});
 }
 
-TEST_F(Words, ThePublishedModelIsWornAndSaysThatItCannotBeTracked) {
+TEST_F(Words, ThePublishedModelIsWornAndReportsThatItCannotBeTracked) {
   five_fingers();
   expect_refused({{"do", "tracking.set"}, {"on", true}}, "no_model");
   end();
@@ -205,7 +205,7 @@ TEST_F(Words, ThePublishedModelIsWornAndSaysThatItCannotBeTracked) {
   EXPECT_EQ(state["tracking_remark"], "not_tracked");
 }
 
-TEST_F(Words, AModelThatDoesNotFitTheGloveIsNotWornAndIsSaid) {
+TEST_F(Words, AModelThatDoesNotFitTheGloveIsNotWornAndIsReported) {
   end();
   const std::string model = (folder_.path() / "wrist.json").string();
   io::write_file(model, published({{"thumb_alpha\"", "wrist_alpha\""}}));

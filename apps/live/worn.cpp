@@ -50,7 +50,7 @@ Json Stream::state(const listen::Source* source) const {
     jitter_s = std::sqrt(jitter_s / static_cast<double>(n - 1));
   }
   return {{"rate_hz", rate_hz()},
-          {"torn", source ? source->tally().torn : 0},
+          {"torn", source ? source->tally().malformed : 0},
           {"lost", source ? Json(source->tally().lost) : Json(nullptr)},
           {"jitter_ms", 1000 * jitter_s},
           {"latency_ms", 1000 * latency_s_}};

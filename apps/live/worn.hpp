@@ -53,7 +53,7 @@ class Worn {
   void take(const listen::Sample& sample);
   void tick();
   void drop();  // the glove has gone for good
-  bool is_heard() const { return fingers_ && !glove_.is_gone(); }
+  bool is_connected() const { return fingers_ && !glove_.is_gone(); }
   const std::optional<ChosenModel>& model() const { return model_; }
   const std::vector<std::string>& columns() const { return columns_; }
   Session new_session(const char* what, const std::string& person, const std::string& side) const;

@@ -22,7 +22,7 @@ constexpr double kBoardsLead_s = 0.099;
 constexpr double kTwinRate_hz = 50;
 constexpr const char* kBoards = "flexor-cosim";
 
-// A published compensator behind the divider's own curve: a board of which the strips' counts are not converted takes models of
+// A published compensator behind the divider's own curve: a board of which the sensors' counts are not converted takes models of
 // counts, as they are identified from a glove's readings.
 model::Model of_counts(model::Model m, const twin::Parameters& parameters) {
   constexpr double kLeast_deg = -10;

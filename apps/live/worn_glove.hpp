@@ -25,7 +25,7 @@ struct WornFacts {
   const char* name() const { return has_boards ? "boards" : "twin"; }
 };
 
-// What the glove says, on the clock of everything that comes from here.
+// What the glove sends, on the clock of everything that comes from here.
 class WornGlove : public listen::Source {
  public:
   virtual void set(const WornChange& change) = 0;

@@ -3,7 +3,7 @@
 //   turn = atan2(u x v, u . v),   u = b - a,  v = d - c        degrees
 // A mark's error e turns a line u by (u x e) / |u|^2; with the marks' covariances C_i
 //   se^2 = sum_i g_i' C_i g_i,   g_i = d turn / d mark_i
-// so that short bones and faint marks say themselves how little they can tell.
+// so that short bones and faint marks have large standard errors.
 #pragma once
 
 #include <numbers>

@@ -75,7 +75,7 @@ TEST(Angles, TheStandardErrorIsWhatTheMarksErrorsMakeOfIt) {
   std::normal_distribution<double> normal;
   const std::vector<Covariance> covariances = {{0.04, 0.01, 0.09}, {0.02, -0.01, 0.05}, {0.08, 0, 0.03}};
   const std::vector<Point> exact = chain(35, 60, 25);
-  const Angle told = *measure_angle(rule({0, 1, 2}), 1, exact, covariances);
+  const Angle estimate = *measure_angle(rule({0, 1, 2}), 1, exact, covariances);
   double squares = 0;
   constexpr int kDraws = 20000;
   for (int i = 0; i < kDraws; ++i) {
@@ -87,10 +87,10 @@ TEST(Angles, TheStandardErrorIsWhatTheMarksErrorsMakeOfIt) {
       marks[k].x += a * u;
       marks[k].y += xy / a * u + std::sqrt(yy - xy * xy / xx) * normal(random);
     }
-    squares += std::pow(measure_angle(rule({0, 1, 2}), 1, marks, kExact)->deg - told.deg, 2);
+    squares += std::pow(measure_angle(rule({0, 1, 2}), 1, marks, kExact)->deg - estimate.deg, 2);
   }
-  EXPECT_NEAR(std::sqrt(squares / kDraws), std::sqrt(told.variance_deg2),
-              0.02 * std::sqrt(told.variance_deg2));
+  EXPECT_NEAR(std::sqrt(squares / kDraws), std::sqrt(estimate.variance_deg2),
+              0.02 * std::sqrt(estimate.variance_deg2));
 }
 
 }  // namespace

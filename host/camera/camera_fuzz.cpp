@@ -1,5 +1,5 @@
 // Any bytes as a joint file and as a lens file: an InputError of one line, or a document that round-trips,
-// whose angles and lens say something finite about every point of a picture.
+// whose angles and lens give something finite for every point of a picture.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

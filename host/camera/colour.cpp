@@ -63,7 +63,7 @@ Statistics even(const Statistics& a, const Statistics& b) {
 }
 
 // Fisher's discriminant of the pixels of `marks` against all others, of which those around the marks count as much as the
-// many more that are farther away: a mark is told from the skin that it lies on, not from the wall.
+// many more that are farther away: a mark is distinguished from the skin that it lies on, not from the wall.
 ColourModel learn(const cv::Mat& bgr, const cv::Mat& marks) {
   constexpr int kRim_px = 4;
   constexpr int kAround_px = 10;
@@ -74,7 +74,7 @@ ColourModel learn(const cv::Mat& bgr, const cv::Mat& marks) {
   const Statistics close = statistics(bgr, grown(marks, kAround_px) & others);
   const Statistics b = close.count > 0 ? even(close, far) : far;
   if (m.count < 4 || b.count < 16) {
-    throw io::InputError("the mark fills the picture: there is nothing beside it to tell it from");
+    throw io::InputError("the mark fills the picture: there is nothing beside it to distinguish it from");
   }
   // The regularisation is sensor noise of two grey levels: a weight that needs less of it would trust noise.
   const cv::Matx33d within = m.covariance + b.covariance + 4 * cv::Matx33d::eye();
@@ -279,7 +279,7 @@ ColourModel colour_automatic(const Picture& picture, const Window& region, std::
   if (best.compact.empty()) {
     throw io::JobError(
         "no colour has {} dots of a mark's size in this picture (the best has {}): more light, "
-        "one bright colour that nothing else has, or tell the colour with --colour X,Y",
+        "one bright colour that nothing else has, or give the colour with --colour X,Y",
         marks, most);
   }
   for (cv::Mat* done : {&picture_lab, &colours.hue_deg, &colours.chroma})

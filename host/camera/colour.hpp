@@ -32,7 +32,7 @@ double quantile(std::vector<float> values, double share);  // 0: there are none
 // Throws io::InputError: outside the picture, or nothing that differs from its surroundings.
 ColourModel colour_at(const Picture& picture, Point at);
 
-// From a colour that was told: the blobs nearest to it. Throws io::InputError when there are none.
+// From a colour that was given: the blobs nearest to it. Throws io::InputError when there are none.
 ColourModel colour_like(const Picture& picture, const std::array<double, 3>& rgb);
 
 // On its own: the hue of which there are `marks` compact blobs of similar size and the fewest other things.

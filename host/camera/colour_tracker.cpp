@@ -21,7 +21,7 @@ constexpr double kMaxGrowth = 2.2;  // of the area in one picture, unless marks 
 constexpr double kBone = 0.05;
 constexpr double kOddBone = 0.3;  // a bone that much longer or shorter than usual makes its angles doubtful
 constexpr double kBoneOfLost = 0.25;  // tolerance for a mark that comes back
-constexpr double kBoneOfJump = 0.15;  // likewise for marks that are named anew while others are followed
+constexpr double kBoneOfJump = 0.15;  // likewise for marks that are named again while others are followed
 constexpr double kSame_px = 3;
 
 constexpr double kMeasured_px2 = 0.25;        // a mark's centre wanders by half a pixel as it turns
@@ -242,12 +242,12 @@ void ColourTracker::find_missing(const Picture& picture, double t_s) {
   if (all_seen && !looks_wrong()) return;
   const std::vector<Mark> candidates =
       find_marks(picture, *colour_, region_of(skeleton_, picture), least_area_px(*colour_));
-  name_anew(candidates, t_s);
+  name_again(candidates, t_s);
   find_lost(candidates, t_s);
 }
 
 // All marks at once, if every bone has the length that it had; marks that were seen stay where they are, unless that is wrong.
-void ColourTracker::name_anew(const std::vector<Mark>& candidates, double t_s) {
+void ColourTracker::name_again(const std::vector<Mark>& candidates, double t_s) {
   if (std::ranges::any_of(bone_px_, [](double b) { return b <= 0; })) return;
   const auto found = assign(skeleton_, bone_px_, kKnownLength, candidates);
   if (!found || found->margin < kMinMargin) return;

@@ -1,13 +1,13 @@
 // One skeleton of colour marks through a video: found once in the whole picture, then followed in small
 // windows.
 //
-// searching -> the colour is learnt if it is not known, all marks of it are found, the skeleton says which is
+// searching -> the colour is learnt if it is not known, all marks of it are found, the skeleton determines which is
 // which. A guess (labels.hpp: margin) is not taken; the next picture may be clearer.
 // following -> each mark is measured around where it is predicted. One that is not there, has lost more than
 // half of its area, or is too far from the prediction is hidden. After kMaxHidden pictures it is lost and
 // looked for in the whole picture, at the distances that its bones allow; when more than half are lost, all
-// are searched for anew, now with the bone lengths of this video. Where a bone has another length than before,
-// a mark has taken another's place: all are named anew, if that gives each bone its length.
+// are searched for again, now with the bone lengths of this video. Where a bone has another length than before,
+// a mark has taken another's place: all are named again, if that gives each bone its length.
 #pragma once
 
 #include <optional>
@@ -37,7 +37,7 @@ struct Observation {
   bool labelled() const;                  // every mark measured
 };
 
-// The colour that the joint file tells, or the one that has the skeleton's number of dots. Throws as
+// The colour that the joint file gives, or the one that has the skeleton's number of dots. Throws as
 // colour_like and colour_automatic do.
 ColourModel learn_colour(const Skeleton& skeleton, const Picture& picture);
 
@@ -86,7 +86,7 @@ class ColourTracker {
   void search(const Picture& picture, double t_s);
   std::optional<std::vector<std::size_t>> by_start(const std::vector<Mark>& candidates) const;
   void follow(const Picture& picture, double t_s);
-  void name_anew(const std::vector<Mark>& candidates, double t_s);
+  void name_again(const std::vector<Mark>& candidates, double t_s);
   void find_lost(const std::vector<Mark>& candidates, double t_s);
   void find_missing(const Picture& picture, double t_s);
   std::optional<double> bone_now_px(std::size_t link) const;

@@ -175,7 +175,7 @@ FilteredAngle AngleFilter::pop(State& state, std::size_t k) {
     state.past_s = window_.front().t_s;
   }
   if (first > 0 || run > kMaxHidden) {
-    // What was before a long absence says nothing about what comes after it.
+    // What was before a long absence means nothing for what comes after it.
     if (run > kMaxHidden) state.past.reset();
     return {state.last_deg, kUnknown_deg, Quality::lost};
   }

@@ -8,8 +8,8 @@
 //
 // Paint that changes its shape as a finger turns makes a mark wander by more than its picture shows. White
 // noise of variance R on the angle shows in its second differences, c0 = 6 R + (2/3) q h^3 and c1 = -4 R +
-// (1/6) q h^3 at lags 0 and 1, of which R is solved over the last second or two; where it is larger than what
-// the marks say, it counts. Source: H. E. Rauch, F. Tung, C. T. Striebel, AIAA Journal 3 (1965) 1445-1450.
+// (1/6) q h^3 at lags 0 and 1, of which R is solved over the last second or two; where it is larger than
+// the marks' variance, it counts. Source: H. E. Rauch, F. Tung, C. T. Striebel, AIAA Journal 3 (1965) 1445-1450.
 #pragma once
 
 #include <deque>

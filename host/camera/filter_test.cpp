@@ -13,7 +13,7 @@ constexpr double kFrame_s = 1.0 / 30;
 
 // What comes out for angle(t) with white noise, measured where seen(frame).
 std::vector<FilteredRow> run(
-    int frames, double sigma_deg, double told_sigma_deg, unsigned seed,
+    int frames, double sigma_deg, double given_sigma_deg, unsigned seed,
     const std::function<double(double)>& angle,
     const std::function<bool(int)>& seen = [](int) { return true; }) {
   std::mt19937 random(seed);
@@ -23,7 +23,7 @@ std::vector<FilteredRow> run(
   for (int k = 0; k < frames; ++k) {
     Measurement m;
     const double noise = sigma_deg * normal(random);
-    if (seen(k)) m.angle = Angle{angle(k * kFrame_s) + noise, told_sigma_deg * told_sigma_deg};
+    if (seen(k)) m.angle = Angle{angle(k * kFrame_s) + noise, given_sigma_deg * given_sigma_deg};
     if (auto row = filter.push(k * kFrame_s, {m})) out.push_back(*row);
   }
   for (FilteredRow& row : filter.flush()) out.push_back(row);
@@ -103,13 +103,13 @@ TEST(Filter, AJumpIsFollowedInItsOwnFrame) {
 TEST(Filter, NoiseThatTheMarksDidNotAnnounceIsLearnt) {
   const auto rows = run(400, 0.6, 0.1, 1, [](double) { return 30.0; });
   double squares = 0;
-  double told = 0;
+  double estimate = 0;
   for (std::size_t k = 100; k < rows.size(); ++k) {
     squares += std::pow(rows[k].angles[0].deg - 30, 2);
-    told += rows[k].angles[0].se_deg * rows[k].angles[0].se_deg;
+    estimate += rows[k].angles[0].se_deg * rows[k].angles[0].se_deg;
   }
-  EXPECT_GT(told / squares, 0.4);
-  EXPECT_LT(told / squares, 3);
+  EXPECT_GT(estimate / squares, 0.4);
+  EXPECT_LT(estimate / squares, 3);
 }
 
 TEST(Filter, UnevenFramesAreTakenAtTheirOwnTimes) {

@@ -73,11 +73,11 @@ struct Skeleton {
   PositiveTurn positive;
   // colour
   std::optional<ColourModel> colour;         // learnt before
-  std::optional<std::array<double, 3>> rgb;  // as told
+  std::optional<std::array<double, 3>> rgb;  // as given
   double length_tolerance = 0.35;
   std::optional<Point> first_link;          // unit vector along which it points, roughly
   std::vector<Link> links;                  // each joins a new mark to one that is named before
-  std::vector<std::optional<Point>> start;  // where marks are in the first picture, if it was told
+  std::vector<std::optional<Point>> start;  // where marks are in the first picture, if it was given
   std::array<double, 4> region = {0, 0, 1, 1};
   // printed
   std::vector<int> ids;

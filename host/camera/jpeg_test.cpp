@@ -15,8 +15,8 @@ Picture slope(int width, int height) {
   return out;
 }
 
-void expect_fault(std::string_view bytes, const std::string& says) {
-  io::expect_refused([&] { from_jpeg(bytes); }, says);
+void expect_fault(std::string_view bytes, const std::string& reason) {
+  io::expect_refused([&] { from_jpeg(bytes); }, reason);
 }
 
 TEST(Jpeg, APictureComesBack) {
@@ -41,7 +41,7 @@ TEST(Jpeg, WhatIsNoPictureOrOutOfBoundsIsRefused) {
   expect_fault(to_jpeg(slope(64, 4097)), "each side must have 64 to 4096");
 }
 
-// The size is what the header says: nothing of it is allocated before it was looked at.
+// The size is what the header states: nothing of it is allocated before it was looked at.
 TEST(Jpeg, AStatedSizeAloneAllocatesNothing) {
   std::string huge = to_jpeg(slope(64, 64));
   const std::size_t at = huge.find("\xff\xc0");

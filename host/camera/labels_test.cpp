@@ -64,9 +64,9 @@ TEST(Labels, AChainThatLooksTheSameFromBothEndsIsAmbiguous) {
   ASSERT_TRUE(found);
   EXPECT_LT(found->margin, kMinMargin);
   chain.first_link = Point{1, 0};
-  const auto told = assign(chain, {10, 10}, 0.35, {mark({0, 0}), mark({10, 0}), mark({20, 0})});
-  EXPECT_GT(told->margin, kMinMargin);
-  EXPECT_EQ(told->candidate[0], 0U);
+  const auto sure = assign(chain, {10, 10}, 0.35, {mark({0, 0}), mark({10, 0}), mark({20, 0})});
+  EXPECT_GT(sure->margin, kMinMargin);
+  EXPECT_EQ(sure->candidate[0], 0U);
 }
 
 TEST(Labels, TooFewMarksAreNoHand) {

@@ -34,13 +34,13 @@ void require_directions(const Lens& lens, const std::string& source) {
       const Point p = lens.undistort(at);
       if (std::isfinite(p.x) && std::isfinite(p.y)) continue;
       throw io::InputError(
-          "{}: the distortion has no answer at the picture's point ({:.0f}, {:.0f}): calibrate the lens anew",
+          "{}: the distortion has no answer at the picture's point ({:.0f}, {:.0f}): calibrate it again",
           source, at.x, at.y);
     }
   }
 }
 
-// The board's inner corners in each picture that shows them all; out.used and out.refused say which.
+// The board's inner corners in each picture that shows them all; out.used and out.refused list which.
 std::vector<std::vector<cv::Point2f>> find_corners(const std::vector<std::filesystem::path>& pictures,
                                                    const Board& board, cv::Size& picture_size, LensFit& out) {
   const cv::Size size(board.columns, board.rows);

@@ -55,7 +55,7 @@ struct LensFit {
 };
 
 // Throws io::InputError: unreadable pictures, of different sizes, fewer than five with the whole board in
-// sight; io::JobError: views too alike to tell the lens.
+// sight; io::JobError: views too alike to determine the lens.
 LensFit fit_lens(const std::vector<std::filesystem::path>& pictures, const Board& board);
 
 // Largest error, degrees, of a straight joint whose two bones of bone_px lie at the picture's corner, under a

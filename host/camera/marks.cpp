@@ -218,7 +218,7 @@ std::vector<Mark> find_marks(const Picture& picture, const ColourModel& colour, 
                              double min_area_px) {
   std::vector<Mark> out;
   if (region.empty()) return out;
-  // In bytes, which is enough to find by: what is found is measured anew.
+  // In bytes, which is enough to find by: what is found is measured again.
   constexpr double kUnit = 0.6;
   constexpr double kZero = 128;
   const auto weight = [&](std::size_t k) { return static_cast<float>(kUnit * colour.weight.at(k)); };

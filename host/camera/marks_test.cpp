@@ -70,7 +70,7 @@ RC_GTEST_PROP(Marks, CentresAreKnownToATenthOfAPixelHoweverSharpTheEdge, ()) {
 
 TEST(Marks, TheCovarianceIsHonestUnderNoise) {
   double squares = 0;
-  double told = 0;
+  double estimate = 0;
   constexpr int kPictures = 200;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -82,10 +82,10 @@ TEST(Marks, TheCovarianceIsHonestUnderNoise) {
     const std::vector<Mark> marks = find_marks(picture, model, {0, 0, 120, 120}, 50);
     ASSERT_EQ(marks.size(), 1U);
     squares += std::pow(marks[0].centre.x - at.x, 2) + std::pow(marks[0].centre.y - at.y, 2);
-    told += marks[0].covariance[0] + marks[0].covariance[2];
+    estimate += marks[0].covariance[0] + marks[0].covariance[2];
   }
-  EXPECT_GT(told / squares, 0.8);
-  EXPECT_LT(told / squares, 1.6);
+  EXPECT_GT(estimate / squares, 0.8);
+  EXPECT_LT(estimate / squares, 1.6);
 }
 
 TEST(Marks, HalfTheLightFindsTheSameCentres) {

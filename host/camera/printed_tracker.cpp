@@ -80,7 +80,7 @@ std::optional<Edge> find_edge(const cv::Mat& grey, const cv::Vec2d& a, const cv:
   Edge edge;
   edge.normal = line.eigenvectors.row(1);
   edge.offset = edge.normal.dot(cv::Vec2d(line.mean));
-  // A fitted line is uncertain by 2 sigma / sqrt(n) at its ends; every pixel has a say in two of the places.
+  // A fitted line is uncertain by 2 sigma / sqrt(n) at its ends; every pixel counts in two of the places.
   constexpr double kShared = 2;
   edge.variance_px2 = kShared * 4 * line.eigenvalues.at<double>(1) / (n - 2);
   return edge;

@@ -32,7 +32,7 @@ struct Unsure {  // frames in a row in which some angle is not good
 struct Summary {
   std::size_t frames = 0;
   std::size_t labelled = 0;  // every mark of every skeleton measured
-  int dropped = 0;           // frames that the video's clock says are missing
+  int dropped = 0;           // frames that are missing by the video's clock
   double from_s = 0;
   double to_s = 0;
   std::vector<AngleSummary> angles;

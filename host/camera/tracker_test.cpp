@@ -166,7 +166,7 @@ TEST_F(RealVideo, MirroredOrTurnedItGivesTheSameAngles) {
   }
 }
 
-TEST_F(RealVideo, TheProposedSetupIsRightAndCanBeToldOtherwise) {
+TEST_F(RealVideo, TheProposedSetupIsRightAndCanBeOverruled) {
   VideoReader video(kFolder / "green_markers.mp4");
   Picture picture;
   double t_s = 0;

@@ -24,12 +24,12 @@ double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// Errors are ours to tell, in one line.
+// Errors are ours to report, in one line.
 void be_silent() {
   [[maybe_unused]] static const bool done = [] {
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     cv::redirectError([](int status, const char*, const char*, const char*, int, void*) {
-      if (status == cv::Error::StsNoMem) throw std::bad_alloc();  // as everybody else says it
+      if (status == cv::Error::StsNoMem) throw std::bad_alloc();  // as everybody else reports it
       return 0;
     });
     setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);  // AV_LOG_QUIET
@@ -59,7 +59,7 @@ bool is_picture(std::string_view bytes) {
   return std::ranges::any_of(kBegin, [&](std::string_view begin) { return bytes.starts_with(begin); });
 }
 
-// What OpenCV says; memory that the process does not get is said likewise.
+// OpenCV's message; memory that the process does not get is reported likewise.
 std::string reason(const std::exception& error) {
   const auto* own = dynamic_cast<const cv::Exception*>(&error);
   if (own != nullptr) return ": " + io::one_line(own->err);
@@ -134,7 +134,7 @@ double VideoReader::time_s() {
     return now_s() - start_s_;
   }
   const double t = capture_.get(cv::CAP_PROP_POS_MSEC) / 1000;
-  // Streams without a container say 0 for ever, or FFmpeg's mark for "no time", the least 64-bit number.
+  // Streams without a container give 0 for ever, or FFmpeg's mark for "no time", the least 64-bit number.
   if (t < -kMost_s || (read_ == 2 && t == last_s_)) no_clock_ = true;
   const double rate = nominal_rate_hz() > 0 ? nominal_rate_hz() : 25;
   return no_clock_ ? static_cast<double>(read_ - 1) / rate : t;
@@ -243,7 +243,7 @@ void VideoWriter::add(const Picture& picture) {
   ++frames_;
 }
 
-// FFmpeg does not say what the disk refused, such as the index at the end, but a disk that did has no room for more.
+// FFmpeg does not report what the disk refused, such as the index at the end, but a disk that did has no room for more.
 void VideoWriter::finish() {
   writer_.release();
   const std::filesystem::path& name = output_->name();

@@ -1,6 +1,6 @@
 // Pictures with the time at which they were taken, from a file or a camera, and back into files.
 //
-// A frame's time is what the container says, not its number times a nominal rate: rates vary and frames are
+// A frame's time is the container's, not its number times a nominal rate: rates vary and frames are
 // dropped. Of a live camera it is the machine's clock when the picture arrived, from the first one on.
 #pragma once
 
@@ -27,7 +27,7 @@ class VideoReader {
 
   double nominal_rate_hz() const;  // 0: not known
   std::size_t frames() const { return frames_; }
-  std::size_t declared_frames() const;  // as the container says; 0: it does not
+  std::size_t declared_frames() const;  // as the container states; 0: it does not
   // Of all frames so far: cut off, no clock in the container, frames out of order.
   std::vector<std::string> warnings() const;
 
@@ -37,7 +37,7 @@ class VideoReader {
   cv::VideoCapture capture_;
   Picture still_;  // of a file that is no video, but a picture
   std::string source_;
-  std::string reason_;  // why OpenCV gave no picture; empty: it does not say
+  std::string reason_;  // why OpenCV gave no picture; empty: it gave no reason
   bool live_ = false;
   bool no_clock_ = false;
   bool ended_ = false;

@@ -1,5 +1,5 @@
 // Truncated and bit-flipped videos: either frames whose times increase and whose pictures are whole, or an
-// error in one line. The input says what to do to a good file: where to cut, and which bytes to flip.
+// error in one line. The input is what to do to a good file: where to cut, and which bytes to flip.
 #include <sys/mman.h>
 #include <unistd.h>
 

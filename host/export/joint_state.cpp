@@ -115,7 +115,7 @@ Written write_joint_states(const std::filesystem::path& recording, const Recorde
       first_s = row.t_s;
       const auto start_s = reader.is_dated() && !options.start_s ? std::optional(row.t_s) : options.start_s;
       if (start_s && *start_s < 0)
-        throw io::InputError(source + ": times before 1970 do not fit into MCAP: say --start");
+        throw io::InputError(source + ": times before 1970 do not fit into MCAP: give --start");
       states.emplace([&](std::string_view bytes) { output.write(bytes); }, columns.joints, start_s);
     }
     angle_deg.clear();

@@ -130,7 +130,7 @@ void JointStates::add(double t_s, std::span<const double> angle_deg) {
   if (messages_ == 0) {
     first_s_ = t_s;
     const std::chrono::duration<double> now = std::chrono::system_clock::now().time_since_epoch();
-    // A double tells microseconds of times since 1970.
+    // A double resolves microseconds of times since 1970.
     start_ns_ = static_cast<std::uint64_t>(std::llround(start_s_.value_or(now.count()) * 1e6)) * 1000;
   }
   const std::uint64_t time_ns = start_ns_ + static_cast<std::uint64_t>(std::llround((t_s - first_s_) * 1e9));

@@ -65,7 +65,7 @@ std::string OpenGloves::line(std::span<const double> angle_deg) {
   return {text, link::encode_gloves(values_, nullptr, 0, text)};
 }
 
-// What the driver asks; everything else it says, forces among them, is passed over.
+// What the driver asks; everything else it sends, forces among them, is passed over.
 void OpenGloves::answer() {
   char asked[256];
   const ssize_t n = ::read(file_, asked, sizeof asked);

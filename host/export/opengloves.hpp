@@ -17,7 +17,7 @@
 
 namespace flexor::exports {
 
-// A finger's bend is 0 at one angle of the joint that tells it, 1 at another, as a model's ends are apart.
+// A finger's bend is 0 at one angle of the joint that determines it, 1 at another, as a model's ends are apart.
 struct FingerRange {
   std::size_t joint = 0;  // of those that add() gets
   double straight_deg = 0;

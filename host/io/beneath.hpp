@@ -1,4 +1,4 @@
-// Files of one folder that others may write into, whatever a name says.
+// Files of one folder that others may write into, whatever a name holds.
 #pragma once
 
 #include <cstdint>

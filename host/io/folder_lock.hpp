@@ -1,4 +1,4 @@
-// A folder of results, for one job at a time: `lock` in it is held with flock(2) and says by whom. Gone when they are done.
+// A folder of results, for one job at a time: `lock` in it is held with flock(2) and names the holder. Gone when they are done.
 #pragma once
 
 #include <filesystem>

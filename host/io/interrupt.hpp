@@ -20,7 +20,7 @@ void interrupt();
 // As the first signal ends a process by default.
 [[noreturn]] void end_by_signal();
 
-// While it lives, the first signal only sets a flag that a long job looks at, so that it can end in order and say what it kept.
+// While it lives, the first signal only sets a flag that a long job looks at, so that it can end in order and report what it kept.
 class StopOnSignal {
  public:
   StopOnSignal();
@@ -33,7 +33,7 @@ class StopOnSignal {
 // Sets the flag; throws Cancelled where nobody looks at it.
 void stop_job();
 
-// Is said in place of "interrupted": what remains of the work and how to go on with it. Empty: takes that back.
+// Is printed in place of "interrupted": what remains of the work and how to go on with it. Empty: takes that back.
 void set_interruption_note(std::string_view note);
 
 }  // namespace flexor::io

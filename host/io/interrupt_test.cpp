@@ -44,7 +44,7 @@ class Interrupt : public testing::Test {
     return WIFSIGNALED(status) ? WTERMSIG(status) : -WEXITSTATUS(status);
   }
 
-  std::string said() const { return read_file(folder_ / "stderr"); }
+  std::string errors() const { return read_file(folder_ / "stderr"); }
 
   void wait_for(const fs::path& path) const {
     for (int i = 0; i < 60000 && !fs::exists(path); ++i)
@@ -61,7 +61,7 @@ class Interrupt : public testing::Test {
   const fs::path ready_ = folder_ / "ready";
 };
 
-TEST_F(Interrupt, WhoLooksCleansUpSaysSoAndDiesOfTheSignal) {
+TEST_F(Interrupt, WhoLooksCleansUpReportsItAndDiesOfTheSignal) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const pid_t child = start([&] {
       set_interruption_note("results so far are in x");
@@ -75,7 +75,7 @@ TEST_F(Interrupt, WhoLooksCleansUpSaysSoAndDiesOfTheSignal) {
     });
     ::kill(child, signal);
     EXPECT_EQ(signal_that_ended(child), signal);
-    EXPECT_EQ(said(), "flexor: results so far are in x\n");
+    EXPECT_EQ(errors(), "flexor: results so far are in x\n");
     EXPECT_EQ(temporaries(), 0);
     fs::remove(ready_);
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 2) << "tmp and stderr";
@@ -89,7 +89,7 @@ TEST_F(Interrupt, WhoDoesNotLookIsEndedSoon) {
   });
   ::kill(child, SIGHUP);
   EXPECT_EQ(signal_that_ended(child), SIGHUP);
-  EXPECT_EQ(said(), "flexor: interrupted\n");
+  EXPECT_EQ(errors(), "flexor: interrupted\n");
 }
 
 TEST_F(Interrupt, WhoHeedsTheFirstSignalIsEndedByTheSecond) {
@@ -134,7 +134,7 @@ TEST_F(Interrupt, AtAnyInstantNothingIsLeftBehind) {
     std::this_thread::sleep_for(std::chrono::microseconds(random() % 5000));
     ::kill(child, SIGINT);
     EXPECT_EQ(signal_that_ended(child), SIGINT);
-    EXPECT_EQ(said(), "flexor: interrupted\n");
+    EXPECT_EQ(errors(), "flexor: interrupted\n");
     EXPECT_EQ(temporaries(), 0);
     EXPECT_EQ(fs::file_size(file), 100000u);
     fs::remove(file);

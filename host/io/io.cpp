@@ -37,9 +37,9 @@ std::size_t utf8_length(std::string_view text, std::size_t at) {
 
 namespace {
 
-// Of a terminal: ASCII's and U+0080 to U+009F, and what turns or breaks a line: U+061C, U+200E, U+200F, U+2028 to U+202E
+// For a terminal: ASCII's and U+0080 to U+009F, and what turns or breaks a line: U+061C, U+200E, U+200F, U+2028 to U+202E
 // and U+2066 to U+2069.
-bool is_obeyed(std::string_view letter) {
+bool is_control(std::string_view letter) {
   constexpr char kDelete = 127;
   if (letter.size() == 1) return static_cast<unsigned char>(letter[0]) < ' ' || letter[0] == kDelete;
   const auto within = [&](std::string_view first, std::string_view last) {
@@ -57,7 +57,7 @@ std::string without_controls(std::string_view text, std::string_view kept) {
     const std::size_t length = utf8_length(text, i);
     const std::string_view letter = text.substr(i, std::max<std::size_t>(length, 1));
     const bool is_kept = length == 0 ? static_cast<unsigned char>(text[i]) >= 0xA0
-                                     : !is_obeyed(letter) || kept.find(letter) != kept.npos;
+                                     : !is_control(letter) || kept.find(letter) != kept.npos;
     out += is_kept ? letter : "?";
     i += letter.size();
   }
@@ -71,7 +71,7 @@ std::string shell_word(std::string_view text) {
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./-+,:@%=";
   if (!text.empty() && text.find_first_not_of(kPlain) == std::string_view::npos) return std::string(text);
   const bool has_backslashes =
-      std::filesystem::path::preferred_separator == '\\';  // and no shell that obeys them
+      std::filesystem::path::preferred_separator == '\\';  // and no shell that reads them so
   if (text.find_first_of(has_backslashes ? "\"" : "\"$`\\!") == std::string_view::npos)
     return fmt::format("\"{}\"", text);
   std::string out = "'";
@@ -145,7 +145,7 @@ std::string kind_of(const fs::path& folder) {
     return json.contains("kind") && json["kind"].is_string() ? json["kind"].get<std::string>() : otherwise;
   };
   if (const auto results = read("results.json"); !results.is_null()) return kind(results, kUnknown);
-  // One that was cut off while it was written says nothing.
+  // One that was cut off while it was written means nothing.
   if (const auto run = read("run.json"); run.is_object())
     return kind(run, run.contains("engine") ? "experiment" : kUnknown);
   std::error_code error;

@@ -20,7 +20,7 @@ namespace flexor::io {
 // Bytes of the letter at `at`; 0: no UTF-8. RFC 3629, section 4.
 std::size_t utf8_length(std::string_view text, std::size_t at);
 
-// The same text with all but those in `kept` of what a terminal obeys replaced by a question mark, bytes 80 to 9F
+// The same text with all but those in `kept` of what controls a terminal replaced by a question mark, bytes 80 to 9F
 // alone among it: names in documents may hold line ends, escapes, and marks that turn a line's order round.
 std::string without_controls(std::string_view text, std::string_view kept);
 std::string one_line(std::string_view text);  // none is kept
@@ -46,7 +46,7 @@ struct FailureInOneLine : Failure {
       : FailureInOneLine(fmt::format(format, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
-// The user's input or command line is wrong; one line that says what, where, and how to mend it. Exit 2.
+// The user's input or command line is wrong; one line that states what, where, and how to mend it. Exit 2.
 struct InputError : FailureInOneLine {
   using FailureInOneLine::FailureInOneLine;
 };
@@ -85,7 +85,7 @@ void require_folder(const std::filesystem::path& folder, std::string_view kind =
 
 // Who may read what is written.
 enum class Access {
-  usual,  // as an existing file has it, a new one as the umask says
+  usual,  // as an existing file has it, a new one by the umask
   owner,  // nobody but the owner: keys
 };
 

@@ -46,7 +46,7 @@ TEST_F(Io, OnlyABoundedFileOfTheFolderIsRead) {
   }
 }
 
-TEST_F(Io, WhatATerminalObeysIsNotPrinted) {
+TEST_F(Io, WhatControlsATerminalIsNotPrinted) {
   EXPECT_EQ(one_line("a\x1b[2J\nb\x7f"), "a?[2J?b?");
   EXPECT_EQ(one_line("a\xc2\x9bJb\xc2\x80\xc2\x9f"), "a?Jb??");
   EXPECT_EQ(one_line("\x9bJ"), "?J") << "as a byte alone";
@@ -59,11 +59,11 @@ TEST_F(Io, WhatATerminalObeysIsNotPrinted) {
 
 TEST_F(Io, ReadingNamesTheFileAndTheReason) {
   std::ofstream(folder_ / "empty").close();
-  for (const auto& [path, says] : {std::pair{folder_ / "none", "none: no such file"},
-                                   {folder_, "is a directory"},
-                                   {"/dev/zero", "is a device, which may never end"},
-                                   {folder_ / "empty", "is empty"}})
-    expect_refused([&path = path] { (void)read_file(path); }, says);
+  for (const auto& [path, reason] : {std::pair{folder_ / "none", "none: no such file"},
+                                     {folder_, "is a directory"},
+                                     {"/dev/zero", "is a device, which may never end"},
+                                     {folder_ / "empty", "is empty"}})
+    expect_refused([&path = path] { (void)read_file(path); }, reason);
 }
 
 TEST_F(Io, FoldersOfOutputsAreCheckedBeforeTheWork) {

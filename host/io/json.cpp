@@ -80,7 +80,7 @@ Json parse_json(const std::string& text, const std::string& source) {
 
 namespace {
 
-// Letters that a terminal obeys are escaped, and all others beside them.
+// Letters that control a terminal are escaped, and all others beside them.
 std::string dump_with(const Json& json, int indent) {
   const std::string out = json.dump(indent, ' ', false, Json::error_handler_t::replace);
   return without_controls(out, "\n") == out ? out

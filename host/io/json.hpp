@@ -37,7 +37,7 @@ std::string to_utf8(std::string_view bytes);
   throw InputError(what.starts_with(source + ": ") ? what : fmt::format("{}: {}", source, what));
 }
 
-// Reads one JSON object's members and says which are missing, wrong or unknown, with their place.
+// Reads one JSON object's members and reports which are missing, wrong or unknown, with their place.
 class JsonReader {
  public:
   JsonReader(const Json& object, std::string place) : object_(object), place_(std::move(place)) {

@@ -101,7 +101,7 @@ TEST(Json, BytesOfAFileNameBecomeText) {
   EXPECT_EQ(dump(json), "{\n  \"file\": \"gl\uFFFDve.csv\"\n}\n");
   EXPECT_EQ(dump_line(json), "{\"file\":\"gl\uFFFDve.csv\"}");
   EXPECT_EQ(dump_line({{"a", "\u202e\u009b\x7f"}}), R"({"a":"\u202e\u009b\u007f"})")
-      << "a terminal obeys them";
+      << "they control a terminal";
 }
 
 }  // namespace

@@ -183,7 +183,7 @@ void bring_to_disk(const Target& target, int descriptor) {
 
 void replace(const Target& target, Temporary& temporary) {
   if (const int error = temporary.rename_to(target.file); error != 0) cannot_write(target.named, error);
-  // The new name outlives a power cut; a file system that cannot say so is no reason to fail.
+  // The new name outlives a power cut; a file system that cannot confirm it is no reason to fail.
   const Descriptor open(::open(target.folder().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (open) (void)fsync(open.number());
 }

@@ -6,7 +6,7 @@
 // What is no file, as /dev/null, /dev/stdout or a FIFO, is never replaced: the bytes go into it as they come.
 // Folders, disks and sockets are refused.
 //
-// A file that note_input() was told of is refused: an output must not take its own input's place.
+// A file that note_input() was given is refused: an output must not take its own input's place.
 //
 // Errors are one line, "PATH: cannot be written: REASON": InputError when the path is at fault, JobError when
 // the disk is full or fails, or a reader has gone.

@@ -46,7 +46,7 @@ std::string require_port(const std::string& port) {
   if (!S_ISCHR(info.st_mode)) throw InputError("{}: is no serial port", port);
   if (access(path.c_str(), R_OK | W_OK) == 0) return path.string();
   const group* owner = getgrgid(info.st_gid);
-  throw InputError("{}: no permission: sudo usermod -aG {} $USER, then log in anew", port,
+  throw InputError("{}: no permission: sudo usermod -aG {} $USER, then log in again", port,
                    owner != nullptr ? owner->gr_name : "dialout");
 }
 

@@ -1,4 +1,4 @@
-// The calls of POSIX that this room makes, by those of Windows. Names are wide, as std::filesystem has them there; errno says what
+// The calls of POSIX that this room makes, by those of Windows. Names are wide, as std::filesystem has them there; errno is what
 // failed.
 #pragma once
 

@@ -95,7 +95,7 @@ bool Process::is_over(bool waits) {
 
 void Process::kill() { TerminateProcess(handle_of(child_), 128 + 9); }
 
-// Where it has a console it hears of it, and cleans up.
+// Where it has a console it gets the event, and cleans up.
 void Process::end() {
   if (status_ < 0 && GenerateConsoleCtrlEvent(CTRL_BREAK_EVENT, GetProcessId(handle_of(child_))) == 0) kill();
 }

@@ -32,7 +32,7 @@ SerialPort::SerialPort(const std::string& path, unsigned baud)
       error == boost::system::errc::permission_denied)
     throw InputError("{}: is in use: close the program that has it open", path);
   if (error) throw InputError("{}: cannot be opened as a serial port ({})", path, error.message());
-  // Two that read one port would each get a part of what it says.
+  // Two that read one port would each get a part of what it sends.
   if (::flock(asio_->port.native_handle(), LOCK_EX | LOCK_NB) != 0)
     throw InputError("{}: another flexor listens to it: end that one, or record in its page", path);
   using Option = asio::serial_port_base;

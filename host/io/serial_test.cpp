@@ -34,7 +34,7 @@ TEST(SerialPort, CarriesEveryByteBothWays) {
   EXPECT_EQ(came, all);
 }
 
-TEST(SerialPort, SaysThatNothingComesAndThatThePortHasGone) {
+TEST(SerialPort, ReportsThatNothingComesAndThatThePortHasGone) {
   FLEXOR_NEEDS_TERMINALS();
   Terminal board;
   SerialPort port(board.name(), 9600);

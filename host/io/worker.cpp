@@ -134,7 +134,7 @@ void Worker::died(const std::string& job) {
           : fmt::format("{} ended with status {} in the middle of {}", name_, status, job));
 }
 
-void Worker::says_nonsense(const std::string& job, const std::string& what) {
+void Worker::refuse_reply(const std::string& job, const std::string& what) {
   process_.reset();
   throw JobError("{} does not answer {} as it should: {}", name_, job, what);
 }
@@ -148,10 +148,10 @@ Json Worker::receive(const std::string& job) {
   if (!line) died(job);
   try {
     Json reply = parse_json(*line, "its line");
-    if (!reply.is_object() || reply.size() != 1) says_nonsense(job, "an object with one member is due");
+    if (!reply.is_object() || reply.size() != 1) refuse_reply(job, "an object with one member is due");
     return reply;
   } catch (const InputError& error) {
-    says_nonsense(job, error.what());
+    refuse_reply(job, error.what());
   }
 }
 
@@ -180,7 +180,7 @@ Json Worker::run(const std::string& job, const Json& arguments,
       if (reply.contains("error")) throw_error(reply.at("error"));
       return std::move(reply.at("result"));
     } catch (const Json::exception& error) {
-      says_nonsense(job, error.what());
+      refuse_reply(job, error.what());
     }
   }
 }
@@ -217,7 +217,7 @@ Json WorkerPool::run(const std::string& job, const Json& arguments) {
 
 namespace {
 
-// The worker's side: a thread reads lines while jobs run, so that a job hears of a cancellation and an end.
+// The worker's side: a thread reads lines while jobs run, so that a job learns of a cancellation and an end.
 class Server {
  public:
   Server(int requests, int replies, const AnyJob& job)
@@ -226,9 +226,9 @@ class Server {
   void run() {
     try {
       for (std::optional<std::string> line; (line = next());) {
-        say(answer([&] { return run(*line); }));
+        reply(answer([&] { return run(*line); }));
       }
-    } catch (const Cancelled&) {  // nobody reads what it says
+    } catch (const Cancelled&) {  // nobody reads its replies
     }
     note(is_done_);
     if (is_interrupted()) end_by_signal();
@@ -260,7 +260,7 @@ class Server {
     arrived_.notify_all();
   }
 
-  // No more jobs come; those that came are done, unless nobody reads what they say any more.
+  // No more jobs come; those that came are done, unless nobody reads their replies any more.
   void end_with_reader() {
     constexpr std::chrono::milliseconds kApart(50);
     Waiting replies{replies_, 0, 0};
@@ -280,8 +280,8 @@ class Server {
   }
 
   // Throws Cancelled: whoever asked has gone.
-  void say(const Json& reply) const {
-    if (write_all(replies_, line_of(reply)) == 0) return;
+  void reply(const Json& line) const {
+    if (write_all(replies_, line_of(line)) == 0) return;
     interrupt();
     go_on();
   }
@@ -293,7 +293,7 @@ class Server {
     const Json& arguments = reader.member("arguments");
     reader.done();
     const auto to_reader = [this](const Json& event) {
-      say(event);
+      reply(event);
       return !cancelled_;
     };
     try {
@@ -351,13 +351,13 @@ int serve(int argc, char** argv, const std::string& what, const std::map<std::st
   serve(has_user_streams, [&](const std::string& name, const Json& arguments, const Event& event) {
     const auto job = jobs.find(name);
     if (job == jobs.end()) throw InputError("request: no job is called \"{}\"", name);
-    auto said = std::chrono::steady_clock::time_point();
+    auto reported = std::chrono::steady_clock::time_point();
     bool goes_on = true;
     return job->second(arguments, [&](std::size_t done, std::size_t of) {
       constexpr std::chrono::milliseconds kApart(50);
       const auto now = std::chrono::steady_clock::now();
-      if (now - said < kApart) return goes_on;
-      said = now;
+      if (now - reported < kApart) return goes_on;
+      reported = now;
       return goes_on = event({{"progress", to_json(Progress{"", done, of, {}})}});
     });
   });

@@ -52,7 +52,7 @@ class Worker {
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  // Throws what the job throws; JobError, one line naming program and job, when the worker dies or says
+  // Throws what the job throws; JobError, one line naming program and job, when the worker dies or answers
   // nonsense. Where `progress` gives false, the job is asked to stop. What it throws passes through, and this worker takes
   // no more jobs.
   Json run(const std::string& job, const Json& arguments,
@@ -65,7 +65,7 @@ class Worker {
   void send(const Json& line, const std::string& job);
   Json receive(const std::string& job);
   [[noreturn]] void died(const std::string& job);
-  [[noreturn]] void says_nonsense(const std::string& job, const std::string& what);
+  [[noreturn]] void refuse_reply(const std::string& job, const std::string& what);
 
   std::string name_;
   Pipe requests_;
@@ -109,7 +109,7 @@ void serve(bool has_user_streams, const AnyJob& job);
 // So much of how much is done (0: not known); false: stop.
 using JobProgress = std::function<bool(std::size_t done, std::size_t of)>;
 using Job = std::function<Json(const Json& arguments, const JobProgress& progress)>;
-// main() of a worker: runs jobs until its input ends; the exit status. With a terminal or --help it says `what`
+// main() of a worker: runs jobs until its input ends; the exit status. With a terminal or --help it prints `what`
 // it is in one line.
 int serve(int argc, char** argv, const std::string& what, const std::map<std::string, Job>& jobs);
 

@@ -101,9 +101,9 @@ TEST(Worker, NonsenseIsAJobErrorOfOneLine) {
        std::vector<std::string>{"not JSON", "{}", "[1, 2]", R"({"result": 1)", R"({"progress": 3})",
                                 R"({"error": {"kind": 1}})", R"({"surprise": 1})", std::string(100, '[')}) {
     Worker worker(kProgram);
-    const std::string said = job_error(worker, "babble", {{"text", text}});
-    EXPECT_TRUE(said.starts_with("test_worker does not answer babble as it should: ")) << said;
-    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+    const std::string message = job_error(worker, "babble", {{"text", text}});
+    EXPECT_TRUE(message.starts_with("test_worker does not answer babble as it should: ")) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     EXPECT_FALSE(worker.is_usable());
   }
 }
@@ -183,10 +183,10 @@ TEST_F(WorkerFolder, AllJobsOfAFileAreDone) {
   EXPECT_EQ(worker.wait(), 0);
   ::close(jobs);
   ::close(replies);
-  const std::string said = read_file(folder_ / "replies");
+  const std::string written = read_file(folder_ / "replies");
   EXPECT_TRUE(
-      said.ends_with("{\"result\":{\"counted\":5,\"stopped\":false}}\n{\"result\":1}\n{\"result\":2}\n"))
-      << said;
+      written.ends_with("{\"result\":{\"counted\":5,\"stopped\":false}}\n{\"result\":1}\n{\"result\":2}\n"))
+      << written;
 }
 
 TEST_F(WorkerFolder, TheUsersStreamsAreTheJobs) {
@@ -224,7 +224,7 @@ TEST(WorkerPool, ManyThreadsGetTheirOwnAnswers) {
   EXPECT_EQ(wrong, 0);
 }
 
-TEST(WorkerByHand, SaysInOneLineWhatItIs) {
+TEST(WorkerByHand, PrintsInOneLineWhatItIs) {
   const ProcessResult help = run_process({kProgram, "--help"});
   EXPECT_EQ(help.status, 0);
   EXPECT_EQ(help.out, "test_worker: a worker for tests; flexor starts it and speaks to it through pipes\n");

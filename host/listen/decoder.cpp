@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kLongestLine = 4096;  // bytes; beyond it is no line of a glove's
 
-// What one of both boards says in frames, of which some are samples.
+// What one of the two boards sends in frames, of which some are samples.
 class FrameDecoder : public Decoder {
  public:
   explicit FrameDecoder(link::Type samples) : samples_(samples) {}
@@ -33,7 +33,7 @@ class FrameDecoder : public Decoder {
       held_ = 0;
       if (result == link::Received::nothing) continue;
       if (result != link::Received::pending) {
-        count_torn();
+        count_malformed();
       } else if (is_its_own()) {
         tally_.understood += size + 1;  // and the delimiter before it: alone it may be a line that is low
         if (packet_.type() == samples_) take(host_s, out);
@@ -42,7 +42,7 @@ class FrameDecoder : public Decoder {
   }
 
   void cut() final {
-    if (held_ > 0) count_torn();
+    if (held_ > 0) count_malformed();
     held_ = 0;
     (void)packet_.push(link::kDelimiter);
   }
@@ -56,7 +56,7 @@ class FrameDecoder : public Decoder {
            link::get_state(packet_.body()).board == board;
   }
 
-  // A counter that starts anew, as with each challenge, is no gap.
+  // A counter that starts again, as with each challenge, is no gap.
   void count_gap() {
     constexpr std::uint16_t kLongestGap = 1000;
     const std::uint16_t sequence = packet_.sequence();
@@ -72,7 +72,7 @@ class FrameDecoder : public Decoder {
   void take(double host_s, std::vector<Sample>& out) {
     std::uint16_t time_ms = 0;
     Sample sample;
-    if (!read(time_ms, sample)) return count_torn();
+    if (!read(time_ms, sample)) return count_malformed();
     if (is_late(time_ms, host_s)) {
       ++tally_.late;
       return;
@@ -160,7 +160,7 @@ class GloveFrames : public FrameDecoder {
     return true;
   }
 
-  // The first frame says how many there are.
+  // The first frame states how many there are.
   bool fits(std::size_t count, const char* unit) {
     const bool are_fingers = count == recording::kFingers.size();
     for (std::size_t i = columns_.size(); tally_.samples == 0 && i < count; ++i) {
@@ -249,7 +249,7 @@ class LineDecoder : public Decoder {
       if (is_piece()) {
         // Of an end of a line nobody knows how much was lost.
       } else if (line_.bytes > kLongestLine) {
-        count_torn();
+        count_malformed();
       } else if (!table_.push(line_)) {
         tally_.understood += line_.bytes;
       }
@@ -260,7 +260,7 @@ class LineDecoder : public Decoder {
   }
 
   void cut() override {
-    if (!may_be_piece_ && line_.bytes > 0) count_torn();
+    if (!may_be_piece_ && line_.bytes > 0) count_malformed();
     splitter_.cut();
     line_.bytes = 0;
     may_be_piece_ = true;
@@ -291,7 +291,7 @@ class LineDecoder : public Decoder {
     recording::Row row;
     for (Take take = table_.take(row); take != Take::none; take = table_.take(row)) {
       const recording::Line& line = table_.line();
-      if (take == Take::malformed) count_torn(line.text);
+      if (take == Take::malformed) count_malformed(line.text);
       if (take != Take::malformed) tally_.understood += line.bytes;
       if (take == Take::row) {
         if (tally_.samples == 0) name_columns();

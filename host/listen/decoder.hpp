@@ -24,9 +24,9 @@ const char* name_of(Format format);
 
 struct Sample {
   double host_s = 0;                // when its last byte came, monotonic
-  std::optional<double> board_s;    // by the board's own clock, if it says
+  std::optional<double> board_s;    // by the board's own clock, if it sends one
   std::vector<double> value;        // in the order of the columns; NaN: nothing was read
-  std::vector<std::string> remark;  // of each value what is wrong, or ""; empty: the format does not say
+  std::vector<std::string> remark;  // of each value what is wrong, or ""; empty: the format has none
 };
 
 // Whole rows of another number of values than the first had.
@@ -40,12 +40,12 @@ struct Tally {
   std::uint64_t bytes = 0;
   std::uint64_t understood = 0;  // bytes of whole frames and lines
   std::uint64_t samples = 0;
-  std::uint64_t torn = 0;        // frames and lines that were no whole ones
-  std::uint64_t torn_since = 0;  // the newest sample
-  std::string torn_line = {};    // the newest of them; frames have none
-  std::uint64_t late = 0;        // frames that came twice, or after one that was sent later: no samples
+  std::uint64_t malformed = 0;        // frames and lines that were no whole ones
+  std::uint64_t malformed_since = 0;  // the newest sample
+  std::string malformed_line = {};    // the newest of them; frames have none
+  std::uint64_t late = 0;             // frames that came twice, or after one that was sent later: no samples
   std::optional<std::uint64_t> lost = {};  // samples, by the gaps in their counter; none: they have none
-  std::optional<Misfit> misfit = {};       // of the newest rows: two alike, one may be torn; none: they fit
+  std::optional<Misfit> misfit = {};  // of the newest rows: two alike, one may be malformed; none: they fit
 };
 // "2 lost", with ", 1 twice or late" where there are such.
 std::string lost_in_words(const Tally& tally);
@@ -56,7 +56,7 @@ class Decoder {
   virtual ~Decoder() = default;
   // Appends what becomes whole with these bytes, which came at `host_s`, to `out`.
   virtual void push(std::span<const std::uint8_t> bytes, double host_s, std::vector<Sample>& out) = 0;
-  // The port has gone: what is half is dropped and counted as torn. What comes next may begin in mid-line: until the line's
+  // The port has gone: what is half is dropped and counted as malformed. What comes next may begin in mid-line: until the line's
   // end it is no sample.
   virtual void cut() = 0;
   // Names with units; the same for good from the first sample on.
@@ -71,14 +71,14 @@ class Decoder {
  protected:
   void count_sample() {
     ++tally_.samples;
-    tally_.torn_since = 0;
+    tally_.malformed_since = 0;
     tally_.misfit.reset();
     other_values_.reset();
   }
-  void count_torn(std::string_view line = {}) {
-    ++tally_.torn;
-    ++tally_.torn_since;
-    tally_.torn_line = line;
+  void count_malformed(std::string_view line = {}) {
+    ++tally_.malformed;
+    ++tally_.malformed_since;
+    tally_.malformed_line = line;
   }
   void count_misfit(std::size_t found, std::size_t expected) {
     if (std::exchange(other_values_, found) == found) tally_.misfit = Misfit{found, expected};

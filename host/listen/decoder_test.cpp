@@ -53,7 +53,7 @@ struct Fed {
   std::string text;
   std::string rows;
   std::string columns;
-  std::uint64_t torn = 0;
+  std::uint64_t malformed = 0;
   std::string board_s = {};
 };
 
@@ -67,13 +67,13 @@ const std::vector<Fed> kFed = {
     {"a greeting, a clock in the header, a reset and a short line",
      "hello\r\nt_s,a,b\r\n0.0100,512,498\r\n0.0200,513,497\nt_s,a,b\n0.0100,512\n0.0,1,2\n",
      "512,498;513,497;1,2", "a,b", 2, "0.01;0.02;0"},
-    {"a torn label, and labels in another order", "a:1,b:2\na:1,x:2\na:3,b:4\nb:6,a:5\na:7,b:8\n",
+    {"a malformed label, and labels in another order", "a:1,b:2\na:1,x:2\na:3,b:4\nb:6,a:5\na:7,b:8\n",
      "1,2;3,4;5,6;7,8", "a,b", 1},
     {"a cut in mid-line, whose other end is no row; of an end nobody knows how much was lost",
      "1,2,3\n1,2,3\n100,200,3\x18"
      "77,88,99\n4,5,6\n\x18half of the end\x18",
      "1,2,3;1,2,3;4,5,6", "column1,column2,column3", 1},
-    {"a header in another order, once behind half a row; a torn one, in the order that was first",
+    {"a header in another order, once behind half a row; a malformed one, in the order that was first",
      "millis,x,y,z\n10,1,2,3\n\x18millis,z,y,x\n20,3,2,1\n12y,millis,x,z\n2,30,1,3\n\x18lis,x,y,z\n40,1,2,"
      "3\n",
      "1,2,3;1,2,3;1,2,3;1,2,3", "x,y,z", 0, "0.01;0.02;0.03;0.04"},
@@ -82,8 +82,8 @@ const std::vector<Fed> kFed = {
      "a,b", 2},
     {"a header that was missed before: no wrong names", "1,2\n1,2\n\x18thumb,index\n1,2\n", "1,2;1,2;1,2",
      "column1,column2", 1},
-    {"a dead strip", "millis,a,b\n10,NaN,7\n20,8,\n30,nan,nan\n40,1,2\n", "nan,7;8,nan;nan,nan;1,2", "a,b", 0,
-     "0.01;0.02;0.03;0.04"},
+    {"a dead sensor", "millis,a,b\n10,NaN,7\n20,8,\n30,nan,nan\n40,1,2\n", "nan,7;8,nan;nan,nan;1,2", "a,b",
+     0, "0.01;0.02;0.03;0.04"},
     {"no time; no number", "millis,a,b\n40,1,2\nnan,1,2\n,1,2\n50,1,x\n", "1,2", "a,b", 3},
     {"columns that are not known yet", "nan nan\n1 2\n3 nan\nnan nan\n1e308 1e308\n", "", ""},
     {"rows that lack all readings", "nan nan\n1 2\n3 nan\nnan nan\n1e308 1e308\n1 2\n3 nan\nnan nan\n",
@@ -106,22 +106,22 @@ TEST(Lines, GiveRowsOfNamedColumns) {
     EXPECT_EQ(fmt::format("{}", fmt::join(rows, ";")), c.rows);
     EXPECT_EQ(fmt::format("{}", fmt::join(board_s, ";")), c.board_s);
     EXPECT_EQ(fmt::format("{}", fmt::join(decoder->columns(), ",")), c.columns);
-    EXPECT_EQ(decoder->tally().torn, c.torn);
+    EXPECT_EQ(decoder->tally().malformed, c.malformed);
     EXPECT_EQ(decoder->refusal(), "");
   }
 }
 
-TEST(Lines, RowsOfAnotherNumberOfValuesAreToldWhileTheyCome) {
+TEST(Lines, RowsOfAnotherNumberOfValuesAreReportedWhileTheyCome) {
   const auto decoder = make_decoder(Format::lines);
   decoded(*decoder, bytes_of("a,b,c,d,e\n1,2,3,4,5\n1,2\n1,2,3,4,5\n"));
-  EXPECT_FALSE(decoder->tally().misfit) << "one was torn";
+  EXPECT_FALSE(decoder->tally().misfit) << "one was malformed";
   decoded(*decoder, bytes_of("1,2,3\n"));
   EXPECT_FALSE(decoder->tally().misfit);
   decoded(*decoder, bytes_of("4,5,6\n"));
   ASSERT_TRUE(decoder->tally().misfit);
   EXPECT_EQ(decoder->tally().misfit->found, 3U);
   EXPECT_EQ(decoder->tally().misfit->expected, 5U);
-  EXPECT_EQ(decoder->tally().torn, 3U);
+  EXPECT_EQ(decoder->tally().malformed, 3U);
   decoded(*decoder, bytes_of("1,2,3,4,5\n"));
   EXPECT_FALSE(decoder->tally().misfit);
   decoded(*decoder, bytes_of("1;2;3;4;5\n1;2;3;4;5\n"));
@@ -136,18 +136,18 @@ TEST(Lines, RowsOfAnotherNumberOfValuesAreToldWhileTheyCome) {
   }
 }
 
-TEST(Frames, LostOnesAreCountedAndTornOnesSkipped) {
+TEST(Frames, LostOnesAreCountedAndMalformedOnesSkipped) {
   const auto decoder = make_decoder(Format::frames);
   link::GloveEnd glove(nullptr);
   decoded(*decoder, frame(glove, 0, 0));
   frame(glove, 10, 0);
   frame(glove, 20, 0);
-  std::vector<std::uint8_t> torn = frame(glove, 30, 0);
-  torn.erase(torn.begin() + 5);
-  EXPECT_TRUE(decoded(*decoder, torn).empty());
+  std::vector<std::uint8_t> malformed = frame(glove, 30, 0);
+  malformed.erase(malformed.begin() + 5);
+  EXPECT_TRUE(decoded(*decoder, malformed).empty());
   EXPECT_EQ(decoded(*decoder, frame(glove, 40, 0)).size(), 1U);
   EXPECT_EQ(decoder->tally().lost, 3U);
-  EXPECT_EQ(decoder->tally().torn, 1U);
+  EXPECT_EQ(decoder->tally().malformed, 1U);
   EXPECT_LT(decoder->tally().understood, decoder->tally().bytes);
 }
 
@@ -216,10 +216,10 @@ TEST(Gloves, GiveFingersAndJointsOfBothEncodings) {
 TEST(Lines, ThatAreMalformedSinceTheNewestSampleAreCountedAndOneIsKept) {
   const auto decoder = make_decoder(Format::lines);
   decoded(*decoder, bytes_of("t_s,a,b\n0,1,2\n0.1,1,2\nx\n0.2,1,2\n"));
-  EXPECT_EQ(decoder->tally().torn_since, 0U);
+  EXPECT_EQ(decoder->tally().malformed_since, 0U);
   decoded(*decoder, bytes_of("0.3,error\n0.4,err\n"));
-  EXPECT_EQ(decoder->tally().torn_since, 2U);
-  EXPECT_EQ(decoder->tally().torn_line, "0.4,err");
+  EXPECT_EQ(decoder->tally().malformed_since, 2U);
+  EXPECT_EQ(decoder->tally().malformed_line, "0.4,err");
 }
 
 TEST(Lines, WithLabelsKnowAnotherGlove) {
@@ -252,10 +252,10 @@ TEST(Frames, AreDroppedWhereTheyWereCut) {
   half.resize(half.size() / 2);
   decoded(*decoder, half);
   decoder->cut();
-  EXPECT_EQ(decoder->tally().torn, 1U);
+  EXPECT_EQ(decoder->tally().malformed, 1U);
   EXPECT_EQ(decoded(*decoder, frame(glove, 10, 0)).size(), 1U);
   decoder->cut();
-  EXPECT_EQ(decoder->tally().torn, 1U);
+  EXPECT_EQ(decoder->tally().malformed, 1U);
 }
 
 std::vector<std::string> columns_of(const std::string& header) {
@@ -295,7 +295,7 @@ TEST(Detection, KnowsEachFormatFromItsMiddleAndNoiseFromAll) {
     EXPECT_FALSE(guess(nothing));
 }
 
-TEST(Detection, TellsAHandFromAGlove) {
+TEST(Detection, DistinguishesAHandFromAGlove) {
   const link::Key key = {{1, 2, 3}};
   link::HandEnd alone(&key);
   alone.start(1);
@@ -314,7 +314,7 @@ TEST(Detection, TellsAHandFromAGlove) {
   EXPECT_EQ(guess(telemetry(hand, false))->samples, 1U);
 }
 
-TEST(Detection, HearsAGloveThatWaitsForItsHand) {
+TEST(Detection, FindsAGloveThatWaitsForItsHand) {
   const link::Key key = {{1, 2, 3}};
   const link::GloveEnd glove(&key);
   std::vector<std::uint8_t> states;

@@ -38,7 +38,7 @@ std::string quoted_line(const std::vector<std::uint8_t>& bytes) {
 
 }  // namespace
 
-Listener::Listener(ListenerOptions options, const std::function<void(const std::string&)>& says)
+Listener::Listener(ListenerOptions options, const std::function<void(const std::string&)>& report)
     : options_(std::move(options)) {
   if (options_.key) {
     hand_.emplace(&*options_.key);
@@ -47,26 +47,26 @@ Listener::Listener(ListenerOptions options, const std::function<void(const std::
     hand_->start(static_cast<std::uint32_t>(std::time(nullptr)));
     for (int k = 0; k < link::kStirred; ++k) hand_->stir(static_cast<std::uint16_t>(random()));
   }
-  find(says);
+  find(report);
   if (options_.readings && options_.format == Format::hand)
-    throw io::InputError("{}: a hand, which has no strips: leave out --readings", options_.port);
+    throw io::InputError("{}: a hand, which gives no readings: leave out --readings", options_.port);
   if (options_.readings && options_.format == Format::gloves)
     throw io::InputError(
-        "{}: lines for VR drivers carry what the firmware made of the strips, no readings: upload the "
+        "{}: lines for VR drivers carry values that the firmware computed, no readings: upload the "
         "logging sketch of the deployment",
         options_.port);
   decoder_ = make_decoder(*options_.format, options_.readings);
   decoder_->cut();
   std::vector<Sample> before;  // without a time of their own; what is wanted of them is the header
-  decoder_->push(heard_, now_s(), before);
+  decoder_->push(received_, now_s(), before);
 }
 
-// Listens at the port's present rate until the bytes are known. A board that waits, or has not heard yet that it is asked for
+// Listens at the port's present rate until the bytes are known. A board that waits, or has not yet received the request for
 // readings, may just have been started by the port's opening.
-std::optional<Guess> Listener::hear(double longest_s) {
+std::optional<Guess> Listener::receive(double longest_s) {
   constexpr double kSure = 0.9;
   const double begin_s = now_s();
-  heard_.clear();
+  received_.clear();
   std::optional<Guess> best;
   const auto lacks = [&] {
     return best->samples == 0 || (options_.readings && best->format == Format::frames && !best->readings);
@@ -75,42 +75,42 @@ std::optional<Guess> Listener::hear(double longest_s) {
     if (options_.stop && *options_.stop) throw io::InputError(options_.port + ": is listened to no longer");
     speak();
     const std::vector<std::uint8_t> bytes = port_->read(0.02);
-    heard_.insert(heard_.end(), bytes.begin(), bytes.end());
+    received_.insert(received_.end(), bytes.begin(), bytes.end());
     follow(bytes);
-    best = bytes.empty() ? best : guess(heard_, options_.readings);
+    best = bytes.empty() ? best : guess(received_, options_.readings);
     if (best && best->share > kSure && !lacks()) break;
   }
-  heard_bytes_ += heard_.size();
+  received_bytes_ += received_.size();
   return best;
 }
 
-void Listener::find(const std::function<void(const std::string&)>& says) {
-  const bool is_told = options_.baud > 0 && options_.format;  // and believed, where something comes
+void Listener::find(const std::function<void(const std::string&)>& report) {
+  const bool is_given = options_.baud > 0 && options_.format;  // and believed, where something comes
   const std::span<const unsigned> rates =
       options_.baud > 0 ? std::span<const unsigned>(&options_.baud, 1) : kUsualRates_Bd;
   port_ = std::make_unique<io::SerialPort>(options_.port, rates.front());
   for (const unsigned rate : rates) {
-    says(fmt::format("listening at {} baud", rate));
+    report(fmt::format("listening at {} baud", rate));
     if (rate != rates.front() && !port_->set_baud(rate)) continue;
-    const std::optional<Guess> heard = hear(rate == rates.front() ? kAfterReset_s : kEachRate_s);
-    const bool will_do = heard && heard->format == Format::hand && options_.any_will_do;
-    if (heard && heard->samples == 0 && !will_do)
-      throw io::InputError(options_.port + (heard->format == Format::hand ? kHandWaits : kWaits));
-    if (is_told && !heard && heard_bytes_ > 0) return;
-    if (heard && (!options_.format || *options_.format == heard->format)) {
+    const std::optional<Guess> found = receive(rate == rates.front() ? kAfterReset_s : kEachRate_s);
+    const bool will_do = found && found->format == Format::hand && options_.any_will_do;
+    if (found && found->samples == 0 && !will_do)
+      throw io::InputError(options_.port + (found->format == Format::hand ? kHandWaits : kWaits));
+    if (is_given && !found && received_bytes_ > 0) return;
+    if (found && (!options_.format || *options_.format == found->format)) {
       options_.baud = rate;
-      options_.format = heard->format;
-      if (options_.any_will_do) options_.readings = heard->readings;
+      options_.format = found->format;
+      if (options_.any_will_do) options_.readings = found->readings;
       return;
     }
-    if (heard_bytes_ == 0)  // at a wrong rate something would come
+    if (received_bytes_ == 0)  // at a wrong rate something would come
       throw io::InputError(
           "{}: nothing comes: is a program on the board that sends, and is the port its own?", options_.port);
   }
   throw io::InputError(
       "{}: {} bytes came, which are no format that is known at any usual rate{}: send numbers "
-      "separated by commas, say --baud, or flash flexor deploy --output log",
-      options_.port, heard_bytes_, quoted_line(heard_));
+      "separated by commas, give --baud, or flash flexor deploy --output log",
+      options_.port, received_bytes_, quoted_line(received_));
 }
 
 // As the hand: whether its challenge was answered.
@@ -144,7 +144,7 @@ void Listener::ask_for_readings() {
   port_->write({wire.data(), size});
 }
 
-std::string Listener::says() const {
+std::string Listener::description() const {
   const std::string remark = decoder_->remark();
   return fmt::format("{} at {} baud{}", name_of(format()), baud(), remark.empty() ? "" : ": " + remark);
 }

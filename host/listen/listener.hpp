@@ -29,16 +29,16 @@ struct ListenerOptions {
 
 class Listener : public Source {
  public:
-  // `says` hears what is tried. Throws io::InputError, one line with the mend: no port, nothing comes, nothing that is
+  // `report` is called with what is tried. Throws io::InputError, one line with the mend: no port, nothing comes, nothing that is
   // understood at any rate, a glove that waits for its hand and gives no readings, or a hand that waits for its glove.
-  Listener(ListenerOptions options, const std::function<void(const std::string&)>& says);
+  Listener(ListenerOptions options, const std::function<void(const std::string&)>& report);
 
   // What was half when the port went is dropped, as is the first line of it when it is back, which may be the end of one.
   // Throws io::JobError, one line with both headers: another glove of lines was plugged in, whose columns are called otherwise.
   Event wait(double timeout_s, std::vector<Sample>& out) override;
   const std::vector<std::string>& columns() const override { return decoder_->columns(); }
   const Tally& tally() const override { return decoder_->tally(); }
-  std::string says() const override;
+  std::string description() const override;
   bool takes_models() const override { return format() == Format::frames && options_.readings; }
   bool is_compensated() const override { return format() == Format::frames && !options_.readings; }
   unsigned baud() const override { return options_.baud; }
@@ -52,8 +52,8 @@ class Listener : public Source {
   Format format() const { return *options_.format; }
 
  private:
-  void find(const std::function<void(const std::string&)>& says);
-  std::optional<Guess> hear(double longest_s);
+  void find(const std::function<void(const std::string&)>& report);
+  std::optional<Guess> receive(double longest_s);
   void follow(std::span<const std::uint8_t> bytes);
   void speak();
   void ask_for_readings();
@@ -64,8 +64,8 @@ class Listener : public Source {
   std::optional<link::HandEnd> hand_;
   double ticked_s_ = 0;
   double asked_s_ = -1;
-  std::vector<std::uint8_t> heard_;  // at the present rate, before the format was known
-  std::size_t heard_bytes_ = 0;
+  std::vector<std::uint8_t> received_;  // at the present rate, before the format was known
+  std::size_t received_bytes_ = 0;
   bool was_let_go_ = false;
   double tried_s_ = -1;  // to open a port that has gone
 };

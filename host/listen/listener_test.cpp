@@ -25,8 +25,8 @@ std::vector<Sample> listen_for(Listener& listener, double s) {
 
 TEST(Listening, FindsTheFormatAndGivesEverySample) {
   FLEXOR_NEEDS_TERMINALS();
-  std::atomic<int> said = 0;
-  Board glove([&](const std::string&) { return std::to_string(said++) + ",2,3\n"; });
+  std::atomic<int> sent = 0;
+  Board glove([&](const std::string&) { return std::to_string(sent++) + ",2,3\n"; });
   Listener listener({.port = glove.port()}, kQuiet);
   EXPECT_EQ(listener.format(), Format::lines);
   EXPECT_EQ(listener.baud(), 115200U);
@@ -56,29 +56,29 @@ Event listen_until(Listener& listener, Event wanted, std::vector<Sample>& out) {
   return event;
 }
 
-// What a board says once, then again and again.
-Board::Says once_then(const std::string& first, const std::string& again) {
-  return [first, again, said = false](const std::string&) mutable {
-    return std::exchange(said, true) ? again : first;
+// What a board sends once, then again and again.
+Board::Sends once_then(const std::string& first, const std::string& again) {
+  return [first, again, sent = false](const std::string&) mutable {
+    return std::exchange(sent, true) ? again : first;
   };
 }
 
 TEST(Listening, GluesNoLinesTogetherAcrossAPulledPlug) {
   FLEXOR_NEEDS_TERMINALS();
   Socket socket;
-  std::atomic<int> said = 0;
+  std::atomic<int> sent = 0;
   Board before([&](const std::string&) {
-    const int n = said++;
+    const int n = sent++;
     return n < 100 ? "100,200,300\n" : n == 100 ? "100,200,3" : "";
   });
   socket.plug_in(before);
   Listener listener({.port = socket.port()}, kQuiet);
   std::vector<Sample> out;
-  while (said < 110) listener.wait(0.02, out);
+  while (sent < 110) listener.wait(0.02, out);
   listener.wait(0.05, out);
   before.unplug();
   ASSERT_EQ(listen_until(listener, Event::gone, out), Event::gone);
-  EXPECT_EQ(listener.tally().torn, 1U) << "what was half";
+  EXPECT_EQ(listener.tally().malformed, 1U) << "what was half";
   EXPECT_EQ(listener.wait(0.02, out), Event::quiet) << "it looks for the port";
   Board after(once_then("77\n9,", "100,200,301\n"));
   socket.plug_in(after);
@@ -121,7 +121,7 @@ std::string refusal(const ListenerOptions& options) {
   return io::refusal_of([&] { const Listener listener(options, kQuiet); });
 }
 
-TEST(Listening, SaysWhyItHearsNothing) {
+TEST(Listening, ReportsWhyItReceivesNothing) {
   FLEXOR_NEEDS_TERMINALS();
   Board silent([](const std::string&) { return ""; });
   EXPECT_NE(refusal({.port = silent.port()}).find("nothing comes"), std::string::npos);
@@ -133,8 +133,8 @@ TEST(Listening, SaysWhyItHearsNothing) {
 TEST(Listening, IsTheHandOfAGloveWithAKey) {
   FLEXOR_NEEDS_TERMINALS();
   const link::Key key = {{1, 2, 3}};
-  FramesGlove says(key, false);
-  Board glove(std::ref(says));
+  FramesGlove frames(key, false);
+  Board glove(std::ref(frames));
   EXPECT_NE(refusal({.port = glove.port()}).find("waits for its hand"), std::string::npos);
   Listener listener({.port = glove.port(), .key = key}, kQuiet);
   EXPECT_EQ(listener.format(), Format::frames);
@@ -144,22 +144,22 @@ TEST(Listening, IsTheHandOfAGloveWithAKey) {
 // Its readings are nobody's to guard: they come without the hand, and without the key.
 TEST(Listening, TakesTheReadingsOfAGloveThatWaitsForItsHand) {
   FLEXOR_NEEDS_TERMINALS();
-  FramesGlove says(link::Key{{1, 2, 3}}, true);
-  Board glove(std::ref(says));
+  FramesGlove frames(link::Key{{1, 2, 3}}, true);
+  Board glove(std::ref(frames));
   Listener listener({.port = glove.port(), .readings = true}, kQuiet);
   EXPECT_GT(listen_for(listener, 0.5).size(), 10U);
   EXPECT_EQ(listener.columns().front(), "thumb_count");
-  EXPECT_NE(listener.says().find("waits for its hand; nothing guards its readings"), std::string::npos)
-      << listener.says();
+  EXPECT_NE(listener.description().find("waits for its hand; nothing guards its readings"), std::string::npos)
+      << listener.description();
   EXPECT_TRUE(listener.takes_models());
   EXPECT_FALSE(listener.is_compensated());
 }
 
 TEST(Listening, MissesNoReadingWhereTwoOfThreeRequestsAreLost) {
   FLEXOR_NEEDS_TERMINALS();
-  FramesGlove says({}, true);
-  says.hear_one_request_of(3);
-  Board glove(std::ref(says));
+  FramesGlove frames({}, true);
+  frames.receive_one_request_of(3);
+  Board glove(std::ref(frames));
   Listener listener({.port = glove.port(), .readings = true}, kQuiet);
   const std::vector<Sample> out = listen_for(listener, 2.5);
   ASSERT_GT(out.size(), 100U);
@@ -172,8 +172,8 @@ TEST(Listening, MissesNoReadingWhereTwoOfThreeRequestsAreLost) {
 TEST(Listening, TakesAnglesWhereNoReadingsComeAndTheyWillDo) {
   FLEXOR_NEEDS_TERMINALS();
   for (const bool gives_readings : {false, true}) {
-    FramesGlove says({}, gives_readings);
-    Board glove(std::ref(says));
+    FramesGlove frames({}, gives_readings);
+    Board glove(std::ref(frames));
     Listener listener({.port = glove.port(), .readings = true, .any_will_do = true}, kQuiet);
     EXPECT_GT(listen_for(listener, 0.3).size(), 10U);
     EXPECT_EQ(listener.columns().front(), gives_readings ? "thumb_count" : "thumb_deg");

@@ -28,7 +28,7 @@ Log::Log(const std::filesystem::path& path, const std::vector<std::string>& colu
 Log::~Log() {
   try {
     flush();
-  } catch (const std::exception&) {  // what could not be written, add() has said or the caller has asked
+  } catch (const std::exception&) {  // what could not be written, add() has reported or the caller has asked
   }
 }
 

@@ -20,13 +20,13 @@
 namespace flexor::listen {
 
 // The time of samples from the two clocks that they come with: the board's where it has one, from 0 at the first sample,
-// else the host's. It rises strictly; a counter that wraps goes on, a board that starts anew where the host's clock says.
+// else the host's. It rises strictly; a counter that wraps goes on, a board that starts again does so at the host's time.
 class SampleClock {
  public:
   double time_s(const Sample& sample) {
     constexpr double kLeastStep_s = 1e-4;  // of samples that came in one burst, without a clock of their own
     constexpr double kAstray_s =
-        1;  // of the board's clock from the host's, between two samples: it started anew
+        1;  // of the board's clock from the host's, between two samples: it started again
     constexpr double kLate_s =
         0.25;  // by which lines come late: a counter's wrap differs by less from the host's step
     const bool is_first = !std::exchange(has_begun_, true);
@@ -38,9 +38,9 @@ class SampleClock {
       for (const double wrap_s : recording::kWraps_s) {
         if (step_s < 0 && std::abs(step_s + wrap_s - host_step_s) < kLate_s) step_s += wrap_s;
       }
-      const bool is_anew = !is_first && (step_s < 0 || std::abs(step_s - host_step_s) > kAstray_s);
-      restarts_ += is_anew ? 1 : 0;
-      t_s = last_s_ + (is_anew ? host_step_s : step_s);
+      const bool is_restart = !is_first && (step_s < 0 || std::abs(step_s - host_step_s) > kAstray_s);
+      restarts_ += is_restart ? 1 : 0;
+      t_s = last_s_ + (is_restart ? host_step_s : step_s);
     }
     return last_s_ = is_first ? 0 : std::max(t_s, last_s_ + kLeastStep_s);
   }

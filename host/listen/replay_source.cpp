@@ -27,7 +27,7 @@ ReplaySource::ReplaySource(const std::filesystem::path& file, double speed,
   start_ = std::chrono::steady_clock::now();  // what reading the file took is no part of it
 }
 
-std::string ReplaySource::says() const {
+std::string ReplaySource::description() const {
   return fmt::format("{}: {} rows in {:.1f} s", name_, recording_.t_s.size(), duration_s());
 }
 

@@ -21,7 +21,7 @@ class ReplaySource : public Source {
 
   // ended: every row was given; wait() does not wait then. host_s is the instant at which a row was due.
   Event wait(double timeout_s, std::vector<Sample>& out) override;
-  std::string says() const override;
+  std::string description() const override;
 
   // Where it is, from 0 at the first row to duration_s() at the last.
   double position_s() const;

@@ -113,7 +113,7 @@ TEST_F(Replay, SeeksBothWays) {
   EXPECT_TRUE(samples.empty());
 }
 
-TEST_F(Replay, SaysWhatItCannotPlay) {
+TEST_F(Replay, RefusesWhatItCannotPlay) {
   EXPECT_THROW(ReplaySource("no_such_file.csv"), io::InputError);
   EXPECT_THROW(ReplaySource(path(), 0), io::InputError);
   EXPECT_THROW(ReplaySource(path(), std::nan("")), io::InputError);

@@ -29,7 +29,7 @@ class Source {
   virtual double now_s() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
-  virtual std::string says() const = 0;  // what it is, in a few words: "frames at 115200 baud"
+  virtual std::string description() const = 0;  // what it is, in a few words: "frames at 115200 baud"
   // A glove with Flexor's firmware, into which models can be sent.
   virtual bool takes_models() const { return false; }
   // Its samples are angles that the glove has made of readings which it does not give: nothing can be fitted to them.

@@ -1,4 +1,4 @@
-// For tests only: a board on a pseudo-terminal, and what gloves say.
+// For tests only: a board on a pseudo-terminal, and what gloves send.
 #pragma once
 
 #include <termios.h>
@@ -20,19 +20,19 @@
 
 namespace flexor::listen {
 
-// The board's end of the line; says what `says` gives every 10 ms. `heard` gets what came since.
+// The board's end of the line; sends what `sends` gives every 10 ms, of what was received since.
 class Board {
  public:
-  using Says = std::function<std::string(const std::string& heard)>;
+  using Sends = std::function<std::string(const std::string& received)>;
 
-  explicit Board(Says says) {
+  explicit Board(Sends sends) {
     termios raw{};
     tcgetattr(line_.master(), &raw);
     cfmakeraw(&raw);
     tcsetattr(line_.master(), TCSANOW, &raw);
-    thread_ = std::jthread([this, says = std::move(says)](const std::stop_token& stop) {
+    thread_ = std::jthread([this, sends = std::move(sends)](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
-        const std::string text = says(heard());
+        const std::string text = sends(received());
         for (std::size_t put = 0; put < text.size() && !stop.stop_requested();)
           put += static_cast<std::size_t>(
               std::max<ssize_t>(0, write(line_.master(), text.data() + put, text.size() - put)));
@@ -52,7 +52,7 @@ class Board {
   const std::string& port() const { return line_.name(); }
 
  private:
-  std::string heard() const {
+  std::string received() const {
     std::array<char, 256> bytes{};
     const ssize_t count = read(line_.master(), bytes.data(), bytes.size());
     return count > 0 ? std::string(bytes.data(), static_cast<std::size_t>(count)) : std::string();
@@ -72,7 +72,7 @@ inline std::vector<std::uint8_t> readings(std::uint16_t time_ms,
   return {wire.begin(), wire.begin() + size};
 }
 
-// A glove's frames, as its firmware says them: angles in touch with its hand, else how it is; readings before, for a second,
+// A glove's frames, as its firmware sends them: angles in touch with its hand, else how it is; readings before, for a second,
 // where it gives them and is asked. Angles and readings move.
 class FramesGlove {
  public:
@@ -82,13 +82,13 @@ class FramesGlove {
   FramesGlove& operator=(const FramesGlove&) = delete;
 
   // The other requests are lost, as when the hand speaks at the same time.
-  void hear_one_request_of(unsigned n) { hears_one_of_ = n; }
+  void receive_one_request_of(unsigned n) { receives_one_of_ = n; }
 
-  std::string operator()(const std::string& heard) {
-    for (const char byte : heard) {
+  std::string operator()(const std::string& received) {
+    for (const char byte : received) {
       if (end_.push(static_cast<std::uint8_t>(byte)) != link::Received::pending) continue;
       if (end_.packet().type() != link::Type::request || !gives_readings_) continue;
-      if (requests_++ % hears_one_of_ == 0) readings_left_ = kASecond;
+      if (requests_++ % receives_one_of_ == 0) readings_left_ = kASecond;
     }
     ++slot_;
     std::string out;
@@ -116,21 +116,21 @@ class FramesGlove {
   std::optional<link::Key> key_;
   link::GloveEnd end_;
   bool gives_readings_;
-  unsigned hears_one_of_ = 1;
+  unsigned receives_one_of_ = 1;
   unsigned requests_ = 0;
   unsigned slot_ = 0;
   int readings_left_ = 0;
 };
 
-// What a hand says, of which one finger is stalled.
+// What a hand sends, of which one finger is stalled.
 inline std::vector<std::uint8_t> telemetry(link::HandEnd& hand, bool state) {
   link::Packet packet;
   std::array<std::uint8_t, link::kMaxWire> wire{};
   std::uint8_t size = 0;
   if (state) {
-    link::State said{};
-    said.board = link::BoardKind::hand;
-    const std::uint8_t bytes = link::put_state(said, packet.body());
+    link::State body{};
+    body.board = link::BoardKind::hand;
+    const std::uint8_t bytes = link::put_state(body, packet.body());
     size = hand.say(link::Type::state, packet, bytes, wire.data());
   } else {
     std::array<link::FingerTelemetry, link::kFingers> finger{};

@@ -20,7 +20,7 @@ constexpr std::size_t kMostPieces = 200;
 constexpr double kRest_s = 0.25;            // of what is shown: as much as a document's resting poses are of
 constexpr double kBeyond_deg = 15;          // of the limits, before a reading is implausible
 constexpr int kStillRows = 32;              // of one reading, before it may be stuck
-constexpr double kStuck = 3;                // standard errors of what the others say
+constexpr double kStuck = 3;                // standard errors of what the others predict
 constexpr double kNoisy_deg = 5;            // a reading that shivers by less is taken as it is
 constexpr double kLeast_deg = 0.1;          // no reading is surer than that
 constexpr double kLeastCoupled_deg = 0.01;  // a posture document's last digit
@@ -133,7 +133,7 @@ void Completer::show(const Hand& hand_deg, double seconds) {
   for (auto& [mask, personal] : models_) personal->learn(seen_);
 }
 
-Completer::Said Completer::from_others(const Readings& readings, Index input) {
+Completer::Prediction Completer::from_others(const Readings& readings, Index input) {
   const Mask others = readings.mask & ~bit(input);
   const Personal& personal = model(others);
   return {matrix_.row(input).dot(personal.mean_deg(readings.of(others)).matrix()),
@@ -147,7 +147,7 @@ void Completer::leave_out_missing(Readings& readings) {
   }
 }
 
-// A strip that lost its contact keeps one value to the last digit; a finger at rest does so too, but then the others say
+// A sensor that lost its contact keeps one value to the last digit; a finger at rest does so too, but then the others predict
 // that it does. What is stuck stays so until it changes.
 void Completer::leave_out_stuck(Readings& readings) {
   for (const Index i : inputs_of(readings.mask)) {
@@ -155,17 +155,17 @@ void Completer::leave_out_stuck(Readings& readings) {
     const double reading = readings.value_deg[i];
     Still& still = still_[static_cast<std::size_t>(i)];
     if (others == 0) continue;
-    const Said said = from_others(readings, i);
+    const Prediction predicted = from_others(readings, i);
     if (still.rows == 0 || reading != still.reading_deg) {
-      still = {reading, others, said.value_deg, 0, 1};
+      still = {reading, others, predicted.value_deg, 0, 1};
       continue;
     }
     if (still.others != others) {
       still.others = others;
-      still.said_deg = said.value_deg;
+      still.predicted_deg = predicted.value_deg;
     }
-    still.moved_deg = std::max(still.moved_deg, std::abs(said.value_deg - still.said_deg));
-    if (++still.rows < kStillRows || still.moved_deg < kStuck * std::sqrt(said.variance_deg2)) continue;
+    still.moved_deg = std::max(still.moved_deg, std::abs(predicted.value_deg - still.predicted_deg));
+    if (++still.rows < kStillRows || still.moved_deg < kStuck * std::sqrt(predicted.variance_deg2)) continue;
     readings.leave_out(i, Quality::stuck);
   }
 }
@@ -176,13 +176,13 @@ void Completer::leave_out_implausible(Readings& readings) {
     if (reading < low_deg_[i] - kBeyond_deg || reading > high_deg_[i] + kBeyond_deg)
       readings.leave_out(i, Quality::implausible);
   }
-  for (;;) {  // the least plausible one first: it spoils what is said of the others
+  for (;;) {  // the least plausible one first: it spoils what is predicted of the others
     std::optional<Index> worst;
     double most = kImplausible;
     for (const Index i : inputs_of(readings.mask)) {
       if (readings.mask == bit(i)) continue;
-      const Said said = from_others(readings, i);
-      const double away = std::abs(readings.value_deg[i] - said.value_deg) / said.worst_deg;
+      const Prediction predicted = from_others(readings, i);
+      const double away = std::abs(readings.value_deg[i] - predicted.value_deg) / predicted.worst_deg;
       if (away <= most) continue;
       most = away;
       worst = i;
@@ -207,9 +207,9 @@ void Completer::weigh_noisy(Readings& readings) {
   for (const Index i : inputs_of(raw.mask)) {
     const double noise_deg2 = shiver_[static_cast<std::size_t>(i)].variance_deg2();
     if (noise_deg2 < kNoisy_deg * kNoisy_deg || raw.mask == bit(i)) continue;
-    const Said said = from_others(raw, i);
-    const double share = said.variance_deg2 / (said.variance_deg2 + noise_deg2);
-    readings.value_deg[i] = std::lerp(said.value_deg, raw.value_deg[i], share);
+    const Prediction predicted = from_others(raw, i);
+    const double share = predicted.variance_deg2 / (predicted.variance_deg2 + noise_deg2);
+    readings.value_deg[i] = std::lerp(predicted.value_deg, raw.value_deg[i], share);
     readings.variance_deg2[i] = share * noise_deg2;
     readings.set_quality(i, Quality::noisy);
   }

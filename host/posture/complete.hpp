@@ -1,11 +1,11 @@
 // Readings to all 23 joints with their standard errors, one row after the other, from past rows only.
 //
 // Each row: readings that are missing are left out; a reading that is outside what the joints can do, or further from
-// what the other inputs say than anybody who was left out ever was, is left out too; one that shivers is weighed against
-// what the others say; one that does not change at all while the others say that its finger moved is left out. What is left
+// what the other inputs predict than anybody who was left out ever was, is left out too; one that shivers is weighed against
+// their prediction; one that does not change at all while they predict that its finger moved is left out. What is left
 // goes through the regression (regression.hpp) for just these inputs. DIP follows PIP where that is sensed by
 // itself. Angles end at the joints' limits: a sum that is sensed is kept by the joints that still can, and a reading
-// that is a little beyond all of them is said to be.
+// that is a little beyond all of them is reported so.
 //
 // As long as more than the inputs is shown, the model learns of that person: the first quarter of a second is the resting pose, which
 // shifts all that follows and is the first observation; every half second of the hand is one more.
@@ -36,7 +36,7 @@ struct Estimate {
 // How far a reading shivers, whatever the finger does: third differences of the last readings, their median.
 class Shiver {
  public:
-  void push(double reading_deg);  // NaN: starts anew
+  void push(double reading_deg);  // NaN: starts again
   double variance_deg2() const;
 
  private:
@@ -98,13 +98,13 @@ class Completer {
   };
 
   Personal& model(Mask mask);
-  // What the other inputs of the mask say of this one.
-  struct Said {
+  // Of this input, by the others of the mask.
+  struct Prediction {
     double value_deg;
     double variance_deg2;
     double worst_deg;
   };
-  Said from_others(const Readings& readings, Eigen::Index input);
+  Prediction from_others(const Readings& readings, Eigen::Index input);
   void leave_out_missing(Readings& readings);
   void leave_out_implausible(Readings& readings);
   void leave_out_stuck(Readings& readings);
@@ -130,7 +130,7 @@ class Completer {
   struct Still {
     double reading_deg = 0;
     Mask others = 0;
-    double said_deg = 0;  // by them, at first
+    double predicted_deg = 0;  // by them, at first
     double moved_deg = 0;
     int rows = 0;
   };

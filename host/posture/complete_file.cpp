@@ -42,7 +42,7 @@ Input bend_of(const std::string& text) {
   }
   std::ranges::sort(bend.joints);
   if (std::ranges::adjacent_find(bend.joints) != bend.joints.end()) {
-    throw io::InputError("{}: a joint twice; a strip bends over it once", where);
+    throw io::InputError("{}: a joint twice; a sensor bends over it once", where);
   }
   return bend;
 }

@@ -7,7 +7,7 @@
 // inputs. The hand rests first; what it does after that within these seconds is learnt as it is seen.
 //
 // Flexion of fingers is negative, as in a posture document, or positive, as flexor apply writes it: then MCP, PIP, IP and DIP have
-// the other sign in the table and in what is written. Whether the table has the sign that is said, its bends tell.
+// the other sign in the table and in what is written. Its bends show whether the table has the sign that is stated.
 #pragma once
 
 #include <array>

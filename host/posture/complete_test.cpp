@@ -55,7 +55,7 @@ TEST(Completing, ClaimsErrorsThatStrangersHave) {
   EXPECT_LT(inside_68 / rows, 0.76);
   EXPECT_GT(inside_95 / rows, 0.92);
   EXPECT_LT(inside_95 / rows, 0.98);
-  EXPECT_LT(std::sqrt(square / rows), 10.5);  // offsets of 6 degrees and splits are not to be told
+  EXPECT_LT(std::sqrt(square / rows), 10.5);  // offsets of 6 degrees and splits cannot be known
   EXPECT_GT(std::sqrt(square / rows), 6);
 }
 
@@ -101,7 +101,7 @@ TEST(Completing, LeavesOutAStuckFingerUntilItMoves) {
   const Recorded r = test::person(85);
   const double rest_deg = readings_of(r, 0)[2];
   double stuck = 0;
-  double told = 0;
+  double noticed = 0;
   double rows = 0;
   for (Index row = 0; row < 300; ++row) {
     Eigen::VectorXd readings = readings_of(r, row);
@@ -113,11 +113,11 @@ TEST(Completing, LeavesOutAStuckFingerUntilItMoves) {
     }
     if (row < 240) continue;
     stuck += e.quality[2] == Quality::stuck ? 1 : 0;
-    told += e.quality[2] != Quality::used ? 1 : 0;
+    noticed += e.quality[2] != Quality::used ? 1 : 0;
     ++rows;
   }
-  EXPECT_GT(stuck / rows, 0.3);  // or what it says is implausible by then
-  EXPECT_GT(told / rows, 0.95);
+  EXPECT_GT(stuck / rows, 0.3);  // or what it reads is implausible by then
+  EXPECT_GT(noticed / rows, 0.95);
   EXPECT_EQ(stranger.complete(readings_of(r, 20)).quality[2], Quality::used);
   for (Index row = 0; row < 100; ++row) {  // a whole hand that rests is not stuck
     EXPECT_EQ(stranger.complete(readings_of(r, 20)).quality[2], Quality::used) << row;
@@ -140,7 +140,7 @@ TEST(Completing, LearnsThePersonFromARestingPose) {
   EXPECT_GT(after, 0.05 * before);
 }
 
-TEST(Completing, TellsALostFingerFromTheOthers) {
+TEST(Completing, EstimatesALostFingerFromTheOthers) {
   Completer stranger = new_stranger();
   const Recorded r = test::person(79);
   Eigen::VectorXd readings = readings_of(r, 20);
@@ -230,7 +230,7 @@ TEST(CompletingTables, KnowsOnlyThePast) {
   ASSERT_EQ(whole.size(), 91U);
   ASSERT_EQ(part.size(), 51U);
   for (std::size_t i = 0; i < part.size(); ++i) EXPECT_EQ(part[i], whole[i]) << i;
-  EXPECT_TRUE(whole[41].ends_with(",0,1,0\n")) << "the row with a hole says so: " << whole[41];
+  EXPECT_TRUE(whole[41].ends_with(",0,1,0\n")) << "the row with a hole reports it: " << whole[41];
   EXPECT_TRUE(whole[42].ends_with(",0,0,0\n")) << whole[42];
 }
 
@@ -326,7 +326,7 @@ TEST(CompletingTables, ATableOfTheOtherSignIsNoticed) {
             (std::vector<std::string>{"index", "middle_pip"}));
 }
 
-TEST(CompletingTables, SaysWhatIsWrong) {
+TEST(CompletingTables, ReportsWhatIsWrong) {
   const std::string text = table_of(test::person(84), 3);
   const std::vector<std::string> index = {"index=index_mcp+index_pip"};
   for (const auto& [options, words] : std::vector<std::pair<CompleteOptions, const char*>>{

@@ -37,7 +37,7 @@ inline Recorded person(std::uint64_t seed, int trials = 30) {
     const double common = bend(random);
     std::array<double, 5> fingers{};
     for (double& f : fingers) f = 0.6 * common + 0.4 * bend(random);
-    const double split = 0.2 * normal(random);  // of a bend between MCP and PIP: what a strip cannot tell
+    const double split = 0.2 * normal(random);  // of a bend between MCP and PIP: what a sensor cannot measure
     for (int k = 0; k < kRows; ++k) {
       const double share = k < kRestRows ? 0 : 1;
       Hand hand;

@@ -1,4 +1,4 @@
-// A posture document: what people's recordings of all 23 joints say of how the joints go together. Learnt by
+// A posture document: how the joints go together in people's recordings of all 23. Learnt by
 // python/flexor/posture_learning.py.
 //
 // JSON, schema 1. For each person typical hands and how long each was held, and the resting pose; the
@@ -54,7 +54,7 @@ struct Limits {
   Hand high_deg;
 };
 
-// What is sensed: the sum of one or several joints, as a strip that lies over them measures it.
+// What is sensed: the sum of one or several joints, as a sensor that lies over them measures it.
 struct Input {
   std::string name;
   std::vector<int> joints;

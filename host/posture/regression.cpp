@@ -50,7 +50,7 @@ void add_relatives(const Hand& error, const Hand& within_deg2, const Hand& claim
   }
 }
 
-// Of whom the first `seen` cells are shown; how well the others are told counts.
+// Of whom the first `seen` cells are shown; how well the others are estimated counts.
 void add_person(const Calibrated::LeftOut& left_out, const InputMatrix& inputs, Index seen, Relatives& out) {
   const auto& [person, others] = left_out;
   const Codebook& book = person->book;

@@ -1,6 +1,6 @@
 // All joints from some inputs: a Gaussian process that knows that people differ.
 //
-//   y_j = m_j + o_j + s_j (f_j(x) + g_j(x) + e)     f: everybody's, g: the person's own, e: what x does not tell
+//   y_j = m_j + o_j + s_j (f_j(x) + g_j(x) + e)     f: everybody's, g: the person's own, e: what x does not determine
 //   x   = (inputs - mean - sum of o) / deviation
 //   cov f(x) f(x') = x'x + exp(-|x - x'|^2 / (2 l^2)),  cov g(x) g(x') = 1 + exp(-|x - x'|^2 / (2 l^2)) for one person
 //   l^2 = a fifth of the number of inputs
@@ -90,7 +90,7 @@ class Regression {
   double instant_ = 0;
 };
 
-// What it says of one person, of whose whole hand some moments were seen. The regression must outlive it.
+// Its estimate of one person, of whose whole hand some moments were seen. The regression must outlive it.
 class Seen {
  public:
   // `hands`: NaN where a joint is not shown; one whose inputs are not known is left out.
@@ -113,7 +113,7 @@ class Seen {
   Hands weight_;
 };
 
-// With what it says of people whom it was not given: each left out in turn.
+// With its errors on people whom it was not given: each left out in turn.
 struct Calibrated {
   Regression regression;
   struct LeftOut {

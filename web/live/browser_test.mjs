@@ -58,7 +58,7 @@ export class View {
   async click(...ids) {
     for (const id of ids) await this.at(id).click();
   }
-  says(id, words) {
+  expectText(id, words) {
     return this.at(id).filter({ hasText: words }).waitFor();
   }
   async picture(name) {
@@ -93,7 +93,7 @@ export function finish() {
 async function start(program, from, sessions) {
   const live = spawn(program, ['live', ...from, '--sessions', sessions, '--json'], { stdio: ['ignore', 'pipe', 'inherit'] });
   for await (const line of createInterface({ input: live.stdout })) return { live, url: JSON.parse(line).url };
-  throw new Error('flexor live ended before it said its address');
+  throw new Error('flexor live ended before it printed its address');
 }
 
 // Under watch: what it fetches and opens, what is thrown, what the Content-Security-Policy stops.

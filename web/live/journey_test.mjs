@@ -1,5 +1,5 @@
 // The whole way in a real browser, against the program with the twin: a glove that is found, a guided calibration by the marks of
-// the hand as it is drawn, the model in the running glove, the hand's score before and after, the glove put on anew by eight
+// the hand as it is drawn, the model in the running glove, the hand's score before and after, the glove put on again by eight
 // degrees, ten seconds, and the score again. The figures are the same each time.
 // Usage: node journey_test.mjs PROGRAM [--pictures FOLDER] [--times N]        CHROMIUM names another browser.
 import { check, findings, finish, launch, option, step, visit } from './browser_test.mjs';
@@ -10,7 +10,7 @@ const times = Number(option('--times') ?? 1);
 const longest_s = 90;
 const slip_deg = 8;
 const mostShare = 0.85; // of the error of a straight line in each finger, and of the published compensator's score
-const anewShare = 1.35; // of the error before the glove was put on anew
+const redonnedShare = 1.35; // of the error before the glove was put on again
 
 let figures = [];
 
@@ -25,7 +25,7 @@ async function score(view, label) {
 // Into the glove that runs.
 async function send(view) {
   await view.click('tab-wear', 'send');
-  await view.says('job', /[✓✕] Send/);
+  await view.expectText('job', /[✓✕] Send/);
   check('the model is in the glove', (await view.at('job').innerText()).includes('✓'));
   await view.picture('sent');
 }
@@ -37,7 +37,7 @@ async function firstVisit(view, url) {
   await view.changes('card-index', await view.at('card-index').textContent());
   const moving_s = (Date.now() - opened) / 1000;
   check(`the glove moves ${moving_s.toFixed(1)} s after the page is opened, at most 5`, moving_s <= 5);
-  await view.says('next', 'Calibrate it');
+  await view.expectText('next', 'Calibrate it');
   await view.picture('first_visit');
 }
 
@@ -48,11 +48,11 @@ async function calibrate(view) {
   await view.picture('calibrate');
   await view.at('calibrate-start').click();
   await step(view, 'reference');
-  await view.says('calibrate-say', 'The camera sees the marks');
+  await view.expectText('calibrate-instruction', 'The camera sees the marks');
   await view.picture('reference');
   await view.at('calibrate-next').click();
   await step(view, 'motion');
-  await view.says('calibrate-say', 'Enough');
+  await view.expectText('calibrate-instruction', 'Enough');
   await view.picture('motion');
   await view.at('calibrate-next').click();
   await step(view, 'result');
@@ -68,16 +68,16 @@ async function calibrate(view) {
   await step(view, 'send');
 }
 
-async function putOnAnew(view) {
+async function putOnAgain(view) {
   await view.at('tab-look').click();
   await view.at('twin-slip_deg').fill(String(slip_deg));
   const slipped = await score(view, 'slipped');
   await view.at('tab-wear').click();
-  await view.at('anew-start').click();
-  await view.at('anew-accept').waitFor();
-  figures.push((await view.at('anew-table').innerText()).replaceAll(/\s+/g, ' '));
-  await view.picture('anew');
-  await view.at('anew-accept').click();
+  await view.at('redonning-start').click();
+  await view.at('redonning-accept').waitFor();
+  figures.push((await view.at('redonning-table').innerText()).replaceAll(/\s+/g, ' '));
+  await view.picture('redonned');
+  await view.at('redonning-accept').click();
   return slipped;
 }
 
@@ -89,13 +89,13 @@ async function journey(view, url) {
   const identified = await score(view, 'identified');
   const share = identified / published;
   check(`identified ${share.toFixed(2)} of published, at most ${mostShare}`, share <= mostShare);
-  const slipped = await putOnAnew(view);
+  const slipped = await putOnAgain(view);
   await send(view);
-  const anew = await score(view, 'put on anew');
+  const redonned = await score(view, 'put on again');
   check(`eight degrees cost ${(slipped / identified).toFixed(2)} times the error`, slipped > 1.2 * identified);
-  const mended = (slipped - anew) / (slipped - identified);
+  const mended = (slipped - redonned) / (slipped - identified);
   check(`${(100 * mended).toFixed(0)} % of what eight degrees cost is mended, at least half`, mended >= 0.5);
-  check(`put on anew ${(anew / identified).toFixed(2)} times the error before, at most ${anewShare}`, anew <= anewShare * identified);
+  check(`put on again ${(redonned / identified).toFixed(2)} times the error before, at most ${redonnedShare}`, redonned <= redonnedShare * identified);
 }
 
 // Its figures.

@@ -85,7 +85,7 @@ async function latency(view) {
   await view.click('tab-look', 'tab-wear');
   await view.page.waitForTimeout(6000); // so that its frames alone are counted
   await view.click('tab-look');
-  await view.says('link-screen', 'ms');
+  await view.expectText('link-screen', 'ms');
   const ms = Number((await view.at('link-screen').textContent())?.replace(/[^0-9.]/g, ''));
   view.check(`from message to drawn frame ${ms} ms at the median`, ms > 0);
   await view.click('tab-wear');
@@ -108,24 +108,24 @@ async function tabsByKeyboard(view) {
 async function wear(view) {
   await view.changes('raw-index', await view.at('raw-index').textContent());
   view.check('no quality before there is a model', (await view.at('quality-index').textContent()) === 'not known');
-  view.check('says what to do next', ((await view.at('next').textContent()) ?? '').length > 10);
+  view.check('states what to do next', ((await view.at('next').textContent()) ?? '').length > 10);
   await press(view, 'record');
-  await view.says('record', 'Stop');
+  await view.expectText('record', 'Stop');
   await view.click('tab-look');
   await view.at('marker-text').fill('thumb out');
   await view.click('marker');
   await view.until(() => document.querySelector('[data-testid=marker-text]')?.value === '');
   await view.click('tab-wear');
   await press(view, 'record', 'Space');
-  await view.says('record', 'Start recording');
+  await view.expectText('record', 'Start recording');
   await inspect(view, 'wear');
 }
 
 async function begin(view, reference) {
   await view.click('tab-calibrate');
-  view.check('a right hand until somebody says otherwise', await view.at('calibrate-side-right').isChecked());
+  view.check('a right hand until somebody chooses otherwise', await view.at('calibrate-side-right').isChecked());
   await press(view, 'calibrate-start');
-  await view.says('calibrate-start-error', 'Write a name');
+  await view.expectText('calibrate-start-error', 'Write a name');
   await view.at('calibrate-person').focus();
   await view.page.keyboard.type('anna');
   view.check(
@@ -133,7 +133,7 @@ async function begin(view, reference) {
     (await view.at('calibrate-reference-markerless').isEnabled()) === hasMarkerless,
   );
   await view.at(`calibrate-reference-${reference}`).check();
-  if (reference === 'marks') await view.says('marks-chosen', '24 dots');
+  if (reference === 'marks') await view.expectText('marks-chosen', '24 dots');
   await inspect(view, `calibrate_start_${reference}`);
   await press(view, 'calibrate-start');
 }
@@ -142,10 +142,10 @@ const tones = (view) => view.page.evaluate(() => globalThis.tones);
 
 async function poses(view) {
   await step(view, 'motion');
-  await view.says('calibrate-then', ' s: ');
-  await view.says('calibrate-say', /^(Hold|Make|Open)/);
-  const [asks, before] = [await view.at('calibrate-say').textContent(), await tones(view)];
-  await view.changes('calibrate-say', asks);
+  await view.expectText('calibrate-then', ' s: ');
+  await view.expectText('calibrate-instruction', /^(Hold|Make|Open)/);
+  const [asks, before] = [await view.at('calibrate-instruction').textContent(), await tones(view)];
+  await view.changes('calibrate-instruction', asks);
   view.check('a tone at a change', (await tones(view)) > before);
   await view.click('sound');
   await view.page.reload();
@@ -153,7 +153,7 @@ async function poses(view) {
   await view.until(() => document.querySelector('[data-testid=sound][aria-checked=false]'));
   view.check('opened again in the place where it was, and as silent', (await view.at('tab-calibrate').getAttribute('aria-selected')) === 'true');
   await inspect(view, 'calibrate_motion');
-  await view.says('calibrate-say', 'Enough');
+  await view.expectText('calibrate-instruction', 'Enough');
   view.check('no tone where it is off', (await tones(view)) === 0);
   await view.click('calibrate-next');
   await step(view, 'result');
@@ -166,7 +166,7 @@ async function poses(view) {
   await view.click('calibrate-accept');
   await step(view, 'send');
   await view.click('calibrate-send');
-  await view.says('calibrate-say', 'Finish');
+  await view.expectText('calibrate-instruction', 'Finish');
   await inspect(view, 'calibrate_send');
   await view.click('calibrate-next');
   await view.at('next').waitFor(); // the calibrated hand, no empty form
@@ -175,7 +175,7 @@ async function poses(view) {
 async function reference(view, kind) {
   await step(view, 'reference');
   if (kind === 'drawn') {
-    await view.says('calibrate-say', 'The camera sees the marks');
+    await view.expectText('calibrate-instruction', 'The camera sees the marks');
     await view.until(() => document.querySelector('[data-testid=server-picture]')?.naturalWidth > 100);
     await view.until(() => document.querySelectorAll('[data-testid=camera-marks] circle').length === 24);
     view.check('each mark that is seen has a ring', true);
@@ -188,10 +188,10 @@ async function reference(view, kind) {
     await view.click('calibrate-back');
     await step(view, 'reference');
   } else {
-    await view.says('calibrate-say', kind === 'marks' ? 'sees every mark' : 'Show the whole hand');
+    await view.expectText('calibrate-instruction', kind === 'marks' ? 'sees every mark' : 'Show the whole hand');
     if (kind === 'marks') {
-      await view.says('camera-facts', /[1-9]\d* pictures, \d of \d+ marks seen/);
-      await view.says('marks-wanted', '24 dots');
+      await view.expectText('camera-facts', /[1-9]\d* pictures, \d of \d+ marks seen/);
+      await view.expectText('marks-wanted', '24 dots');
     }
     view.check('Next waits for what the camera is to see', !(await view.at('calibrate-next').isEnabled()));
     await inspect(view, `calibrate_reference_${kind}`);
@@ -210,20 +210,20 @@ async function reference(view, kind) {
 // With the model of two poses.
 async function wearModel(view) {
   await view.click('tab-wear');
-  await view.says('closed-index', '% closed');
+  await view.expectText('closed-index', '% closed');
   await view.at('open-hand').fill('0');
   await view.page.keyboard.press('Tab');
   await view.page.reload();
-  await view.says('closed-index', '% closed');
+  await view.expectText('closed-index', '% closed');
   view.check('an open hand is called as before', (await view.at('open-hand').inputValue()) === '0');
-  await press(view, 'anew-start');
-  await view.at('anew-progress').waitFor();
-  await view.at('anew-index').waitFor();
-  await inspect(view, 'wear_anew');
-  await press(view, 'anew-keep');
-  await view.at('anew-start').waitFor();
+  await press(view, 'redonning-start');
+  await view.at('redonning-progress').waitFor();
+  await view.at('redonning-index').waitFor();
+  await inspect(view, 'wear_redonning');
+  await press(view, 'redonning-keep');
+  await view.at('redonning-start').waitFor();
   await press(view, 'send');
-  await view.says('job', '✓ Send');
+  await view.expectText('job', '✓ Send');
 }
 
 async function look(view) {
@@ -241,11 +241,11 @@ async function look(view) {
   view.check(`a score is of what the sliders show: ${worn}, then ${slipped}`, slipped > 1.1 * worn);
   await view.at('twin-slip_deg').fill('0');
   await view.at('experiment-trials').fill('10000');
-  await view.click('experiment-run', 'strip-cancel');
-  await view.says('job', '✕ Experiment');
+  await view.click('experiment-run', 'job-cancel');
+  await view.expectText('job', '✕ Experiment');
   await view.at('experiment-trials').fill('1');
   await view.click('experiment-run');
-  await view.says('experiment-result', /raw\d+published-w\d+published-hw\d+/);
+  await view.expectText('experiment-result', /raw\d+published-w\d+published-hw\d+/);
   view.check('no board is offered where there is none', !(await view.at('flash').isVisible()));
   const link = await view.page.locator('.files a').first().getAttribute('href');
   view.check('files lie under files/', link?.startsWith('files/') === true);
@@ -254,20 +254,20 @@ async function look(view) {
   await press(view, 'replay-line', 'End');
   await inspect(view, 'look');
   await view.click('replay-leave');
-  await view.says('status', 'Simulated glove'); // it is back
+  await view.expectText('status', 'Simulated glove'); // it is back
 }
 
 async function lostAndFound(view) {
   await view.click('tab-wear');
   view.socket.close();
-  await view.says('status', 'Not connected');
-  await view.says('status', 'Simulated glove');
+  await view.expectText('status', 'Not connected');
+  await view.expectText('status', 'Simulated glove');
   view.check('connected again', true);
   await view.click('device-leave');
-  await view.says('status', 'No glove');
+  await view.expectText('status', 'No glove');
   await inspect(view, 'wear_no_glove');
   await view.click('device-connect');
-  await view.says('status', 'Simulated glove');
+  await view.expectText('status', 'Simulated glove');
 }
 
 // A glove whose columns have no names is asked for them once.
@@ -287,7 +287,7 @@ async function unnamed(browser) {
         await view.at('name-column1').selectOption('index');
         await view.at('name-column2').selectOption('index');
         await view.click('names-save');
-        await view.says('names-error', 'twice');
+        await view.expectText('names-error', 'twice');
         await view.at('name-column2').selectOption('ring');
         await inspect(view, 'names');
         await view.click('names-save');

@@ -61,7 +61,7 @@ export function drawLatency(): { median_ms: number; p99_ms: number; frames: numb
   return { median_ms: at(0.5), p99_ms: at(0.99), frames: sorted.length };
 }
 
-// A page that is not looked at draws nothing: what it missed says nothing about drawing.
+// A page that is not looked at draws nothing: what it missed means nothing for drawing.
 document.addEventListener('visibilitychange', () => {
   oldest_ms = NaN;
   latencies.length = 0;
@@ -77,7 +77,7 @@ function alarm(): void {
   changed();
 }
 
-function hear(message: Message): void {
+function receive(message: Message): void {
   if ('values' in message) {
     store.takeSamples(message);
     if (Number.isNaN(oldest_ms)) oldest_ms = performance.now();
@@ -91,7 +91,7 @@ function hear(message: Message): void {
 }
 
 let lostTimer = 0;
-const socket = new Socket('socket', hear, (yes) => {
+const socket = new Socket('socket', receive, (yes) => {
   store.connected = yes;
   store.isLost = false;
   window.clearTimeout(lostTimer);

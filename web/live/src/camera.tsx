@@ -14,7 +14,7 @@ const markerless = new Markerless((captured_ms, angles) =>
 );
 
 export function Camera({ calibration, isFilmed }: { calibration: Calibration; isFilmed: boolean }) {
-  const [wrong, say] = useState<string | null>(null);
+  const [wrong, report] = useState<string | null>(null);
   const [cameras, setCameras] = useState<MediaDeviceInfo[]>([]); // of which one may be chosen
   const picture = useRef<HTMLImageElement>(null);
   const video = useRef<HTMLVideoElement>(null);
@@ -23,16 +23,16 @@ export function Camera({ calibration, isFilmed }: { calibration: Calibration; is
   const withoutMarks = isFilmed && reference === 'markerless' && kHasMarkerless;
   const own = isFilmed && camera === 'page' && (withoutMarks || reference !== 'markerless');
   webcam.changed = (why) => {
-    say(why);
+    report(why);
     void camerasThere().then(setCameras);
   };
-  markerless.failed = say;
+  markerless.failed = report;
   useLayoutEffect(() => {
     webcam.video = video.current!;
     markerless.overlay = overlay.current!;
   }, []);
   useEffect(() => {
-    if (own) void webcam.start(); // once in a calibration: who says no is not asked again and again
+    if (own) void webcam.start(); // once in a calibration: who declines is not asked again and again
     return () => webcam.stop();
   }, [own]);
   useEffect(() => {

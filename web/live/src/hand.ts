@@ -20,7 +20,7 @@ interface Loaded {
 
 type MarkKind = Quality | 'estimated';
 
-// A mark's picture: its shape says as much as its colour.
+// A mark's picture: its shape means as much as its colour.
 function markTexture(kind: MarkKind, dark: boolean): three.CanvasTexture {
   const canvas = document.createElement('canvas');
   canvas.width = canvas.height = 96;

@@ -4,7 +4,7 @@
 //   turn = atan2(u x v, u . v)   of one bone after the other, degrees
 //
 // Flexion is positive, and zero when straight, as in models/joints/green_markers.json. Fingertips are left out: of the last
-// joint such points tell nothing.
+// joint such points give no angle.
 
 export interface Point {
   x: number; // pixels
@@ -20,7 +20,7 @@ export const kBones: readonly (readonly [number, number])[] = [
   ...[1, 5, 9, 13, 17].flatMap((first) => [0, 1, 2].map((k) => [first + k, first + k + 1] as const)),
 ];
 
-const kClear_deg = 40; // the fingers' bends together, from which they tell which way is flexion
+const kClear_deg = 40; // the fingers' bends together, from which the direction of flexion is determined
 
 // Degrees, positive clockwise on the screen, whose y grows downwards. NaN: two points coincide.
 export function turn_deg(a: Point, b: Point, c: Point): number {
@@ -30,7 +30,7 @@ export function turn_deg(a: Point, b: Point, c: Point): number {
   return (Math.atan2(u.x * v.y - u.y * v.x, u.x * v.x + u.y * v.y) * 180) / Math.PI;
 }
 
-// Which turn is flexion: a middle joint bends one way only. `before`, while the fingers are too straight to tell.
+// Which turn is flexion: a middle joint bends one way only. `before`, while the fingers are too straight for that.
 export function flexionSign(points: readonly Point[], before: 1 | -1): 1 | -1 {
   const sum = Object.values(kFirst)
     .map((mcp) => turn_deg(points[mcp]!, points[mcp + 1]!, points[mcp + 2]!))
@@ -38,7 +38,7 @@ export function flexionSign(points: readonly Point[], before: 1 | -1): 1 | -1 {
   return Math.abs(sum) > kClear_deg ? (sum > 0 ? 1 : -1) : before;
 }
 
-// MCP and PIP of the four fingers; null where the points tell nothing.
+// MCP and PIP of the four fingers; null where the points give none.
 export function jointAngles(points: readonly Point[], sign: 1 | -1): Record<string, number> | null {
   if (points.length !== kPoints) return null;
   const angles: Record<string, number> = {};

@@ -36,7 +36,7 @@ function Link() {
     ['Message to screen', 'screen', number(drawn.median_ms, 0, ' ms')],
     ['Jitter of arrival', 'jitter', number(link.jitter_ms, 1, ' ms')],
     ['Frames lost', 'lost', link.lost === null ? 'not known' : number(link.lost)],
-    ['Malformed', 'torn', number(link.torn)],
+    ['Malformed', 'malformed', number(link.torn)],
   ];
   const spread = `99th percentile ${number(drawn.p99_ms)} ms of ${drawn.frames} frames`;
   return (
@@ -76,8 +76,8 @@ function Replay() {
 }
 
 function TimeLine({ t_s, of_s }: { t_s: number; of_s: number }) {
-  const tell = useAsk();
-  const { shown, range } = useRange(t_s, (to_s) => tell('replay.seek', { t_s: to_s }), false);
+  const request = useAsk();
+  const { shown, range } = useRange(t_s, (to_s) => request('replay.seek', { t_s: to_s }), false);
   const clock = `${time(shown)} of ${time(of_s)}`;
   const name = 'Time in the recording';
   return (
@@ -110,8 +110,8 @@ function Twin() {
 
 function Slider({ slider, value }: { slider: (typeof kSliders)[number]; value: number }) {
   const { part, name, unit, digits, scale, ...bounds } = slider;
-  const tell = useAsk();
-  const { shown, range } = useRange(value * scale, (to) => tell('twin.set', { [part]: to / scale }), true);
+  const request = useAsk();
+  const { shown, range } = useRange(value * scale, (to) => request('twin.set', { [part]: to / scale }), true);
   const words = number(shown, digits, unit);
   const id = `twin-${part}`;
   return (
@@ -286,7 +286,7 @@ function Flash() {
         <div class="field">
           <label for="flash-port">Port</label>
           <select id="flash-port" ref={port}>
-            <option value="">Where it was heard</option>
+            <option value="">Where it was found</option>
             <Options of={ports.map(({ path }) => [path, path])} />
           </select>
         </div>

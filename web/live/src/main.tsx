@@ -6,7 +6,7 @@ import { ask, go, kPlaces, place, start, store, type PlaceName } from './app';
 import { Calibrate } from './calibrate';
 import { Look } from './look';
 import { Cards } from './cards';
-import { Anew, Glove, kStatus, Model, Record } from './panels';
+import { Glove, kStatus, Model, Record, Redonning } from './panels';
 import { Button, Controls } from './parts';
 import { Stage } from './stage';
 import { progressOf, title } from './text';
@@ -26,7 +26,7 @@ function Wear() {
         <Record />
         <Glove />
         <Model />
-        <Anew />
+        <Redonning />
       </div>
     </div>
   );
@@ -134,7 +134,7 @@ function Job() {
     : last && `${last.ok ? '✓' : '✕'} ${title(last.job)}: ${refusalWords(last.text)}`;
   return (
     <div class={`job ${!job && last?.ok === false ? 'failed' : ''}`} hidden={!job && !isFresh}>
-      <Controls id="strip">
+      <Controls id="job">
         <span class="job-text" data-testid="job">
           {text}
         </span>
@@ -142,7 +142,7 @@ function Job() {
           <progress key={job.fraction === null} max={1} value={job.fraction ?? undefined} aria-label="Share that is done" />
         )}
         {job && (
-          <Button test="strip-cancel" kind="quiet" act={() => ask('job.cancel')}>
+          <Button test="job-cancel" kind="quiet" act={() => ask('job.cancel')}>
             Stop
           </Button>
         )}

@@ -46,7 +46,7 @@ describe('poseFromAngles', () => {
   it('finds the knuckle where only a joint beyond it is sensed', () => {
     expect(poseFromAngles(['index_pip'], [45]).fingers.index.flex_deg).toEqual([60, 45, 40]);
   });
-  it('leaves at rest what is not known, and says that it is not sensed', () => {
+  it('leaves at rest what is not known, and reports that it is not sensed', () => {
     const { middle } = poseFromAngles(['index', 'middle'], [80, NaN]).fingers;
     expect(middle.sensed).toEqual([false, false, false]);
     expect(middle.flex_deg[0]).toBeLessThan(20);

@@ -65,7 +65,7 @@ export function spread(finger: FingerName, mcp_deg: number): [number, number, nu
 }
 
 // `names`: channels in order; an angle that is not known (NaN) leaves its finger at rest. `open_deg`: what each reads at the open hand,
-// 0 where nobody says.
+// 0 where nothing gives it.
 export function poseFromAngles(
   names: readonly string[],
   angle_deg: ArrayLike<number>,

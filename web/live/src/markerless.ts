@@ -27,7 +27,7 @@ export class Markerless {
   open(): void {
     if (this.worker) return;
     this.worker = new Worker(new URL('./markerless_worker.ts', import.meta.url), { type: 'module' });
-    this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => this.hear(data);
+    this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => this.receive(data);
     this.worker.onerror = () => this.fail();
     this.worker.postMessage({ folder: new URL('markerless/', document.baseURI).href } satisfies ToWorker);
   }
@@ -65,7 +65,7 @@ export class Markerless {
     this.failed('The markerless model could not be loaded. Go back and choose marks or poses.');
   }
 
-  private hear(message: FromWorker): void {
+  private receive(message: FromWorker): void {
     if ('ready' in message) {
       if (!message.ready) return this.fail();
       this.ready = true;

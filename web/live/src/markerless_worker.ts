@@ -34,22 +34,22 @@ function find(picture: ImageBitmap, captured_ms: number): Point[] | null {
   return points?.map(({ x, y }) => ({ x: x * picture.width, y: y * picture.height })) ?? null;
 }
 
-function tell(message: FromWorker): void {
+function send(message: FromWorker): void {
   self.postMessage(message);
 }
 
 self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
   if ('folder' in data) {
     open(data.folder).then(
-      () => tell({ ready: true }),
+      () => send({ ready: true }),
       (error) => {
         console.error(error);
-        tell({ ready: false });
+        send({ ready: false });
       },
     );
     return;
   }
   const { picture, captured_ms } = data;
-  tell({ captured_ms, points: find(picture, captured_ms) });
+  send({ captured_ms, points: find(picture, captured_ms) });
   picture.close();
 };

@@ -1,4 +1,4 @@
-// What one does while wearing: record, connect, choose a model and send it, put the glove on anew.
+// What one does while wearing: record, connect, choose a model and send it, put the glove on again.
 import { useRef } from 'preact/hooks';
 import { ask, store } from './app';
 import { kFingers } from './mapping';
@@ -78,14 +78,14 @@ function Names() {
 
 export function Record() {
   const { recording, device } = store.state;
-  const isHeard = !['none', 'gone', 'listening'].includes(device.status);
+  const isConnected = !['none', 'gone', 'listening'].includes(device.status);
   return (
     <Panel id="record" name="Record">
       <Button
         test="record"
         kind={`primary record ${recording ? 'on' : ''}`}
         act={() => ask(store.state.recording ? 'record.stop' : 'record.start')}
-        disabled={!recording && !isHeard}
+        disabled={!recording && !isConnected}
       >
         <span class="record-dot" aria-hidden="true" />
         <span>{recording ? `Stop ${time(recording.seconds)}` : 'Start recording'}</span>
@@ -115,7 +115,7 @@ export function Model() {
 }
 
 function Models() {
-  const tell = useAsk();
+  const request = useAsk();
   const { model, models } = store.state;
   const known = model && !models.some((m) => m.path === model.path) ? [model, ...models] : models;
   const isTwice = (wanted: string): boolean => known.filter(({ name }) => name === wanted).length > 1;
@@ -126,7 +126,7 @@ function Models() {
       data-testid="model"
       ref={select}
       value={document.activeElement === select.current ? undefined : (model?.path ?? '')}
-      onChange={({ currentTarget }) => void tell('model.choose', { path: currentTarget.value || null })}
+      onChange={({ currentTarget }) => void request('model.choose', { path: currentTarget.value || null })}
     >
       <option value="">No model: readings as they are</option>
       <Options of={known.map(({ path, name }) => [path, isTwice(name) ? `${name} (${path})` : name])} />
@@ -137,37 +137,37 @@ function Models() {
 const kMotion = 'Open and close every finger for ten seconds. Nothing changes before you accept.';
 const kPutOn = `Glove put on again? ${kMotion}`;
 const kSlipped = `The glove has slipped: it reads otherwise than when it was calibrated. ${kMotion}`;
-const kAnewColumns = ['Finger', 'Off by', 'Verdict'];
+const kRedonningColumns = ['Finger', 'Off by', 'Verdict'];
 
-export function Anew() {
-  const { anew, model, next } = store.state;
-  const { seconds, of_seconds: of, fingers } = anew ?? { seconds: 0, of_seconds: 10, fingers: [] };
+export function Redonning() {
+  const { redonning, model, next } = store.state;
+  const { seconds, of_seconds: of, fingers } = redonning ?? { seconds: 0, of_seconds: 10, fingers: [] };
   const isDone = fingers.length > 0;
   const isRunning = !isDone && seconds > 0 && seconds < of;
   const isSlipped = next.kind === 'slipped';
   const control = (label: string, word: string, kind: string, disabled = false) => (
-    <Button test={`anew-${word}`} kind={kind} act={() => ask(`anew.${word}`)} disabled={disabled}>
+    <Button test={`redonning-${word}`} kind={kind} act={() => ask(`redonning.${word}`)} disabled={disabled}>
       {label}
     </Button>
   );
   return (
-    <Panel id="anew" name="Put on anew" kind={isSlipped ? 'offered' : ''}>
+    <Panel id="redonning" name="Put on again" kind={isSlipped ? 'offered' : ''}>
       <Note text={!isRunning && !isDone && (isSlipped ? kSlipped : kPutOn)} />
       {!isDone && control('Ten seconds of motion', 'start', isSlipped ? 'primary' : '', !model || isRunning)}
       <progress
         max={of}
         value={Math.min(of, seconds)}
         aria-label="Seconds of motion"
-        data-testid="anew-progress"
+        data-testid="redonning-progress"
         hidden={!isRunning}
       />
       <Note kind="facts" text={isRunning && `Keep moving: ${number(seconds)} of ${number(of)} s`} />
       {isDone && (
-        <Table test="anew-table" caption="How far off, degrees, by the new calibration" columns={kAnewColumns}>
+        <Table test="redonning-table" caption="How far off, degrees, by the new calibration" columns={kRedonningColumns}>
           {fingers.map(({ name, before_deg, after_deg, verdict }) => {
             const error = after_deg === null ? '' : `± ${degrees(after_deg, 1)}`;
             return (
-              <tr key={name} data-testid={`anew-${name}`}>
+              <tr key={name} data-testid={`redonning-${name}`}>
                 <th scope="row">{title(name)}</th>
                 <td>{before_deg === null ? 'not known' : `${degrees(before_deg, 1)} ${error}`}</td>
                 <td class="wrap">{verdict}</td>
@@ -188,11 +188,11 @@ export function Anew() {
 }
 
 function Tracking() {
-  const tell = useAsk();
+  const request = useAsk();
   const { tracking, tracking_remark: why } = store.state;
   return (
     <div>
-      <Switch test="tracking" on={tracking} disabled={!!why} turn={(on) => void tell('tracking.set', { on })}>
+      <Switch test="tracking" on={tracking} disabled={!!why} turn={(on) => void request('tracking.set', { on })}>
         Follow slow changes while worn
       </Switch>
       <Note text={refusalWords(why)} />

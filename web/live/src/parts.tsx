@@ -6,14 +6,14 @@ import { kShapes } from './colours';
 import type { Quality } from './state';
 import { title } from './text';
 
-type Say = (error: string | null) => void;
-const Line = createContext<Say>(() => {});
+type Report = (error: string | null) => void;
+const Line = createContext<Report>(() => {});
 
 // Controls with one line under them on what went wrong.
 export function Controls({ id, children }: { id: string; children: ComponentChildren }) {
-  const [wrong, say] = useState<string | null>(null);
+  const [wrong, report] = useState<string | null>(null);
   return (
-    <Line.Provider value={say}>
+    <Line.Provider value={report}>
       {children}
       <Wrong id={id} text={wrong} />
     </Line.Provider>
@@ -28,7 +28,7 @@ export function Wrong({ id, text }: { id: string; text: string | null }) {
   );
 }
 
-// A line that is there while it says something.
+// A line that is there while it has text.
 export function Note({ kind = 'muted', text }: { kind?: string; text: string | false | null }) {
   return (
     <p class={kind} hidden={!text}>
@@ -39,8 +39,8 @@ export function Note({ kind = 'muted', text }: { kind?: string; text: string | f
 
 // Asks the program for something; what went wrong stands in the line of the controls.
 export function useAsk(): (what: string, parts?: Record<string, unknown>) => Promise<void> {
-  const say = useContext(Line);
-  return async (what, parts) => say(await ask(what, parts));
+  const report = useContext(Line);
+  return async (what, parts) => report(await ask(what, parts));
 }
 
 // What a range is dragged to until the program has it. `take` gets it at each move, or only once it is let go.
@@ -75,14 +75,14 @@ interface ButtonOptions {
 // It waits while it waits, and what went wrong stands in its line.
 export function Button({ test, act, kind = '', label, pressed, disabled = false, hidden, children }: ButtonOptions) {
   const [busy, setBusy] = useState(false);
-  const say = useContext(Line);
+  const report = useContext(Line);
   const click = async (): Promise<void> => {
     if (busy) return;
     const answer = act();
     if (!answer) return;
     setBusy(true);
-    say(null);
-    say(await answer);
+    report(null);
+    report(await answer);
     setBusy(false);
   };
   return (

@@ -25,7 +25,7 @@ export function axis(extra: Partial<uPlot.Axis> = {}): uPlot.Axis {
   };
 }
 
-// A plot that fills the width of its place. It is made anew where `of` is another, or the scheme, from which it takes its colours.
+// A plot that fills the width of its place. It is made again where `of` is another, or the scheme, from which it takes its colours.
 export function usePlot(
   of: string,
   height: number,

@@ -59,8 +59,8 @@ export function Result({ calibration: { step, result, reference } }: { calibrati
 }
 
 function Plotted({ names, finger }: { names: string[]; finger: string | undefined }) {
-  const tell = useAsk();
-  const pick = (name: string): void => void tell('calibrate.plot', { finger: name });
+  const request = useAsk();
+  const pick = (name: string): void => void request('calibrate.plot', { finger: name });
   return <Segmented name="Finger in the plot" test="plot" values={names} pressed={finger} pick={pick} />;
 }
 

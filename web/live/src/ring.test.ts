@@ -30,7 +30,7 @@ describe('Ring', () => {
     expect(ring.rows).toBe(500);
   });
 
-  it('starts anew when time goes back', () => {
+  it('starts again when time goes back', () => {
     const ring = filled(10, 1);
     ring.push(0.5, new Float32Array([5]), 0);
     expect(ring.rows).toBe(1);

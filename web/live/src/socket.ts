@@ -1,4 +1,4 @@
-// The one connection to the program. It says when it is lost, and tries again until it is there.
+// The one connection to the program. It reports when it is lost, and tries again until it is there.
 import type { State } from './state';
 import { refusalWords } from './words';
 import { decode, type Picture, type Samples } from './wire';
@@ -25,7 +25,7 @@ export class Socket {
   // `address` is beside the page's own.
   constructor(
     private readonly address: string,
-    private readonly heard: (message: Message) => void,
+    private readonly received: (message: Message) => void,
     private readonly connected: (yes: boolean) => void,
   ) {
     this.open();
@@ -71,7 +71,7 @@ export class Socket {
   private receive(data: string | ArrayBuffer): void {
     const message = typeof data === 'string' ? JSON.parse(data) : decode(data);
     if (typeof message?.id === 'number') this.answer(message.id, message.error ? refusalWords(message.error, message) : null);
-    else if (message) this.heard(message);
+    else if (message) this.received(message);
   }
 
   private answer(id: number, error: string | null): void {

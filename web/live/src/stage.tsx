@@ -16,7 +16,7 @@ export function Stage() {
   const { state } = store;
   const [message, setMessage] = useState<string | null>('Drawing the hand …');
   const [scene, setScene] = useState<HandScene | null>(null);
-  const [chosen, choose] = useState<Side | null>(null); // by the switch, until the model says another
+  const [chosen, choose] = useState<Side | null>(null); // by the switch, until the model has another
   const [view, setView] = useState<View>('palm');
   const canvas = useRef<HTMLCanvasElement>(null);
   const isAsked = useRef(false);

@@ -30,7 +30,7 @@ const kReferences: Choice<Reference>[] = [
     name: 'A webcam without marks',
     text: kHasMarkerless
       ? 'Convenient, not exact. Seen from the side: off by about 14 degrees at the knuckles and 13 at the middle joints. Seen otherwise: 20 and more. Marks are the better reference.'
-      : 'This page carries no model for it: the Python wheel leaves it out, and a build of the sources has it or says why not.',
+      : 'This page carries no model for it: the Python wheel leaves it out, and a build of the sources has it or states why not.',
     disabled: !kHasMarkerless,
   },
   {

@@ -1,4 +1,4 @@
-// What the server says, as apps/live/SOCKET.md has it. A value that is not known is null.
+// What the server sends, as apps/live/SOCKET.md has it. A value that is not known is null.
 
 export type Quality = 'good' | 'fair' | 'poor' | 'none';
 export type Side = 'left' | 'right';
@@ -113,7 +113,7 @@ export interface State {
   calibration: Calibration | null;
   tracking: boolean;
   tracking_remark: string;
-  anew: {
+  redonning: {
     seconds: number;
     of_seconds: number;
     fingers: { name: string; before_deg: Maybe; after_deg: Maybe; verdict: string }[];

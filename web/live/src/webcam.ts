@@ -25,7 +25,7 @@ export class Webcam {
   private readonly canvas = document.createElement('canvas');
 
   constructor(private readonly send: (message: ArrayBuffer) => void) {
-    // Where the browser tells of no frames (a page that is not looked at), a picture now and then is better than none.
+    // Where the browser reports no frames (a page that is not looked at), a picture now and then is better than none.
     window.setInterval(() => {
       if (performance.now() - this.lastFrame_ms > 300) this.take(performance.now());
     }, kLeastBetween_ms);

@@ -5,7 +5,7 @@ import { askWords, missingWords, nextWords, refusalWords } from './words';
 const calibration = (parts: Partial<Calibration>) => ({ reference: 'marks', result: null, ...parts }) as Calibration;
 
 describe('words', () => {
-  it('have a sentence for each kind, with what there is to say of it', () => {
+  it('have a sentence for each kind, with its details', () => {
     const state = {} as State;
     expect(nextWords({ kind: 'look_at', finger: 'index', why: 'no reading' }, state)).toBe('Look at index: no reading.');
     expect(nextWords({ kind: 'take', misfits: 'ring' }, state)).toContain('Does not fit: ring');

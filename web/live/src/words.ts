@@ -1,4 +1,4 @@
-// What the page says of what the program sends as kinds (SOCKET.md).
+// The sentence of each kind that the program sends (SOCKET.md).
 import { number, title } from './text';
 import type { Calibration, Next, State } from './state';
 
@@ -8,22 +8,22 @@ const kNext: Record<string, string> = {
   bend: 'Open your hand, make a fist, open it: again and again, all fingers from end to end.',
   fits: 'The glove is fitted to how it lies now.',
   keep: 'Nothing is changed, the old calibration stays: {why}{misfits}',
-  as_it_was: 'The glove lies about as it did: the new calibration changes less than it is sure of.{misfits}',
+  unchanged: 'The glove lies about as it did: the new calibration changes less than it is sure of.{misfits}',
   take: 'Take the new calibration, or keep the old one.{misfits}',
   listening: 'Listening to the port.',
   replay: 'A recording is played again: Look has its time line.',
-  misunderstood: 'No glove is heard: {why}',
+  misunderstood: 'No glove is found: {why}',
   plug_in: 'Plug in the glove, and choose its port.',
   wait: 'Waiting for the glove’s first reading.',
   compensated:
-    'The glove sends its own angles, and no readings of its strips: what you see and record is what it sends. A calibration needs readings: flash the firmware of flexor deploy for them.',
+    'The glove sends its own angles, and no readings of its sensors: what you see and record is what it sends. A calibration needs readings: flash the firmware of flexor deploy for them.',
   move: 'Move your fingers: no reading has changed yet.',
-  name: 'No column is called like a finger: say which is which.',
+  name: 'No column is called like a finger: choose which is which.',
   calibrate: 'The glove moves. Calibrate it: three minutes with a camera, or one without.',
   model_misfit: 'The model that was chosen is not worn: {why}',
   look_at: 'Look at {finger}: {why}.',
-  slipped: 'The glove has slipped: put on anew, ten seconds.',
-  wear: 'Wear it. Put it on anew whenever it has been off.',
+  slipped: 'The glove has slipped: put on again, ten seconds.',
+  wear: 'Wear it. Do “Put on again” whenever it has been off.',
 };
 
 const kAsks: Record<string, string> = {
@@ -80,7 +80,7 @@ const kMissing: Record<string, string> = {
 
 const kRefused: Record<string, string> = {
   job_runs: '{job} runs: wait for it, or cancel it',
-  anew_runs: 'ten seconds of a glove that was put on anew are recorded: wait for them',
+  redonning_runs: 'ten seconds of a glove that was put on again are recorded: wait for them',
   calibration_is_open: 'a calibration is open, perhaps in another tab: go on with it, or cancel it',
   no_calibration: 'no calibration is open: start one',
   motion_runs: 'a calibration records its motion: finish it first',
@@ -88,9 +88,9 @@ const kRefused: Record<string, string> = {
   recording_runs: 'a recording runs: stop it first',
   no_replay: 'nothing is replayed',
   replay_is_open: 'a recording is played again: leave it first',
-  no_glove: 'no glove is heard yet: plug it in',
+  no_glove: 'no glove is found yet: plug it in',
   glove_gone: 'the glove has gone: plug it in again',
-  another_glove: 'another glove was plugged in: what the one before said is kept',
+  another_glove: 'another glove was plugged in: what the one before sent is kept',
   hand_unseen: 'the camera does not see the hand yet',
   poses_too_short: '{seconds} s so far, {least_s} s are the least: go on with the poses',
   motion_too_short: '{seconds} s so far, {least_s} s are the least: keep moving',
@@ -108,9 +108,9 @@ const kRefused: Record<string, string> = {
     'this glove sends the angles that it makes and no readings, which a calibration needs: flash it with the firmware of flexor deploy',
   no_model: 'no model is worn: calibrate first, or choose one',
   model_misfit: 'the model that was chosen is not worn: {why}',
-  not_tracked: 'this model cannot be tracked: identify it anew',
-  no_anew: 'nothing was put on anew',
-  anew_waits: 'put on anew waits for an answer: take its calibration, or keep the old one',
+  not_tracked: 'this model cannot be tracked: identify it again',
+  no_redonning: 'no glove was put on again',
+  redonning_waits: 'the new calibration waits for an answer: take it, or keep the old one',
   nothing_to_accept: 'there is no new calibration to accept yet',
   no_twin: 'no twin wears the glove: start flexor live --demo',
   twin_wears: 'the twin wears the glove: start flexor live without --demo for a real one',

@@ -33,36 +33,36 @@ identify::Recalibration answer(const model::Model& model) {
   return out;
 }
 
-std::string verdict(const AnewResult& result, std::size_t finger) {
+std::string verdict(const RedonningResult& result, std::size_t finger) {
   return result.fingers.at(finger).at("verdict").get<std::string>();
 }
 
-TEST(AnewStep, EachEventInEachStep) {
-  using enum AnewStep;
-  const std::vector<std::pair<AnewEvent, std::vector<AnewStep>>> rows = {
-      {AnewEvent::starts, {motion, motion, fits, answer}},
-      {AnewEvent::moved, {none, fits, fits, answer}},
-      {AnewEvent::fitted, {none, motion, answer, answer}},
-      {AnewEvent::ends, {none, none, none, none}}};
+TEST(RedonningStep, EachEventInEachStep) {
+  using enum RedonningStep;
+  const std::vector<std::pair<RedonningEvent, std::vector<RedonningStep>>> rows = {
+      {RedonningEvent::starts, {motion, motion, fits, answer}},
+      {RedonningEvent::moved, {none, fits, fits, answer}},
+      {RedonningEvent::fitted, {none, motion, answer, answer}},
+      {RedonningEvent::ends, {none, none, none, none}}};
   for (const auto& [event, next] : rows) {
-    for (const AnewStep step : {none, motion, fits, answer})
+    for (const RedonningStep step : {none, motion, fits, answer})
       EXPECT_EQ(after(step, event), next[static_cast<std::size_t>(step)]);
   }
 }
 
-TEST(Anew, SaysOfEachFingerWhatCameOfItsOwnSensor) {
+TEST(Redonning, GivesEachFingerTheVerdictOnItsOwnSensor) {
   const model::Model model = five();
-  identify::Recalibration said = answer(model);
+  identify::Recalibration report = answer(model);
   const auto keep = [&](std::size_t i, const std::string& why) {
-    said.sensors[i].applied = false;
-    said.sensors[i].kept = why;
+    report.sensors[i].applied = false;
+    report.sensors[i].kept = why;
   };
   keep(1, "index_count: it stands still at 470");
-  said.misfits.push_back(said.sensors[1].kept);
+  report.misfits.push_back(report.sensors[1].kept);
   keep(2, "middle_count: open and close it once more");
-  said.wanted.push_back(said.sensors[2].kept);
+  report.wanted.push_back(report.sensors[2].kept);
   keep(3, "ring_count: it reads as it did where the model was made");
-  const AnewResult result = anew_result(model, identify::to_json(said));
+  const RedonningResult result = result_of(model, identify::to_json(report));
   EXPECT_TRUE(result.applied);
   EXPECT_TRUE(result.is_off);
   EXPECT_EQ(result.fingers.at(0).at("name"), "thumb");
@@ -79,11 +79,11 @@ TEST(Anew, SaysOfEachFingerWhatCameOfItsOwnSensor) {
   EXPECT_EQ(result.wanted, "middle_count: open and close it once more");
 }
 
-TEST(Anew, AnErrorThatIsNotKnownIsNull) {
+TEST(Redonning, AnErrorThatIsNotKnownIsNull) {
   const model::Model model = five();
-  Json said = identify::to_json(answer(model));
-  said["se_deg"]["thumb"] = nullptr;
-  EXPECT_TRUE(anew_result(model, said).fingers.at(0).at("after_deg").is_null());
+  Json report = identify::to_json(answer(model));
+  report["se_deg"]["thumb"] = nullptr;
+  EXPECT_TRUE(result_of(model, report).fingers.at(0).at("after_deg").is_null());
 }
 
 }  // namespace

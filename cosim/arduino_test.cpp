@@ -174,12 +174,12 @@ TEST_F(Arduino, OnASimulatedUnoItSendsTheHostsAnglesToTheBit) {
   std::size_t readings = 0;
   const auto hear_readings = [&] {
     std::uint16_t time_ms = 0;
-    std::array<std::uint16_t, deploy::kFingers> said{};
-    link::get_readings(receiver.packet().body(), deploy::kFingers, time_ms, said.data());
+    std::array<std::uint16_t, deploy::kFingers> sent{};
+    link::get_readings(receiver.packet().body(), deploy::kFingers, time_ms, sent.data());
     const std::size_t k = time_ms / 100U - 1U;
     if (k >= counts.size()) return;
     ++readings;
-    EXPECT_TRUE(std::ranges::equal(said, counts[k])) << "sample " << k;
+    EXPECT_TRUE(std::ranges::equal(sent, counts[k])) << "sample " << k;
   };
   board.on_byte = [&](Cycles, std::uint8_t byte) {
     link::Received result = receiver.push(byte);

@@ -23,8 +23,8 @@ constexpr std::int64_t kBenchSettled_ms = -300;  // as CoSimulation before a tri
 constexpr std::int64_t kStill_ms = 2000;         // as a trial before its t = 0
 constexpr double kAround_s = 4.5;                // to a gesture's beginning, and at rest there; about
 constexpr int kInTouch_ms = 1000;
-constexpr int kRestart_ms = 4000;        // through a bootloader that is spoken to
-constexpr std::size_t kMostSaid = 4096;  // that a PC has not read
+constexpr int kRestart_ms = 4000;          // through a bootloader that is in use
+constexpr std::size_t kMostUnread = 4096;  // that a PC has not read
 
 fs::path point(const fs::path& link, const std::string& terminal) {
   std::error_code error;
@@ -62,8 +62,8 @@ void Bench::connect() {
     return wearer_.angle(finger, t_ms);
   };
   simulation_.on_air = [this](Cycles, std::uint8_t byte) {  // the glove's UART has begun to send it
-    if (port_.is_open() && is_heard_ && said_.size() < kMostSaid)
-      said_ += static_cast<char>(port_.on_the_wire(byte, simulation_.glove().baud()));
+    if (port_.is_open() && pc_listens_ && unread_.size() < kMostUnread)
+      unread_ += static_cast<char>(port_.on_the_wire(byte, simulation_.glove().baud()));
   };
   simulation_.on_glove_air = [this](Cycles end, std::uint8_t byte) {
     if (program_runs_) radio_.push_back({end, byte});
@@ -73,10 +73,10 @@ void Bench::connect() {
     if (marker == static_cast<std::uint8_t>(firmware::Marker::sampled)) sampled_ = cycle;
   };
   simulation_.glove().on_bite = [this](Cycles) { program_runs_ = false; };
-  simulation_.on_strip = [this](std::int64_t, int finger, int counts) {
+  simulation_.on_reading = [this](std::int64_t, int finger, int counts) {
     if (worn_.noise_counts != 0)
       counts += static_cast<int>(std::lround(worn_.noise_counts * noise_.normal()));
-    // Nothing is read of what a strip has after the converter's end.
+    // Nothing is read of what a sensor has after the converter's end.
     return counts_[static_cast<std::size_t>(finger)] = std::clamp(counts, 0, twin::kAdcTop);
   };
 }
@@ -112,7 +112,7 @@ study::BenchView Bench::advance(const study::BenchChange& c) {
 
 void Bench::step() {
   drifted_deg_ += worn_.drift_deg_per_min / 60000;
-  for (int i = 0; i < twin::kFingers; ++i) simulation_.world().shift_strip(i, worn_.slip_deg + drifted_deg_);
+  for (int i = 0; i < twin::kFingers; ++i) simulation_.world().shift_sensor(i, worn_.slip_deg + drifted_deg_);
   feed_glove();
   simulation_.glove_has_radio = program_runs_;
   simulation_.step();
@@ -123,13 +123,13 @@ void Bench::look_at_port() {
     simulation_.glove().reset();
     program_runs_ = false;
     typed_.clear();
-    said_.clear();
+    unread_.clear();
     radio_.clear();
   }
   const double baud = simulation_.glove().baud();
   if (typed_.empty()) typed_until_ = std::max(typed_until_, simulation_.glove().now());
   for (const std::uint8_t byte : port_.read()) typed_.push_back(port_.on_the_wire(byte, baud));
-  said_.erase(0, port_.write(said_));
+  unread_.erase(0, port_.write(unread_));
 }
 
 // What is complete at the glove's pin in the next millisecond, in order.
@@ -144,14 +144,14 @@ void Bench::feed_glove() {
   };
   while (true) {
     const Cycles typed = typed_.empty() ? end + 1 : typed_until_ + byte_cycles;
-    const Cycles heard = radio_.empty() ? end + 1 : radio_.front().end;
-    if (std::min(typed, heard) > end) return;
-    if (typed <= heard) {
+    const Cycles received = radio_.empty() ? end + 1 : radio_.front().end;
+    if (std::min(typed, received) > end) return;
+    if (typed <= received) {
       typed_until_ = typed;
       next(typed, typed_.front());
       typed_.pop_front();
     } else {
-      next(heard, radio_.front().byte);
+      next(received, radio_.front().byte);
       radio_.pop_front();
     }
   }
@@ -189,10 +189,10 @@ double Bench::score_one(int gesture, const std::function<void()>& each) {
 }
 
 std::vector<double> Bench::score(const std::vector<int>& gestures, const io::JobProgress& progress) {
-  // Out of real time: nobody hears the glove, and what was said to it is forgotten.
-  is_heard_ = false;
-  const std::shared_ptr<void> heard(nullptr, [this, motion = motion_](void*) {
-    is_heard_ = true;
+  // Out of real time: nobody listens to the glove, and what was sent to it is forgotten.
+  pc_listens_ = false;
+  const std::shared_ptr<void> listens_again(nullptr, [this, motion = motion_](void*) {
+    pc_listens_ = true;
     (void)port_.read();
     due_ = Clock::now();
     play(motion);

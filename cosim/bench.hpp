@@ -1,7 +1,7 @@
 // Both boards in the twin's world for as long as one likes, in step with real time, and the glove's USB on a
-// pseudo-terminal (host/study/bench.hpp says what for).
+// pseudo-terminal (host/study/bench.hpp has its purpose).
 //
-// The glove has one UART, as on the real board: what it says goes to the PC and to the radio, what comes from either comes
+// The glove has one UART, as on the real board: what it sends goes to the PC and to the radio, what comes from either comes
 // to the same pin, and of two bytes at the same time one is lost. While its bootloader runs the radio does not reach
 // that pin: docs/pairing.md has it unplugged for that. Opening the port resets the glove.
 #pragma once
@@ -68,14 +68,14 @@ class Bench {
 
   UsbPort port_;
   std::optional<io::Temporary> link_;
-  bool program_runs_ = false;       // not the bootloader
-  Cycles sampled_ = 0;              // the glove, last
-  bool is_heard_ = true;            // by the PC
+  bool program_runs_ = false;  // not the bootloader
+  Cycles sampled_ = 0;         // the glove, last
+  bool pc_listens_ = true;
   std::deque<std::uint8_t> typed_;  // by the PC, not yet on the wire
   Cycles typed_until_ = 0;
   std::deque<Coming> radio_;
   Cycles line_busy_until_ = 0;  // the glove's RX
-  std::string said_;            // to the PC
+  std::string unread_;          // to the PC
   Clock::time_point due_;
 };
 

@@ -54,10 +54,10 @@ TEST_F(Bench, RecordSeesReadingsThatFollowTheFingersAndTheHandGoesOn) {
   std::jthread worn([&](const std::stop_token& stop) {
     while (!stop.stop_requested()) views.push_back(bench.advance({}));
   });
-  const nlohmann::json said =
+  const nlohmann::json report =
       json_of({"record", file("log.csv"), "--port", bench.port(), "--readings", "--for", "6"});
   worn = {};
-  EXPECT_EQ(said.at("torn"), 0);
+  EXPECT_EQ(report.at("torn"), 0);
   const recording::Recording log = recording::read_csv(file("log.csv"), {"thumb_count", "index_count"});
   EXPECT_GT(log.t_s.size(), 45U) << "10 Hz";
   std::map<std::pair<int, int>, double> finger_deg;

@@ -57,7 +57,7 @@ class Board {
   // The byte is complete on the RX pin at `end`; calls come in order.
   void receive(Cycles end, std::uint8_t byte);
 
-  // Beside the program, at the flash's end: where a reset goes from now on, as fuse BOOTRST says. The board starts anew.
+  // Beside the program, at the flash's end: where a reset goes from now on, as by fuse BOOTRST. The board starts again.
   void put_bootloader(const deploy::FlashContent& bootloader);
   // The reset pin, as the capacitor at DTR pulls it.
   void reset();
@@ -72,7 +72,7 @@ class Board {
 
   // -1 .. 1: share of full voltage on motor 0 .. 4 of the hand, by PWM, direction and enable pin.
   double duty(int motor) const;
-  // The motor's driver gives this share whatever its PWM and direction say; its enable input works on.
+  // The motor's driver gives this share whatever its PWM and direction are; its enable input works on.
   void stick(int motor, double share) { stuck_[motor] = share; }
 
   std::uint8_t read(std::uint16_t address) const;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int64_t kSettled_ms = -300;  // by then the hand is where its first commands sent it
 constexpr double kBoot_ms = 1;              // the glove's, until its sample timer starts
-constexpr int kStrips = twin::kFingers;
+constexpr int kSensors = twin::kFingers;
 
 bool is(std::uint8_t marker, firmware::Marker which) { return marker == static_cast<std::uint8_t>(which); }
 
@@ -37,12 +37,12 @@ CoSimulation::CoSimulation(const Images& images, const twin::TrialInput& input, 
   const double start_ms = phase_ms - period_ms * std::floor(phase_ms / period_ms);
   glove_.power_off(static_cast<Cycles>(start_ms * kCyclesPerMs) + 1);
   glove_.on_sample = [this](Cycles cycle, int pin) {
-    const auto& strip = input_.parameters.pins.strip;
-    const auto channel = static_cast<int>(std::ranges::find(strip, pin) - strip.begin());
-    if (channel >= kStrips) return 0;
+    const auto& pins = input_.parameters.pins.strip;
+    const auto channel = static_cast<int>(std::ranges::find(pins, pin) - pins.begin());
+    if (channel >= kSensors) return 0;
     const auto now_ms = static_cast<std::int64_t>(time_ms(cycle));
     const int counts = world_.glove_counts(channel, time_ms(cycle) / 1000);
-    return on_strip ? on_strip(now_ms, channel, counts) : counts;
+    return on_reading ? on_reading(now_ms, channel, counts) : counts;
   };
   glove_.on_byte = [this](Cycles cycle, std::uint8_t byte) {
     if (on_air) on_air(cycle, byte);

@@ -43,8 +43,8 @@ class CoSimulation {
   std::function<void(Cycles, std::uint8_t byte)> on_air;  // what the glove sends, before the radio's faults
   std::function<void(Cycles end, std::uint8_t byte)> on_arrival;  // and what arrives of it
   std::function<void(Cycles, std::uint8_t byte)> on_answer;       // what the hand sends
-  // Overrides a strip's reading: counts of finger at a time.
-  std::function<int(std::int64_t now_ms, int finger, int counts)> on_strip;
+  // Overrides a sensor's reading: counts of finger at a time.
+  std::function<int(std::int64_t now_ms, int finger, int counts)> on_reading;
 
   // Likewise a potentiometer's.
   std::function<int(std::int64_t now_ms, int finger, int counts)> on_potentiometer;
@@ -66,7 +66,7 @@ class CoSimulation {
   twin::World& world() { return world_; }
   HandStatus hand_status() const;  // set-points: of the last tick
   link::LinkStatistics link_statistics() const;
-  // What the glove's image is asked or told, one byte-time apart, from now on.
+  // Puts bytes on the glove's RX pin, one byte-time apart, from now on.
   void inject_to_glove(const std::vector<std::uint8_t>& bytes);
   // Puts bytes on the hand's RX pin, one byte-time apart, from now on.
   void inject(const std::vector<std::uint8_t>& bytes);
@@ -99,7 +99,7 @@ class CoSimulation {
     Cycles end = 0;
   };
   std::array<Burst, 2> air_;   // the newest of either end
-  Cycles collided_until_ = 0;  // the modules send or listen: where both send, neither is heard
+  Cycles collided_until_ = 0;  // the modules send or listen: where both send, neither is received
   HandStatus ticked_{};
   Cycles injected_until_ = 0;
   int sent_ = 0;

@@ -107,17 +107,17 @@ double apart_deg(const Path& path, double from_s, double to_s) {
   return out;
 }
 
-constexpr double kSame_deg = 6;  // noise of the strips, and samples at other instants of a movement
+constexpr double kSame_deg = 6;  // noise of the sensors, and samples at other instants of a movement
 
-// A glove that started anew samples at other instants: up to a period at the gesture's speed on top.
+// A glove that started again samples at other instants: up to a period at the gesture's speed on top.
 constexpr double kOtherPhase_deg = kSame_deg + 83 * 0.05;
 
-// A hand that started anew, or heard other frames, probes fingers that move alike at other instants: 1.5 degrees to either side.
+// A hand that started again, or received other frames, probes fingers that move alike at other instants: 1.5 degrees to either side.
 constexpr double kProbes_deg = 3;
 constexpr double kOtherProbe_deg = kOtherPhase_deg + kProbes_deg;
 
 // And leaves out other frames for the hand: a period more. Of the 50 ms a frame takes 24 bytes x 10 / 9600 baud = 25, and
-// the modules 2 to 3; what the hand says takes 25 bytes, 26 ms, 2 to 3 in the modules and 1 or 2 until its tick: 56 to 59.
+// the modules 2 to 3; what the hand sends takes 25 bytes, 26 ms, 2 to 3 in the modules and 1 or 2 until its tick: 56 to 59.
 constexpr double kLeftOut_deg = 83 * 0.05;
 
 // Good again at good_s: within a second the hand is where it would be anyway.
@@ -162,27 +162,27 @@ TEST(Fault, AnOutageOfTwoSecondsEndsAtRestAndWithoutAJump) {
   expect_recovery(path, 3, kOtherPhase_deg);
 }
 
-TEST(Fault, AStripIsToldThatIsUnpluggedOrShortedWhoseFingerRestsOrStuckWhoseFingerStays) {
+TEST(Fault, ASensorIsReportedThatIsUnpluggedOrShortedWhoseFingerRestsOrStuckWhoseFingerStays) {
   for (const auto& [counts, expected, after_ms] : {std::tuple{1023, 1, 100}, {0, 2, 100}, {700, 3, 2000}}) {
     const int ends_ms = 500 + after_ms + 2000;
     Watched w;
-    w.simulation.on_strip = [&, value = counts](std::int64_t now, int finger, int reading) {
+    w.simulation.on_reading = [&, value = counts](std::int64_t now, int finger, int reading) {
       return finger == 1 && now >= 500 && now < ends_ms ? value : reading;
     };
-    // What the glove says of its sensors.
+    // What the glove reports of its sensors.
     const deploy::Key key = study::bench_key();
     RadioEar ear(key);
-    int heard_ms = -1;
-    w.simulation.on_answer = [&](Cycles, std::uint8_t byte) { ear.hand_said(byte); };
+    int received_ms = -1;
+    w.simulation.on_answer = [&](Cycles, std::uint8_t byte) { ear.hand_sent(byte); };
     w.simulation.on_air = [&, status = expected](Cycles cycle, std::uint8_t byte) {
-      if (ear.glove_said(byte) != link::Received::frame) return;
+      if (ear.glove_sent(byte) != link::Received::frame) return;
       const auto now = static_cast<int>(CoSimulation::time_ms(cycle));
-      if (heard_ms < 0 && now > 500 && static_cast<int>(ear.receiver().frame().status[1]) == status)
-        heard_ms = now;
+      if (received_ms < 0 && now > 500 && static_cast<int>(ear.receiver().frame().status[1]) == status)
+        received_ms = now;
     };
     const Path path = w.run();
-    EXPECT_GE(heard_ms, 500 + after_ms - 100) << "a sample period, and one that began before";
-    EXPECT_LE(heard_ms, 500 + after_ms + 75) << "a sample period and the frame's way";
+    EXPECT_GE(received_ms, 500 + after_ms - 100) << "a sample period, and one that began before";
+    EXPECT_LE(received_ms, 500 + after_ms + 75) << "a sample period and the frame's way";
     const auto at = static_cast<std::size_t>(ends_ms - 100);
     EXPECT_NEAR(path[at][1], expected == 3 ? path[at - 1900][1] : 29, 3);
     EXPECT_LT(std::abs(path[at][2] - undisturbed()[at][2]), kSame_deg) << "the other fingers go on";
@@ -263,8 +263,8 @@ double slowest_of_ordered_starts_s(double rate_hz, bool glove, int from_ms, int 
   });
 }
 
-// Two clocks that run alike must not begin together again and again: a hand that challenged every 200 ms never heard a
-// glove that said every 200 ms that it was there, if it had begun in the same moment.
+// Two clocks that run alike must not begin together again and again: a hand that challenged every 200 ms received nothing of a
+// glove that reported every 200 ms, if it had begun in the same moment.
 TEST(Freshness, NoInstantOfAStartKeepsTheBoardsApart) {
   for (const double rate_hz : {20., 100.}) {
     // Its hand holds the session that the glove has forgotten for an outage, and such a glove gives a turn every 0.2 s.
@@ -309,9 +309,9 @@ TEST(Freshness, NoRateKeepsTheBoardsApart) {
   EXPECT_LT(slowest_of_random_starts_s(20, 9600, 60, true), 2);
 }
 
-// Share of 12 seconds in which the hand follows, while somebody without the key says this to both boards every 60 ms: of several
+// Share of 12 seconds in which the hand follows, while somebody without the key sends this to both boards every 60 ms: of several
 // senders, as a single one is worth a tenth more or less with each millisecond that a board takes longer.
-double followed(const Images& own, const twin::TrialInput& input, const std::vector<std::uint8_t>& said) {
+double followed(const Images& own, const twin::TrialInput& input, const std::vector<std::uint8_t>& sent) {
   int followed_ms = 0;
   int all_ms = 0;
   for (unsigned seed = 1; seed <= 8; ++seed) {
@@ -323,8 +323,8 @@ double followed(const Images& own, const twin::TrialInput& input, const std::vec
       ++all_ms;
       followed_ms += simulation.hand_status().link == 1;
       if (now < next_ms) return;
-      simulation.inject(said);
-      simulation.inject_to_glove(said);
+      simulation.inject(sent);
+      simulation.inject_to_glove(sent);
       next_ms = now + 45 + static_cast<std::int64_t>(random() % 30);
     };
     (void)simulation.run();
@@ -355,8 +355,8 @@ TEST(Link, WhoHasNoKeyIsWorthLittleMoreThanRubbish) {
   lost.has_key = true;
   std::vector<std::uint8_t> state(link::State::kBytes);
   link::put_state(lost, state.data());
-  const auto follows = [&](const char* what, const std::vector<std::uint8_t>& said) {
-    const double out = followed(own, input, said);
+  const auto follows = [&](const char* what, const std::vector<std::uint8_t>& sent) {
+    const double out = followed(own, input, sent);
     std::printf("the hand follows for %.3f with %s\n", out, what);
     return out;
   };
@@ -370,7 +370,7 @@ TEST(Link, WhoHasNoKeyIsWorthLittleMoreThanRubbish) {
   EXPECT_GE(follows("turns", unguarded(link::Type::state, state, true)), 0.97 * long_rubbish);
 }
 
-// Once a second a byte that says that a model comes: no frame is left out for it.
+// Once a second a byte that announces a model: no frame is left out for it.
 TEST(Link, APieceThatIsNotBelievedGetsNoTurn) {
   const twin::TrialInput input = still_input(20, 9600, 6);
   const Images own = built_images(input);
@@ -386,8 +386,8 @@ TEST(Link, APieceThatIsNotBelievedGetsNoTurn) {
   EXPECT_LT(frames_hz, 20);
 }
 
-// Both directions in one air: what the hand says while the glove speaks is lost, and what the glove says too.
-TEST(Link, TheHandSpeaksOnlyWhileTheGloveListens) {
+// Both directions in one air: what the hand sends while the glove sends is lost, and the glove's too.
+TEST(Link, TheHandSendsOnlyWhileTheGloveListens) {
   for (const double rate_hz : {10., 20., 50., 100.}) {
     const twin::TrialInput input = published_input(rate_hz);
     const Images own = built_images(input);
@@ -481,7 +481,7 @@ TEST(CoSimulation, IsTheSameOnOneThreadAndOnTwo) {
   EXPECT_EQ(one.cell(0, 0).total_deg_s.ci95(), two.cell(0, 0).total_deg_s.ci95());
 }
 
-TEST(Latency, EveryStageIsWhatTheClocksSay) {
+TEST(Latency, EveryStageIsWhatTheClocksGive) {
   study::Boards boards(FLEXOR_COSIM);
   const auto mean = [](const std::vector<study::Latency>& edges, std::size_t stage) {
     double sum = 0;

@@ -1,5 +1,5 @@
 // `flexor flash` against bootloaders that run on simulated boards: what is in the flash afterwards, whether the image
-// starts, and what is said when something is in the way.
+// starts, and what is reported when something is in the way.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -105,34 +105,34 @@ TEST_F(Flash, AnotherChipIsNamedAndNotWritten) {
   const fs::path dump = folder_ / "flash";
   build_optiboot("atmega168", "0x3e00", "0x3ffe", other);
   UsbBoard board({.bootloader = other, .mcu = "atmega168", .flash = dump});
-  expect_says(flexor({"flash", image(), "--port", board.port()}), 1, "the chip there is 0x1e9406");
+  expect_message(flexor({"flash", image(), "--port", board.port()}), 1, "the chip there is 0x1e9406");
   board.finish();
   EXPECT_EQ(io::read_file(dump).substr(0, 0x3e00), std::string(0x3e00, '\xff'));
 }
 
 TEST_F(Flash, WhatDoesNotStayIsNoticed) {
   UsbBoard board({.bootloader = boot(), .frozen = true});
-  expect_says(flexor({"flash", image(), "--port", board.port()}), 1, "at addr 0x0000");
+  expect_message(flexor({"flash", image(), "--port", board.port()}), 1, "at addr 0x0000");
 }
 
-TEST_F(Flash, WithoutABootloaderBothRatesAreTriedAndTheCausesSaid) {
+TEST_F(Flash, WithoutABootloaderBothRatesAreTriedAndTheCausesReported) {
   const fs::path loop = folder_ / "loop.hex";
   std::vector<std::uint8_t> bytes(0x7e02, 0xff);
   bytes[0x7e00] = 0xff;  // rjmp .-2
   bytes[0x7e01] = 0xcf;
   io::write_file(loop, deploy::to_intel_hex({bytes, 0x7e00}));
   UsbBoard board({.bootloader = loop});
-  expect_says(flexor({"flash", image(), "--port", board.port()}), 1,
-              "no bootloader answers at 115200 and 57600 baud");
+  expect_message(flexor({"flash", image(), "--port", board.port()}), 1,
+                 "no bootloader answers at 115200 and 57600 baud");
 }
 
 TEST_F(Flash, APulledPlugEndsIt) {
   UsbBoard board({.bootloader = boot(), .unplugged_after = 3000});
-  expect_says(flexor({"flash", image(), "--port", board.port()}), 1,
-              "the bootloader is whole: check cable and supply, then the same once more");
+  expect_message(flexor({"flash", image(), "--port", board.port()}), 1,
+                 "the bootloader is whole: check cable and supply, then the same once more");
 }
 
-TEST_F(Flash, AnInterruptSaysWhatTheBoardHoldsAndASecondRunMends) {
+TEST_F(Flash, AnInterruptReportsWhatTheBoardHoldsAndASecondRunMends) {
   const fs::path dump = folder_ / "flash";
   UsbBoard board({.bootloader = boot(), .flash = dump});
   const std::string err = (folder_ / "err").string();
@@ -202,7 +202,7 @@ TEST_F(Pair, TwoBoardsGetANewKeyAndRunOn) {
   }
 }
 
-TEST_F(Pair, AHandThatFailsIsSaidWithTheCommandThatMends) {
+TEST_F(Pair, AHandThatFailsIsReportedWithTheCommandThatMends) {
   const fs::path file = folder_ / "pair.key";
   UsbBoard glove(board("glove"));
   {
@@ -210,8 +210,8 @@ TEST_F(Pair, AHandThatFailsIsSaidWithTheCommandThatMends) {
     frozen.frozen = true;
     UsbBoard hand(frozen);
     const Finished r = flexor({"pair", "--glove", glove.port(), "--hand", hand.port(), "--out", file});
-    expect_says(r, 1, "the glove has the new key, the hand may have either key, or none");
-    expect_says(r, 1, fmt::format("flexor pair --key {} --glove {} --hand ", file.string(), glove.port()));
+    expect_message(r, 1, "the glove has the new key, the hand may have either key, or none");
+    expect_message(r, 1, fmt::format("flexor pair --key {} --glove {} --hand ", file.string(), glove.port()));
   }
   UsbBoard hand(board("hand"));
   const Finished r = flexor({"pair", "--key", file, "--glove", glove.port(), "--hand", hand.port()});
@@ -225,8 +225,8 @@ TEST_F(Pair, WhatHoldsNoRecordStopsBeforeAnyKeyIsChanged) {
   const fs::path file = folder_ / "pair.key";
   UsbBoard glove(board("glove"));
   UsbBoard empty({.bootloader = boot()});
-  expect_says(flexor({"pair", "--glove", glove.port(), "--hand", empty.port(), "--out", file}), 1,
-              "holds no key record");
+  expect_message(flexor({"pair", "--glove", glove.port(), "--hand", empty.port(), "--out", file}), 1,
+                 "holds no key record");
   EXPECT_FALSE(fs::exists(file));
   glove.finish();
   expect_key(key_of("glove"), key_);
@@ -235,12 +235,12 @@ TEST_F(Pair, WhatHoldsNoRecordStopsBeforeAnyKeyIsChanged) {
 TEST_F(Pair, AKeyThatIsThereIsNeverReplaced) {
   const fs::path file = folder_ / "pair.key";
   deploy::write_key(file, key_);
-  expect_says(flexor({"pair", "--glove", "/dev/null", "--hand", "/dev/zero", "--out", file}), 2,
-              "is there already");
+  expect_message(flexor({"pair", "--glove", "/dev/null", "--hand", "/dev/zero", "--out", file}), 2,
+                 "is there already");
   expect_key(deploy::load_key(file), key_);
 }
 
-TEST_F(Pair, WhatChangedInADeploymentIsSentAndTheBoardSaysWhatItHolds) {
+TEST_F(Pair, WhatChangedInADeploymentIsSentAndTheBoardReportsWhatItHolds) {
   deploy::Glove changed = published();
   changed.key = deploy::new_key();
   changed.output = deploy::Output::text;
@@ -263,8 +263,8 @@ TEST_F(Pair, WhatChangedInADeploymentIsSentAndTheBoardSaysWhatItHolds) {
 
 TEST_F(Pair, AHandsImageIsNotWrittenIntoAGlove) {
   UsbBoard glove(board("glove"));
-  expect_says(flexor({"flash", folder_ / "pair", "--board", "hand", "--port", glove.port()}), 2,
-              "is for a hand, and the board is a glove");
+  expect_message(flexor({"flash", folder_ / "pair", "--board", "hand", "--port", glove.port()}), 2,
+                 "is for a hand, and the board is a glove");
   glove.finish();
   expect_else_unchanged("glove");
 }
@@ -277,7 +277,7 @@ TEST_F(Pair, AnOldImageIsNamedWithTheCommandThatReplacesIt) {
   setup.program = folder_ / "old/glove.hex";
   UsbBoard glove(setup);
   const Finished r = flexor({"send", folder_ / "pair", "--board", "glove", "--port", glove.port()});
-  expect_says(r, 2, fmt::format("flexor flash {} --board glove", (folder_ / "pair").string()));
+  expect_message(r, 2, fmt::format("flexor flash {} --board glove", (folder_ / "pair").string()));
   glove.finish();
 }
 
@@ -325,11 +325,11 @@ TEST_F(SendThroughBootloader, TheBoardRunsTheNewModelAndThenTheNext) {
     glove.model = with_curves(published().model, scale);
     const fs::path model = folder_ / "model.json";
     model::save(glove.model, model);
-    const nlohmann::json said = json_of({"send", model, "--port", board.port()});
-    EXPECT_EQ(said.at("bootloader"), true);
-    EXPECT_FALSE(said.contains("pieces"));
-    std::printf("%d bytes through the bootloader: %.1f s\n", said.at("bytes").get<int>(),
-                said.at("took_s").get<double>());
+    const nlohmann::json report = json_of({"send", model, "--port", board.port()});
+    EXPECT_EQ(report.at("bootloader"), true);
+    EXPECT_FALSE(report.contains("pieces"));
+    std::printf("%d bytes through the bootloader: %.1f s\n", report.at("bytes").get<int>(),
+                report.at("took_s").get<double>());
     const deploy::FlashContent pages = deploy::pages_with_model(before, glove, "the board");
     std::copy(pages.bytes.begin() + static_cast<long>(pages.begin), pages.bytes.end(),
               before.bytes.begin() + static_cast<long>(pages.begin));
@@ -341,19 +341,19 @@ TEST_F(SendThroughBootloader, TheBoardRunsTheNewModelAndThenTheNext) {
     ASSERT_EQ(static_cast<std::uint8_t>(flash[i]), before.bytes[i]) << "byte " << i;
 }
 
-TEST_F(Flash, MonitorReadsWhatAHandSaysOfItsFingers) {
+TEST_F(Flash, MonitorReadsWhatAHandReportsOfItsFingers) {
   write(folder_ / "hand.hex", deploy::hand_flash({}));
   UsbBoard board({.bootloader = boot(), .program = folder_ / "hand.hex"});
-  const nlohmann::json said = json_of({"monitor", "--port", board.port(), "--for", "3"});
-  EXPECT_EQ(said.at("format"), "a hand's telemetry");
-  EXPECT_NEAR(said.at("rate_hz").get<double>(), 2, 0.7);
-  EXPECT_EQ(said.at("torn"), 0);
-  ASSERT_EQ(said.at("columns").size(), 16U);
-  EXPECT_EQ(said.at("columns").at(5).at("name"), "thumb_duty_percent");
+  const nlohmann::json report = json_of({"monitor", "--port", board.port(), "--for", "3"});
+  EXPECT_EQ(report.at("format"), "a hand's telemetry");
+  EXPECT_NEAR(report.at("rate_hz").get<double>(), 2, 0.7);
+  EXPECT_EQ(report.at("torn"), 0);
+  ASSERT_EQ(report.at("columns").size(), 16U);
+  EXPECT_EQ(report.at("columns").at(5).at("name"), "thumb_duty_percent");
   for (std::size_t i = 0; i < 5; ++i) {
-    const nlohmann::json& angle = said.at("columns").at(i);
+    const nlohmann::json& angle = report.at("columns").at(i);
     EXPECT_GT(angle.at("most").get<double>(), angle.at("least").get<double>() + 1);
-    const nlohmann::json& duty = said.at("columns").at(5 + i);
+    const nlohmann::json& duty = report.at("columns").at(5 + i);
     EXPECT_GE(duty.at("least").get<double>(), -100);
     EXPECT_LE(duty.at("most").get<double>(), 100);
     EXPECT_LT(duty.at("most").get<double>(), -50) << "back to where it began, which nothing is below";

@@ -30,11 +30,11 @@ inline nlohmann::json json_of(std::vector<std::string> arguments) {
 }
 
 // The last thing on standard error is one line of the program's with these words.
-inline void expect_says(const Finished& r, int exit, const std::string& says) {
+inline void expect_message(const Finished& r, int exit, const std::string& message) {
   EXPECT_EQ(r.status, exit) << r.err;
   const std::size_t from = r.err.rfind("flexor: ");
   const std::string last = r.err.substr(from == std::string::npos ? 0 : from);
-  EXPECT_NE(last.find(says), std::string::npos) << r.err;
+  EXPECT_NE(last.find(message), std::string::npos) << r.err;
   EXPECT_EQ(std::count(last.begin(), last.end(), '\n'), 1) << r.err;
 }
 

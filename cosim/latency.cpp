@@ -14,25 +14,25 @@ namespace {
 using firmware::Marker;
 
 constexpr double kApart_ms = 900;  // of two edges, on average
-constexpr int kFinger = 1;         // whose strip jumps
+constexpr int kFinger = 1;         // whose sensor jumps
 
-// Which edge a frame tells of that the hand accepts: frames are known by their counters, since some never
+// Which edge an accepted frame shows: frames are known by their counters, since some never
 // come.
 class FrameWatch {
  public:
-  explicit FrameWatch(const deploy::Key& key) : key_(key), sent_(key_), heard_(key_) {}
+  explicit FrameWatch(const deploy::Key& key) : key_(key), sent_(key_), received_(key_) {}
 
-  // The glove has sealed a frame, the first that tells of `edge`; -1: no news.
+  // The glove has sealed a frame, the first that shows `edge`; -1: no news.
   void sealed(int edge) { sealed_.push_back(edge); }
 
-  void hand_said(std::uint8_t byte) {
-    sent_.hand_said(byte);
-    heard_.hand_said(byte);
+  void hand_sent(std::uint8_t byte) {
+    sent_.hand_sent(byte);
+    received_.hand_sent(byte);
   }
 
   // A byte leaves the glove.
   void sent(std::uint8_t byte) {
-    const link::Received result = sent_.glove_said(byte);
+    const link::Received result = sent_.glove_sent(byte);
     if (result != link::Received::frame && result != link::Received::not_trusted) return;
     if (sealed_.empty()) return;
     if (result == link::Received::frame) edge_[sent_.receiver().frame().counter] = sealed_.front();
@@ -41,8 +41,8 @@ class FrameWatch {
 
   // A byte reaches the hand at `end`.
   void arrived(Cycles end, std::uint8_t byte) {
-    if (heard_.glove_said(byte) != link::Received::frame) return;
-    waiting_.push_back({end, edge_.at(heard_.receiver().frame().counter)});
+    if (received_.glove_sent(byte) != link::Received::frame) return;
+    waiting_.push_back({end, edge_.at(received_.receiver().frame().counter)});
   }
 
   struct Frame {
@@ -61,14 +61,14 @@ class FrameWatch {
 
  private:
   deploy::Key key_;
-  RadioEar sent_;   // of everything
-  RadioEar heard_;  // of what the hand hears
+  RadioEar sent_;      // of everything
+  RadioEar received_;  // of what reaches the hand
   std::deque<int> sealed_;
   std::map<std::uint32_t, int> edge_;
   std::deque<Frame> waiting_;
 };
 
-// A hand at rest and quiet strips.
+// A hand at rest and quiet sensors.
 twin::TrialInput still(const twin::Parameters& parameters, const model::Model& model, int edges,
                        std::uint64_t seed) {
   twin::Parameters p = parameters;
@@ -90,12 +90,12 @@ class EdgeWatch {
  public:
   EdgeWatch(CoSimulation& simulation, std::vector<double> edge_ms)
       : simulation_(simulation), edge_ms_(std::move(edge_ms)), frames_(study::bench_key()) {
-    simulation.on_strip = [this](std::int64_t, int finger, int counts) { return strip(finger, counts); };
+    simulation.on_reading = [this](std::int64_t, int finger, int counts) { return read(finger, counts); };
     simulation.on_glove_marker = [this](Cycles now, std::uint8_t value) {
       glove_marker(now, static_cast<Marker>(value));
     };
     simulation.on_air = [this](Cycles, std::uint8_t byte) { frames_.sent(byte); };
-    simulation.on_answer = [this](Cycles, std::uint8_t byte) { frames_.hand_said(byte); };
+    simulation.on_answer = [this](Cycles, std::uint8_t byte) { frames_.hand_sent(byte); };
     simulation.on_arrival = [this](Cycles end, std::uint8_t byte) { frames_.arrived(end, byte); };
     simulation.on_hand_marker = [this](Cycles now, std::uint8_t value) {
       hand_marker(now, static_cast<Marker>(value));
@@ -105,7 +105,7 @@ class EdgeWatch {
   const std::vector<study::Latency>& latencies() const { return out_; }
 
  private:
-  int strip(int finger, int counts) {
+  int read(int finger, int counts) {
     if (finger != kFinger) return counts;
     const Cycles now = simulation_.glove().now();
     const auto later =

@@ -1,4 +1,4 @@
-// Somebody who has the pair's key and hears both boards: what the hand believes, and why.
+// Somebody who has the pair's key and receives both boards: what the hand believes, and why.
 #pragma once
 
 #include <algorithm>
@@ -14,10 +14,10 @@ class RadioEar {
   explicit RadioEar(const deploy::Key& key) : receiver_(key ? &*key : nullptr), key_(key) {}
 
   // A byte that the hand sends: its challenges are followed.
-  void hand_said(std::uint8_t byte) {
-    if (said_.push(byte) != link::Received::pending || said_.type() != link::Type::challenge) return;
+  void hand_sent(std::uint8_t byte) {
+    if (reader_.push(byte) != link::Received::pending || reader_.type() != link::Type::challenge) return;
     link::Nonce nonce{};
-    std::copy_n(said_.body(), link::kNonceBytes, nonce.bytes);
+    std::copy_n(reader_.body(), link::kNonceBytes, nonce.bytes);
     if (session_.started() && nonce == session_.nonce()) return;
     receiver_.challenge(nonce);
     session_.start(nonce);
@@ -25,15 +25,15 @@ class RadioEar {
   }
 
   // A byte of the glove's, where this ear is.
-  link::Received glove_said(std::uint8_t byte) { return receiver_.receive(byte); }
+  link::Received glove_sent(std::uint8_t byte) { return receiver_.receive(byte); }
 
   const link::Receiver& receiver() const { return receiver_; }
-  // For who wants to speak as the glove does; null: without a key, or before the first challenge.
+  // For who wants to send as the glove does; null: without a key, or before the first challenge.
   const link::Key* session_key() const { return session_.ready() ? &session_.key() : nullptr; }
 
  private:
   link::Receiver receiver_;
-  link::PacketReader said_;
+  link::PacketReader reader_;
   link::Session session_;
   const deploy::Key& key_;
 };

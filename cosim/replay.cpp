@@ -46,12 +46,12 @@ void press(Board& board, const model::Pins& pins, std::size_t k) {
 }
 
 // What a conversion of this channel reads while sample k is taken.
-int counts_of(const deploy::Glove& glove, const std::array<int, deploy::kFingers>& strips, int channel,
+int counts_of(const deploy::Glove& glove, const std::array<int, deploy::kFingers>& sensors, int channel,
               std::size_t k) {
   const std::vector<int> scan = model::scan_of(glove.pins);
   const auto at = static_cast<std::size_t>(std::ranges::find(scan, channel) - scan.begin());
-  if (at < strips.size()) return strips[at];
-  return at < scan.size() ? joystick_counts(glove, k)[at - strips.size()] : 0;
+  if (at < sensors.size()) return sensors[at];
+  return at < scan.size() ? joystick_counts(glove, k)[at - sensors.size()] : 0;
 }
 
 // The host's side: what the image must send, to the byte.
@@ -68,7 +68,7 @@ class Expected {
   Expected(const Expected&) = delete;
   Expected& operator=(const Expected&) = delete;
 
-  // What the hand would say first.
+  // What the hand would send first.
   std::vector<std::uint8_t> challenge() const {
     if (!glove_.key || glove_.output != deploy::Output::radio) return {};
     link::Packet packet;
@@ -85,7 +85,7 @@ class Expected {
     ++samples_;
   }
 
-  // One of them: whether a frame leaves the hand its turn is the board's to say.
+  // One of them: the board decides whether a frame leaves the hand its turn.
   std::array<std::string, 2> messages() {
     if (glove_.output != deploy::Output::radio) {
       const std::string text = line();
@@ -140,7 +140,7 @@ class Expected {
 
 constexpr Cycles kSwitchedOn = 60 * kCyclesPerMs;  // the UART is up, a model is loaded
 
-// What a glove says that waits for a challenge, which begins with a delimiter. COBS: the first byte is a distance, the
+// What a glove sends that waits for a challenge, which begins with a delimiter. COBS: the first byte is a distance, the
 // next the frame's first.
 bool is_state(const deploy::Glove& glove, const std::string& wire) {
   return glove.output == deploy::Output::radio &&
@@ -267,7 +267,7 @@ deploy::HandFigures measure_hand(const deploy::Hand& settings, double seconds) {
     if (static_cast<Marker>(value) == Marker::tick_end) result.tick.add(now - begin - kMarkerCycles);
   };
   RadioEar hand(settings.key);
-  board.on_byte = [&](Cycles, std::uint8_t byte) { hand.hand_said(byte); };
+  board.on_byte = [&](Cycles, std::uint8_t byte) { hand.hand_sent(byte); };
   twin::Random random(1);
   Motors motors(board);
   link::Frame frame{};

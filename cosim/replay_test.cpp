@@ -34,7 +34,7 @@ class Replay : public testing::Test {
   void expect_exact(const model::Model& model, const Counts& counts) {
     const deploy::Glove glove = glove_of(model);
     const GloveFigures f = replay(glove, counts);
-    // No hand is heard: frames are left out for it.
+    // No hand is received: frames are left out for it.
     const link::Turns turns = deploy::turns_of(glove);
     const auto slots = counts.size() / static_cast<std::size_t>(deploy::samples_per_frame(glove));
     const std::size_t frames = slots * turns.seek_every / (turns.seek_every + turns.slots);
@@ -64,13 +64,13 @@ model::Model identified(double rate_hz) {
   return identify::fit_takes(study::hand_recordings(study::record_glove(recorded)), request);
 }
 
-TEST_F(Replay, AGloveThatTracksItsStripsIsTheHostToTheBit) {
+TEST_F(Replay, AGloveThatTracksItsSensorsIsTheHostToTheBit) {
   for (const double rate_hz : {10.0, 50.0}) {
     deploy::Glove glove = glove_of(named("published-hw", rate_hz));
     for (model::Input& input : glove.model.inputs) input.poses = model::Poses{40, 110};
     glove.model.inputs[1].poses.reset();
     glove.track = true;
-    // Whole bends of a strip that has moved, each finger by another way.
+    // Whole bends of a sensor that has moved, each finger by another way.
     Counts counts(static_cast<std::size_t>(60 * rate_hz));
     for (std::size_t k = 0; k < counts.size(); ++k) {
       const double t = std::fmod(static_cast<double>(k) / rate_hz, 6.0);
@@ -87,7 +87,7 @@ TEST_F(Replay, AGloveThatTracksItsStripsIsTheHostToTheBit) {
     model::HostChain plain(deploy::chain_parts(glove));
     int differ = 0;
     for (const auto& sample : counts) differ += tracked.step(sample).angle[2] != plain.step(sample).angle[2];
-    EXPECT_GT(differ, 100) << "the strips show the tracker nothing";
+    EXPECT_GT(differ, 100) << "the sensors show the tracker nothing";
   }
 }
 
@@ -122,9 +122,9 @@ TEST_F(Replay, AnIdentifiedModelWithCurvesMotionAndLeadIsSentToTheBit) {
   }
 }
 
-// A section of the program that adds up what others made, and reads no strip itself; sensors that name no finger are on
-// the strips that are free.
-TEST_F(Replay, StripsThatSeveralJointsShareAreSentToTheBit) {
+// A section of the program that adds up what others made, and reads no sensor itself; sensors that name no finger are on
+// the sensors that are free.
+TEST_F(Replay, SensorsThatSeveralJointsShareAreSentToTheBit) {
   model::Model model = named("published-hw");
   model.inputs.resize(2);
   for (std::size_t i = 0; i < 2; ++i) model.inputs[i].name = model.inputs[i].strip = "";
@@ -172,7 +172,7 @@ class RealReplay : public Replay {
   }
   static fs::path data() { return fs::path(FLEXOR_SOURCE_DIR) / "../shared/data/glove"; }
 
-  // A raw log's readings as they came, row by row, on every strip.
+  // A raw log's readings as they came, row by row, on every sensor.
   static Counts counts_of(const fs::path& log, const std::string& column) {
     const recording::Recording r = recording::read_csv(log, {column});
     Counts out;
@@ -314,7 +314,7 @@ TEST_F(Gloves, OnlyWiredButtonsCount) {
   EXPECT_EQ(buttons, button::kCalibrate | button::kGrab | button::kPinch | button::kTrigger);
 }
 
-TEST_F(Gloves, BetaNamesTheOtherJointsAlsoWhileTheirStripsAreBroken) {
+TEST_F(Gloves, BetaNamesTheOtherJointsAlsoWhileTheirSensorsAreBroken) {
   model::Model model = named("published-hw", 100);
   model.inputs[3].strip = "ring";
   model.joints[1].name = "index_mcp";
@@ -347,7 +347,7 @@ TEST_F(Gloves, PlainLinesAreATableThatFlexorReads) {
   }
 }
 
-TEST_F(Gloves, AGloveThatIsAskedSaysWhichHandItIs) {
+TEST_F(Gloves, AGloveThatIsAskedReportsWhichHandItIs) {
   deploy::Glove g = glove(named("published-hw", 100), {});
   g.right_hand = false;
   const Firmware firmware{deploy::glove_flash(g)};
@@ -365,13 +365,13 @@ TEST_F(Gloves, AGloveThatIsAskedSaysWhichHandItIs) {
   EXPECT_NE(sent.find("\nZ(ZV)1(ZG)0(ZH)0\nA"), std::string::npos) << sent;
 }
 
-TEST_F(Replay, StripsOnOtherPinsAreSentToTheBit) {
-  for (const auto& strip : {std::array{4, 3, 2, 1, 0}, std::array{7, 1, 2, 3, 5}}) {
+TEST_F(Replay, SensorsOnOtherPinsAreSentToTheBit) {
+  for (const auto& pins : {std::array{4, 3, 2, 1, 0}, std::array{7, 1, 2, 3, 5}}) {
     deploy::Glove glove = glove_of(named("published-hw"));
-    glove.pins.strip = strip;
+    glove.pins.strip = pins;
     const GloveFigures f = replay(glove, exercise(1000, 9));
-    EXPECT_EQ(f.mismatches, 0U) << strip[0];
-    EXPECT_GT(f.frames, 900U) << strip[0];
+    EXPECT_EQ(f.mismatches, 0U) << pins[0];
+    EXPECT_GT(f.frames, 900U) << pins[0];
   }
 }
 

@@ -1,5 +1,5 @@
 // `flexor send` through a serial port to a board that runs the glove's firmware behind its bootloader: which model the
-// board runs afterwards, to the bit, and what is said when something is in the way.
+// board runs afterwards, to the bit, and what is reported when something is in the way.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -57,7 +57,7 @@ class SendOverUsb : public OnUsb {
     std::vector<link::Frame> expected;
     for (std::size_t k = 0; k < kSamples; ++k) {
       std::array<int, deploy::kFingers> counts{};
-      for (int i = 0; i < deploy::kFingers; ++i) counts[static_cast<std::size_t>(i)] = strip_counts(k, i);
+      for (int i = 0; i < deploy::kFingers; ++i) counts[static_cast<std::size_t>(i)] = sensor_counts(k, i);
       expected.push_back(chain.step(counts));
     }
     RadioEar ear(glove.key);
@@ -70,7 +70,7 @@ class SendOverUsb : public OnUsb {
         next = Clock::now() + std::chrono::milliseconds(300);
       }
       for (const std::uint8_t byte : line.read(0.05)) {
-        if (ear.glove_said(byte) != link::Received::frame) continue;
+        if (ear.glove_sent(byte) != link::Received::frame) continue;
         const link::Frame& frame = ear.receiver().frame();
         const std::size_t sample = frame.time_ms / 100U - 1U;
         if (sample >= kSamples) return out;
@@ -92,7 +92,7 @@ class SendOverUsb : public OnUsb {
     for (std::uint8_t i = 0; i < link::kNonceBytes; ++i) packet.body()[i] = i;
     std::vector<std::uint8_t> wire(link::kMaxWire);
     wire.resize(packet.seal({link::Type::challenge, false, false, 0}, link::kNonceBytes, &key, wire.data()));
-    for (const std::uint8_t byte : wire) ear.hand_said(byte);
+    for (const std::uint8_t byte : wire) ear.hand_sent(byte);
     line.write(wire);
   }
 };
@@ -120,7 +120,7 @@ TEST_F(SendOverUsb, TheNewModelRunsWithinFiveSecondsAndAfterARestart) {
 TEST_F(SendOverUsb, APlugPulledOnTheWayLeavesTheOldModelAndASecondRunMends) {
   for (const long bytes : {60, 250, 400}) {
     UsbBoard helper(board(bytes));
-    expect_says(send(helper.port()), 1, "it runs its old model; send again");
+    expect_message(send(helper.port()), 1, "it runs its old model; send again");
     helper.finish();
     UsbBoard again(board());
     expect_runs(again.port(), kBefore);
@@ -134,7 +134,7 @@ TEST_F(SendOverUsb, AWrongKeyIsOneLineAndChangesNothing) {
   const fs::path other = folder_ / "other.key";
   deploy::write_key(other, deploy::key_from_hex("ff0102030405060708090a0b0c0d0e0f"));
   UsbBoard helper(board());
-  expect_says(send(helper.port(), {"--key", other}), 2, "the glove has another key, or none: --key FILE");
+  expect_message(send(helper.port(), {"--key", other}), 2, "the glove has another key, or none: --key FILE");
   expect_runs(helper.port(), kBefore);
 }
 
@@ -148,7 +148,7 @@ TEST_F(SendOverUsb, OfManyAtOnceOneGetsThePortAndTheBoardIsReachableAfterwards) 
     }
     EXPECT_EQ(std::ranges::count(all, 0, &Finished::status), 1) << round;
     for (const Finished& one : all)
-      if (one.status != 0) expect_says(one, 2, "another flexor listens to it");
+      if (one.status != 0) expect_message(one, 2, "another flexor listens to it");
     expect_runs(helper.port(), kAfter);
   }
 }

@@ -1,4 +1,4 @@
-// Hours of wear: a radio that fails in bursts, restarts of either board at any instant, wrong senders, strips and
+// Hours of wear: a radio that fails in bursts, restarts of either board at any instant, wrong senders, sensors and
 // potentiometers that break, supplies that dip. FLEXOR_SOAK_S sets how long, FLEXOR_SOAK_SEED which restarts and
 // faults: script/soak runs two hours of it.
 #include <gtest/gtest.h>
@@ -26,20 +26,20 @@ constexpr double kAskedPerRestart_s = 13;    // none begins while a board is off
 
 // Mean times between faults that begin, and how long they last.
 constexpr double kSecondsPerLie = 15;
-constexpr double kSecondsPerStrip = 15;
+constexpr double kSecondsPerSensor = 15;
 constexpr double kSecondsPerForger = 10;
-constexpr double kSecondsPerForgery = 0.15;  // a frame of his: nobody may jam who wants to be heard
+constexpr double kSecondsPerForgery = 0.15;  // a frame of his: nobody may jam who wants to be received
 constexpr double kSecondsPerDip = 30;
 constexpr int kLongest_ms = 3000;
 
-// What a potentiometer says that does not tell the truth.
+// How a potentiometer's reading is wrong.
 enum class Lie { none, frozen, slipped_up, slipped_down, reversed, neighbour, noisy };
 constexpr int kLies = 7;
 
 constexpr int kSlip_counts = 164;  // 40 degrees
 
 // Counts that are read: `held` were true when it began to lie, `neighbours` are true of the finger before.
-int told(Lie lie, int counts, int held, int neighbours, twin::Random& random) {
+int reported(Lie lie, int counts, int held, int neighbours, twin::Random& random) {
   const int lies[kLies] = {counts,
                            held,
                            counts + kSlip_counts,
@@ -80,7 +80,7 @@ struct Wear {
   int hand_restarts = 0;
   int lies = 0;
   int noticed_lies = 0;
-  int strips = 0;
+  int sensors = 0;
   int dips = 0;
   int forged = 0;  // frames of wrong senders
   int believed_of_them = 0;
@@ -90,7 +90,7 @@ struct Wear {
   int beyond_limits = 0;     // milliseconds with a set-point outside
   int too_quick = 0;         // and with one that had moved too far within ten of them
   double fastest_deg_s = 0;  // joint
-  // Against a stop; of a finger whose potentiometer reads its neighbour's, which nothing shows while both are told the same.
+  // Against a stop; of a finger whose potentiometer reads its neighbour's, which nothing shows while both have the same command.
   int longest_press_ms = 0;
   int longest_press_floating_ms = 0;
   int impacts = 0;
@@ -131,7 +131,7 @@ class Forger {
  public:
   explicit Forger(CoSimulation& simulation)
       : simulation_(simulation), wrong_(study::bench_key()), ear_(other()) {
-    simulation.on_answer = [this](Cycles, std::uint8_t byte) { ear_.hand_said(byte); };
+    simulation.on_answer = [this](Cycles, std::uint8_t byte) { ear_.hand_sent(byte); };
     simulation.on_air = [this](Cycles, std::uint8_t byte) { record(byte); };
   }
 
@@ -184,9 +184,9 @@ class Worn {
     simulation_.on_potentiometer = [this](std::int64_t now, int finger, int counts) {
       return potentiometer(now, finger, counts);
     };
-    simulation_.on_strip = [this](std::int64_t now, int finger, int counts) {
+    simulation_.on_reading = [this](std::int64_t now, int finger, int counts) {
       constexpr int kBroken[] = {1023, 0, 700};  // open, short, stuck
-      return strip_.hits(finger, now) ? kBroken[strip_.kind] : counts;
+      return sensor_.hits(finger, now) ? kBroken[sensor_.kind] : counts;
     };
     simulation_.on_ms = [this](std::int64_t now) { step(now); };
   }
@@ -206,7 +206,7 @@ class Worn {
     if (now > 0 && now % 600'000 == 0)
       std::fprintf(stderr, "soak: %lld simulated minutes\n", static_cast<long long>(now / 60'000));
     watch_joints();
-    if (now >= hand_on_ms_) hear(now);
+    if (now >= hand_on_ms_) receive(now);
     if (now < on_ms_) return;
     watch_setpoints(now);
     watch_silence(now);
@@ -226,9 +226,9 @@ class Worn {
       is_noticed_ = false;
       ++w_.lies;
     }
-    if (now >= strip_.end_ms && dice_.every(kSecondsPerStrip)) {
-      strip_ = {dice_.below(twin::kFingers), dice_.below(3), now + dice_.lasts_ms()};
-      ++w_.strips;
+    if (now >= sensor_.end_ms && dice_.every(kSecondsPerSensor)) {
+      sensor_ = {dice_.below(twin::kFingers), dice_.below(3), now + dice_.lasts_ms()};
+      ++w_.sensors;
     }
     if (now >= forged_until_ms_ && dice_.every(kSecondsPerForger)) {
       forges_ = dice_.below(4);
@@ -251,8 +251,8 @@ class Worn {
   int potentiometer(std::int64_t now, int finger, int counts) {
     if (!lie_.hits(finger, now)) return counts;
     const int neighbour = finger > 0 ? finger - 1 : finger + 1;
-    return told(static_cast<Lie>(lie_.kind), counts, held_,
-                simulation_.world().potentiometer_counts(neighbour), noise_);
+    return reported(static_cast<Lie>(lie_.kind), counts, held_,
+                    simulation_.world().potentiometer_counts(neighbour), noise_);
   }
 
   void mark(Cycles now, std::uint8_t marker) {
@@ -282,7 +282,7 @@ class Worn {
       if (lie_.hits(static_cast<int>(i), now) && status.fault[i] != 0 && !std::exchange(is_noticed_, true))
         ++w_.noticed_lies;
       std::deque<int>& past = setpoints_[i];
-      // A finger that was limp begins anew where it is.
+      // A finger that was limp begins again where it is.
       const bool drives = now > on_ms_ + 50 && status.link != 0 && status.board == 0 && status.fault[i] < 2;
       // What is looked at may be a tick that has cleared the fault and not yet set the set-point.
       const bool begins = drives && !drove_[i];
@@ -301,11 +301,11 @@ class Worn {
     }
   }
 
-  void hear(std::int64_t now) {
+  void receive(std::int64_t now) {
     const std::uint32_t all = simulation_.link_statistics().received;
     if (all > received_) {
       w_.received += all - received_;
-      heard_ms_ = now;
+      received_ms_ = now;
       // A frame that was on its way is believed within so many; three tags are computed for the first of a session.
       constexpr int kLate_ms = 60;
       if (!simulation_.radio_on) w_.believed_of_them += now - blocked_ms_ > kLate_ms;
@@ -315,8 +315,8 @@ class Worn {
 
   void watch_silence(std::int64_t now) {
     if (!simulation_.both_ways_are_good()) burst_ms_ = now;
-    if (!simulation_.radio_on) unheard_ms_ = now;
-    const std::int64_t since_ms = std::max({heard_ms_, on_ms_, unheard_ms_});
+    if (!simulation_.radio_on) radio_off_ms_ = now;
+    const std::int64_t since_ms = std::max({received_ms_, on_ms_, radio_off_ms_});
     const auto silence_s = [&](std::int64_t from_ms) { return static_cast<double>(now - from_ms) / 1000; };
     w_.silence_s = std::max(w_.silence_s, silence_s(since_ms));
     w_.good_silence_s = std::max(w_.good_silence_s, silence_s(std::max(since_ms, burst_ms_)));
@@ -340,7 +340,7 @@ class Worn {
   Fault lie_;
   int held_ = 0;  // counts
   bool is_noticed_ = false;
-  Fault strip_;
+  Fault sensor_;
   int forges_ = 0;  // kind
   std::int64_t forged_until_ms_ = 0;
   std::int64_t dip_end_ms_ = 0;
@@ -349,10 +349,10 @@ class Worn {
   std::array<int, twin::kFingers> pressed_ms_{};
   std::array<int, twin::kFingers> press_ms_{};  // at a stretch
   std::uint32_t received_ = 0;
-  std::int64_t heard_ms_ = 0;
-  std::int64_t blocked_ms_ = 0;  // since when nobody but the wrong sender is heard
+  std::int64_t received_ms_ = 0;
+  std::int64_t blocked_ms_ = 0;  // since when nobody but the wrong sender is received
   std::int64_t burst_ms_ = 0;
-  std::int64_t unheard_ms_ = 0;
+  std::int64_t radio_off_ms_ = 0;
   std::int64_t on_ms_ = 0;  // both boards
   std::int64_t hand_on_ms_ = 0;
   Cycles tick_ = 0;
@@ -361,8 +361,8 @@ class Worn {
 void print(double length_s, const Wear& w) {
   std::printf(
       "in %.0f s: %d restarts of the glove, %d of the hand, %d lying potentiometers, of which noticed %d, %d "
-      "broken strips, %d dips\n",
-      length_s, w.glove_restarts, w.hand_restarts, w.lies, w.noticed_lies, w.strips, w.dips);
+      "broken sensors, %d dips\n",
+      length_s, w.glove_restarts, w.hand_restarts, w.lies, w.noticed_lies, w.sensors, w.dips);
   std::printf("frames believed          %u, %.1f a second\n", w.received, w.received / length_s);
   std::printf("frames of wrong senders  %d, of which believed %d\n", w.forged, w.believed_of_them);
   std::printf("longest silence          %.2f s of a radio that works, %.2f s with its bursts\n",
@@ -384,7 +384,7 @@ TEST(Soak, NeitherRestartsNorAFailingRadioLockTheLinkOrMoveTheHandBeyondItsLimit
   EXPECT_GE(w.hand_restarts, std::floor(length_s / kSecondsPerRestart));
   EXPECT_GT(w.lies, length_s / kSecondsPerLie / 3);
   EXPECT_GT(w.noticed_lies, 0.8 * w.lies) << "the others are short, or do nothing";
-  EXPECT_GT(w.strips, length_s / kSecondsPerStrip / 3);
+  EXPECT_GT(w.sensors, length_s / kSecondsPerSensor / 3);
   EXPECT_GT(w.dips, length_s / kSecondsPerDip / 3);
   EXPECT_GT(w.forged, length_s / 4);
   EXPECT_EQ(w.believed_of_them, 0);

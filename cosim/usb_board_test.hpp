@@ -59,7 +59,7 @@ struct UsbBoardSetup {
 };
 
 // What the sensor at A0 + `pin` reads in a program's `sample`-th scan of A0 to A4: a hand that moves slowly.
-inline int strip_counts(std::size_t sample, int pin) {
+inline int sensor_counts(std::size_t sample, int pin) {
   constexpr std::size_t kPeriod = 40;  // samples
   const std::size_t phase = (sample + 3 * static_cast<std::size_t>(pin)) % kPeriod;
   return 480 + 10 * static_cast<int>(std::min(phase, kPeriod - phase));
@@ -111,7 +111,7 @@ class UsbBoard {
     };
     board_.on_sample = [this](Cycles, int pin) {
       constexpr std::size_t kSensors = 5;
-      return strip_counts(conversions_++ / kSensors, pin);
+      return sensor_counts(conversions_++ / kSensors, pin);
     };
   }
 

@@ -24,7 +24,7 @@ UsbPort::UsbPort() {
       ptsname_r(terminal_.number(), name.data(), name.size()) != 0)
     throw io::JobError("pseudo-terminal: {}", std::strerror(errno));
   name_ = name.data();
-  // Until it was opened and closed once, the terminal does not say that nobody has it open.
+  // Until it was opened and closed once, the terminal does not report that nobody has it open.
   const int once = open(name_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
   termios raw{};
   tcgetattr(once, &raw);
@@ -41,7 +41,7 @@ bool UsbPort::is_open() const {
   return ::poll(&end, 1, 0) == 0;
 }
 
-// Two openings at once may come as one event, and so may two closings: once nothing more comes, the terminal says
+// Two openings at once may come as one event, and so may two closings: once nothing more comes, the terminal reports
 // whether anybody is left.
 bool UsbPort::was_opened() {
   const bool open = is_open();

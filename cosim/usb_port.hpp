@@ -36,7 +36,7 @@ class UsbPort {
   io::Descriptor terminal_;
   std::string name_;
   io::Descriptor openings_;  // inotify of the port
-  int open_by_ = 0;          // so many, as far as the events say
+  int open_by_ = 0;          // so many, by the events
   bool was_open_ = false;
 };
 

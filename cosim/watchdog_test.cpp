@@ -36,8 +36,8 @@ struct Aftermath {
   bool driven = false;        // a motor, until the hand's bite
   double limp_ms = -1;        // from the hand's bite, until a motor is driven again
   bool served = false;        // interrupts worked on between hang and bite
-  bool state_says_so = false;
-  bool telemetry_says_so = false;
+  bool in_state = false;
+  bool in_telemetry = false;
   double moved_deg = 0;  // of all joints, once it is back
   double fastest_deg_s = 0;
   double pressed_s = 0;
@@ -52,8 +52,8 @@ class Hanging {
       conversions_ += hangs(static_cast<std::int64_t>(CoSimulation::time_ms(cycle))) ? 1 : 0;
       return reads ? reads(cycle, pin) : simulation_.world().potentiometer_counts(pin);
     };
-    simulation_.on_air = [this](Cycles, std::uint8_t byte) { hear(glove_says_, byte, Hung::glove); };
-    simulation_.on_answer = [this](Cycles, std::uint8_t byte) { hear(hand_says_, byte, Hung::hand); };
+    simulation_.on_air = [this](Cycles, std::uint8_t byte) { receive(glove_reader_, byte, Hung::glove); };
+    simulation_.on_answer = [this](Cycles, std::uint8_t byte) { receive(hand_reader_, byte, Hung::hand); };
   }
 
   Aftermath run() {
@@ -102,13 +102,13 @@ class Hanging {
     }
   }
 
-  void hear(link::PacketReader& reader, std::uint8_t byte, Hung from) {
+  void receive(link::PacketReader& reader, std::uint8_t byte, Hung from) {
     if (reader.push(byte) != link::Received::pending || from != hang_.board) return;
     if (!bite_) return;
     if (reader.type() == link::Type::state)
-      out_.state_says_so |= link::get_state(reader.body()).reset_cause == kWatchdogBit;
+      out_.in_state |= link::get_state(reader.body()).reset_cause == kWatchdogBit;
     if (reader.type() == link::Type::telemetry)
-      out_.telemetry_says_so |= (reader.body()[2] & hand::kWatchdogReset) != 0;
+      out_.in_telemetry |= (reader.body()[2] & hand::kWatchdogReset) != 0;
   }
 
   Hang hang_;
@@ -118,8 +118,8 @@ class Hanging {
   std::optional<double> bite_;  // ms
   int conversions_ = 0;
   std::uint32_t received_ = 0;
-  link::PacketReader glove_says_;
-  link::PacketReader hand_says_;
+  link::PacketReader glove_reader_;
+  link::PacketReader hand_reader_;
   double lowest_deg_[twin::kFingers] = {1e9, 1e9, 1e9, 1e9, 1e9};
   double highest_deg_[twin::kFingers] = {-1e9, -1e9, -1e9, -1e9, -1e9};
 };
@@ -133,7 +133,7 @@ Aftermath of(Hung board, bool interrupts, std::int64_t now_ms) {
       o.bite_after_ms, o.limp_ms, o.back_after_ms, o.pressed_s);
   EXPECT_EQ(o.bites, 1);
   EXPECT_EQ(o.served, interrupts);
-  EXPECT_TRUE(o.state_says_so);
+  EXPECT_TRUE(o.in_state);
   EXPECT_GT(o.back_after_ms, 0) << "a frame is believed again";
   EXPECT_LT(o.back_after_ms, kBackWithin_ms);
   EXPECT_GT(o.moved_deg, 200) << "and the hand moves";
@@ -151,7 +151,7 @@ TEST(Watchdog, EndsAHandThatHangsWithItsMotorsLimp) {
     EXPECT_GT(o.bite_after_ms, kPeriod_ms - 2 * kTick_ms);
     EXPECT_TRUE(o.driven) << "until then";
     EXPECT_GT(o.limp_ms, 1) << "the reset lets go; what waits for a frame goes to rest, slowly";
-    EXPECT_TRUE(o.telemetry_says_so);
+    EXPECT_TRUE(o.in_telemetry);
   }
 }
 

@@ -137,7 +137,7 @@ inline void start_adc(uint8_t analog = 0x1f) {
   ADCSRA = _BV(ADEN) | _BV(ADIE) | 7;
 }
 
-// Begins to convert an analog pin; the ADC's interrupt says when it is done.
+// Begins to convert an analog pin; the ADC's interrupt reports its end.
 inline void convert(uint8_t pin) {
   ADMUX = static_cast<uint8_t>(_BV(REFS0) | pin);
   ADCSRA |= _BV(ADSC);
@@ -228,7 +228,7 @@ inline uint8_t start_watchdog(uint8_t timeout) {
   return cause;
 }
 
-// Sleeps until an interrupt, unless `busy` says that there is something to do. It is asked with interrupts
+// Sleeps until an interrupt, unless `busy` reports something to do. It is asked with interrupts
 // off, so that none comes in between.
 template <class Busy>
 inline void sleep_unless(Busy busy) {

@@ -108,7 +108,7 @@ std::string calibration_words(const Options& o, const model::Model& model,
 void warn_of_guesses(const Options& o, const deploy::Glove& glove) {
   const model::Wiring wiring = model::wiring_of(glove.model);
   for (const std::size_t input : wiring.guessed) {
-    const std::size_t finger = wiring.strip[input];
+    const std::size_t finger = wiring.sensor[input];
     log_warning(
         fmt::format("{}: nothing says where {} is: it is read at A{}, the pin of the {}'s sensor, which is "
                     "free; name its column after its "
@@ -205,7 +205,7 @@ std::vector<std::vector<double>> readings_of(const deploy::Glove& glove, const s
   std::vector<std::vector<double>> out;
   for (const auto& sample : counts) {
     std::vector<double>& row = out.emplace_back();
-    for (const std::size_t finger : wiring.strip) {
+    for (const std::size_t finger : wiring.sensor) {
       row.push_back(tables.calibration[finger](static_cast<std::uint16_t>(sample[finger])) / 32.0);
     }
   }

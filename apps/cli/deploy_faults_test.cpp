@@ -170,7 +170,7 @@ TEST_F(DeployFaults, AModelInAnotherUnitNeedsACalibrationThatSaysIt) {
   expect_refused(in("deg", "bend_deg"), "--out d", "the board reads counts: --calibration FILE");
   expect_refused(in("V", "bend_V"), "--out d", R"("unit": "V")");
   expect_refused(in("raw", "x"), "--out d", R"(in "raw")");
-  expect_refused(in("", "x"), "--out d", "does not say the unit");
+  expect_refused(in("", "x"), "--out d", "does not state the unit");
   const std::string volts = in("V", "bend_V");
   expect_refused(volts, calibration(""), R"(add "unit": "V")");
   expect_refused(volts, calibration(R"("unit": "deg", )"), R"(its values are in "deg")");

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "host/model/strip_model_test.hpp"
+#include "host/model/sensor_model_test.hpp"
 
 namespace flexor::live {
 namespace {
@@ -27,7 +27,7 @@ bool holds(const std::string& text, const char* what) { return text.find(what) !
 
 TEST(Fingers, StateHowASensorIsTrackedAndWhenItDriftsMoreQuickly) {
   Fingers fingers({"index_count"});
-  fingers.wear(model::strip_model(model::Poses{300, 700}), true);
+  fingers.wear(model::sensor_model(model::Poses{300, 700}), true);
   double now_s = wear(fingers, 0, 160, 0);
   FingerView view = fingers.view(now_s).front();
   EXPECT_TRUE(holds(view.tracked, "tracked: shifted by")) << view.tracked;
@@ -40,7 +40,7 @@ TEST(Fingers, StateHowASensorIsTrackedAndWhenItDriftsMoreQuickly) {
 }
 
 TEST(Fingers, ThatArePoorAreNoBetterForAReadingBeyondThose) {
-  model::Model m = model::strip_model({});
+  model::Model m = model::sensor_model({});
   m.joints[0].accuracy = model::Accuracy{{28, 113}, {20, 20}};
   m.inputs[0].readings = model::Spread{{0, 1}, {300, 700}};
   Fingers fingers({"index_count"});
@@ -52,7 +52,7 @@ TEST(Fingers, ThatArePoorAreNoBetterForAReadingBeyondThose) {
 
 TEST(Fingers, ASlipIsSeenThoughNoChangeIsFollowed) {
   Fingers fingers({"index_count"});
-  fingers.wear(model::strip_model(model::Poses{300, 700}), false);
+  fingers.wear(model::sensor_model(model::Poses{300, 700}), false);
   const double now_s = wear(fingers, 0, 80, 0);
   EXPECT_FALSE(fingers.has_slipped());
   wear(fingers, now_s, 80, 0, 40);
@@ -61,10 +61,10 @@ TEST(Fingers, ASlipIsSeenThoughNoChangeIsFollowed) {
 }
 
 TEST(Fingers, OfAModelThatCannotBeTrackedAreNot) {
-  EXPECT_TRUE(can_be_tracked(model::strip_model(model::Poses{300, 700})));
-  EXPECT_FALSE(can_be_tracked(model::strip_model({})));
+  EXPECT_TRUE(can_be_tracked(model::sensor_model(model::Poses{300, 700})));
+  EXPECT_FALSE(can_be_tracked(model::sensor_model({})));
   Fingers fingers({"index_count"});
-  fingers.wear(model::strip_model({}), true);
+  fingers.wear(model::sensor_model({}), true);
   EXPECT_EQ(fingers.view(wear(fingers, 0, 1, 0)).front().tracked, "");
 }
 
@@ -81,7 +81,7 @@ TEST(Fingers, ASensorThatHasNotMovedAndOneWhoseWireIsLooseAreReported) {
 }
 
 model::Model two_sensors() {
-  model::Model two = model::strip_model(model::Poses{300, 700});
+  model::Model two = model::sensor_model(model::Poses{300, 700});
   model::Channel c;
   c.name = "middle";
   c.input_column = "middle_count";
@@ -131,7 +131,7 @@ TEST(Fingers, WithoutAReadingKeepTheirRangeAndReportIt) {
   EXPECT_TRUE(std::isnan(bare.open_deg) && std::isnan(bare.fist_deg)) << "no model has it";
   EXPECT_EQ(bare.quality, "poor");
 
-  fingers.wear(model::strip_model({}), false);
+  fingers.wear(model::sensor_model({}), false);
   double now_s = wear(fingers, 1, 4, 0);
   const double held_deg = fingers.view(now_s).front().angle_deg;
   EXPECT_TRUE(std::isfinite(held_deg));

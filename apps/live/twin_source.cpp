@@ -44,7 +44,7 @@ struct TwinSource::Run {
   double sample_s() const { return static_cast<double>(samples) * period_s; }
 
   bool step(const WornChange& set, double drifted_deg) {
-    for (int i = 0; i < twin::kFingers; ++i) world.shift_strip(i, set.slip_deg + drifted_deg);
+    for (int i = 0; i < twin::kFingers; ++i) world.shift_sensor(i, set.slip_deg + drifted_deg);
     const bool samples_now =
         static_cast<double>(world.now_ms() - twin::World::kStart_ms) >= 1000 * sample_s();
     if (samples_now) sample(set.noise_counts);

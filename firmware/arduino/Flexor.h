@@ -8,7 +8,7 @@
 //     glove.send(Serial1);                         // to the hand's radio, or to a VR driver
 //   }
 // On a board with a file system the model may come from a file: the bytes of a model block, in RAM. Nothing has to outlive a
-// restart on this side: the hand asks whom it believes anew (src/runtime/link).
+// restart on this side: the hand challenges again (src/runtime/link).
 #pragma once
 
 #include <Arduino.h>
@@ -34,7 +34,7 @@
 #include "runtime/glove/plain_text.hpp"
 #include "runtime/glove/settings.hpp"
 #include "runtime/glove/signal_chain.hpp"
-#include "runtime/link/glove_speech.hpp"
+#include "runtime/link/glove_sender.hpp"
 #include "runtime/link/key_record.hpp"
 
 class FlexorGlove {
@@ -47,7 +47,7 @@ class FlexorGlove {
       : head_(head_of(settings)),
         key_is_whole_(flexor::link::load(reinterpret_cast<const flexor::link::KeyRecord*>(key), key_)),
         chain_(channels_, compensator_),
-        speech_(flexor::link::is_plain(key_) ? nullptr : &key_, {head_.listen_every, head_.seek_every, head_.listen_slots},
+        sender_(flexor::link::is_plain(key_) ? nullptr : &key_, {head_.listen_every, head_.seek_every, head_.listen_slots},
                 static_cast<uint8_t>(head_.rate_hz / head_.samples_per_frame), head_.has_room != 0),
         plain_(head_.output == flexor::glove::Output::log, head_.period_ms),
         since_frame_(static_cast<uint8_t>(head_.samples_per_frame - 1)) {
@@ -76,7 +76,7 @@ class FlexorGlove {
   float angle_deg(uint8_t finger) const { return frame_.angle[finger] / 16.0f; }
   bool is_ok(uint8_t finger) const { return frame_.status[finger] == flexor::link::SensorStatus::ok; }
 
-  // After each step(): what is to be sent now, if anything, as the settings say. Frames for the hand's radio at its rate, or
+  // After each step(): what is to be sent now, if anything, as the settings state. Frames for the hand's radio at its rate, or
   // lines at 115200 baud, for VR drivers or for people. pressed: of flexor::link::glove_button. With a damaged key no frame
   // ever leaves.
   template <class Port>
@@ -86,7 +86,7 @@ class FlexorGlove {
     since_frame_ = 0;
     if (head_.output == flexor::glove::Output::radio) {
       Board<Port> board = {port};
-      if (key_is_whole_) speech_.speak(frame_, counts_, board);
+      if (key_is_whole_) sender_.send_frame(frame_, counts_, board);
       return;
     }
     char text[flexor::glove::GloveText::kRoom];
@@ -110,7 +110,7 @@ class FlexorGlove {
     flexor::link::NoModels models;
     while (port.available() > 0) {
       const uint8_t byte = static_cast<uint8_t>(port.read());
-      if (head_.output == flexor::glove::Output::radio) speech_.push(byte, models);
+      if (head_.output == flexor::glove::Output::radio) sender_.push(byte, models);
       if (byte == 'Z') asked_ = true;  // a VR driver: which glove this is
     }
   }
@@ -140,7 +140,7 @@ class FlexorGlove {
   flexor::glove::SignalChain<Model> chain_;
   flexor::link::Frame frame_ = {};
   uint16_t counts_[kFingers] = {};
-  flexor::link::GloveSpeech speech_;
+  flexor::link::GloveSender sender_;
   flexor::glove::PlainText plain_;
   flexor::glove::GloveText vr_;
   uint8_t since_frame_;

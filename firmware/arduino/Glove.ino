@@ -1,4 +1,4 @@
-// A glove: five strips at analog pins, angles to the serial monitor and, where the board has a second serial port, frames
+// A glove: five sensors at analog pins, angles to the serial monitor and, where the board has a second serial port, frames
 // to the hand's radio. Any board of the Arduino IDE.
 #include <glove_data.h>
 

@@ -1,5 +1,5 @@
 // The glove's board: timer 1 sets the sample rate, the ADC reads the sensors, the UART speaks to the radio or to a PC. What
-// it is wired to and what it says are its settings, the compensator is a model: both are data behind this image
+// it is wired to and what it sends are its settings, the compensator is a model: both are data behind this image
 // (runtime/core/flash_map.hpp). Interrupts move samples and bytes; everything else happens in main, which sleeps.
 #include "firmware/board.hpp"
 #include "firmware/glove/zeroing.hpp"
@@ -8,7 +8,7 @@
 #include "runtime/glove/model_receiver.hpp"
 #include "runtime/glove/plain_text.hpp"
 #include "runtime/glove/settings.hpp"
-#include "runtime/link/glove_speech.hpp"
+#include "runtime/link/glove_sender.hpp"
 
 using namespace flexor;
 using namespace flexor::firmware;
@@ -79,7 +79,7 @@ FLEXOR_SHARED void start_chain(const glove::Settings* flash) {
 FLEXOR_SHARED compensator::Loaded load_model(Eeprom& eeprom, const glove::ModelStore<Eeprom>& store) {
   const compensator::Loaded loaded =
       compensator.load(eeprom, store, {settings.calibration_id, settings.rate_hz}, channels);
-  chain->strips().follow(glove::poses_id(channels) == settings.tracked_for);
+  chain->sensors().follow(glove::poses_id(channels) == settings.tracked_for);
   zero.load(channels, chain->corrections());
   return loaded;
 }
@@ -115,11 +115,11 @@ class Models {
   }
   bool take(link::PacketReader& packet) { return receiver_.take(packet, eeprom_); }
   bool busy() const { return receiver_.busy(); }
-  // What is to be said; 0: nothing. A model that is whole runs from the next sample on.
+  // What is to be sent; 0: nothing. A model that is whole runs from the next sample on.
   uint8_t work(uint8_t* wire) {
     if (receiver_.work(eeprom_)) receiver_.loaded(static_cast<uint8_t>(load()));
     if (!transmitter.idle()) return 0;
-    return receiver_.speak({settings.rate_hz, settings.calibration_id}, store_.base(), wire);
+    return receiver_.answer({settings.rate_hz, settings.calibration_id}, store_.base(), wire);
   }
 
  private:
@@ -138,10 +138,10 @@ class Radio {
  public:
   Radio(Models& models, const link::Key* pair, uint8_t reset_cause)
       : models_(models),
-        speech_(pair, {settings.listen_every, settings.seek_every, settings.listen_slots},
+        sender_(pair, {settings.listen_every, settings.seek_every, settings.listen_slots},
                 static_cast<uint8_t>(settings.rate_hz / settings.samples_per_frame), settings.has_room != 0),
         reset_cause_(reset_cause) {}
-  void start() { speech_.start(*this); }
+  void start() { sender_.start(*this); }
   void sampled(uint16_t reading) {
     ++samples_;
     models_.stir(reading);
@@ -149,11 +149,11 @@ class Radio {
   // Neither is part of main, which would keep room for the frames of both at once.
   FLEXOR_SHARED void work() {
     uint8_t byte;
-    while (received.pop(byte)) speech_.push(byte, models_);
+    while (received.pop(byte)) sender_.push(byte, models_);
     uint8_t wire[link::kMaxWire];
     if (const uint8_t size = models_.work(wire)) transmitter.send(wire, size);
   }
-  FLEXOR_SHARED void send_frame(const uint16_t* now) { speech_.speak(frame, now, *this); }
+  FLEXOR_SHARED void send_frame(const uint16_t* now) { sender_.send_frame(frame, now, *this); }
 
   // What the line asks of its board.
   uint8_t reset_cause() const { return reset_cause_; }
@@ -165,7 +165,7 @@ class Radio {
 
  private:
   Models& models_;
-  link::GloveSpeech speech_;
+  link::GloveSender sender_;
   uint32_t samples_ = 0;
   uint8_t reset_cause_;
 };

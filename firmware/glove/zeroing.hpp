@@ -1,5 +1,5 @@
 // The button that zeroes a glove without a computer: pressed, then an open hand for three seconds and a fist for three,
-// each held for the last two. The board's LED says where it is: slow blinks, open; quick ones, fist; on for two seconds, it is set and kept;
+// each held for the last two. The board's LED shows its stage: slow blinks, open; quick ones, fist; on for two seconds, it is set and kept;
 // trembling for two seconds, refused, the old one stays. Pressed once more on the way: given up.
 #pragma once
 
@@ -12,14 +12,14 @@
 namespace flexor {
 namespace firmware {
 
-template <uint8_t kStrips>
+template <uint8_t kSensors>
 class Zeroing {
  public:
   // pin: the button's, or none.
   void start(uint8_t pin, uint8_t rate_hz) {
     pin_ = pin;
     second_ = rate_hz;
-    zero_ = sensor::Zero<kStrips>(rate_hz);
+    zero_ = sensor::Zero<kSensors>(rate_hz);
     if (pin != glove::kNoPin) start_led();
   }
 
@@ -54,7 +54,7 @@ class Zeroing {
 
  private:
   void keep() {
-    for (uint8_t i = 0; i < kStrips; ++i) {
+    for (uint8_t i = 0; i < kSensors; ++i) {
       if (settings_[i].poses.open != settings_[i].poses.fist) corrections_[i] = zero_.corrections()[i];
     }
     store_.save(corrections_);
@@ -73,8 +73,8 @@ class Zeroing {
   }
 
   Eeprom eeprom_;
-  sensor::Zero<kStrips> zero_{0};
-  glove::ZeroStore<Eeprom, kStrips> store_;
+  sensor::Zero<kSensors> zero_{0};
+  glove::ZeroStore<Eeprom, kSensors> store_;
   const glove::ChannelSettings* settings_ = nullptr;
   sensor::Correction* corrections_ = nullptr;
   uint16_t samples_ = 0;  // of the stage

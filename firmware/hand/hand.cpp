@@ -58,7 +58,7 @@ uint8_t runaway = 0;  // hand::kRunaway until the next start: what duty 0 did no
 uint32_t starts = 0;  // as kept in EEPROM
 bool kept = false;    // nothing is left to write
 bool pending = false;
-uint8_t said = 0;  // telemetry since the last state
+uint8_t since_state = 0;  // telemetry since the last state
 
 void start_motors() {
   DDRB = _BV(PB0) | _BV(PB1) | _BV(PB2) | _BV(PB3) | _BV(PB4);
@@ -126,8 +126,8 @@ __attribute__((noinline)) int16_t run_finger(hand::Finger& finger, uint8_t i, ui
 // What a finger has to do with the one before. Fingers next to each other are probed by turns.
 __attribute__((noinline)) void meet(uint8_t i, const uint16_t* reading) {
   const bool turn = (((of_windows_ms / hand::NeighbourWatch::kWindow_ms) ^ i) & 1) == 0;
-  const int16_t told = static_cast<int16_t>(hand_finger[i].setpoint() - hand_finger[i - 1].setpoint());
-  neighbours[i - 1].look(reading[i - 1], reading[i], told, turn);
+  const int16_t commanded = static_cast<int16_t>(hand_finger[i].setpoint() - hand_finger[i - 1].setpoint());
+  neighbours[i - 1].look(reading[i - 1], reading[i], commanded, turn);
 }
 
 __attribute__((noinline)) void tick() {
@@ -200,7 +200,7 @@ uint8_t telemetry(uint8_t* wire) {
   link::Packet packet;
   const uint8_t bytes =
       link::put_telemetry(hand_link.now_ms(), hand_status.board, finger, link::kFingers, packet.body());
-  return hand_link.say(link::Type::telemetry, packet, bytes, wire);
+  return hand_link.seal(link::Type::telemetry, packet, bytes, wire);
 }
 
 // The bandgap is 1.1 V within a tenth, and so is this.
@@ -224,20 +224,20 @@ uint8_t state(uint8_t* wire) {
   state.supply_20mV = supply_20mV();
   state.uptime_s = uptime_s;
   link::Packet packet;
-  return hand_link.say(link::Type::state, packet, link::put_state(state, packet.body()), wire);
+  return hand_link.seal(link::Type::state, packet, link::put_state(state, packet.body()), wire);
 }
 
-void speak() {
+void send_due() {
   constexpr uint8_t kTelemetryPerState = 8;
-  const link::HandEnd::Speech due = hand_link.due();
-  if (due == link::HandEnd::Speech::none || !transmitter.idle()) return;
+  const link::HandEnd::Message due = hand_link.due();
+  if (due == link::HandEnd::Message::none || !transmitter.idle()) return;
   uint8_t wire[link::kMaxWire];
-  if (due == link::HandEnd::Speech::challenge) {
+  if (due == link::HandEnd::Message::challenge) {
     if (kept) transmitter.send(wire, hand_link.challenge(wire));
     return;
   }
-  said = static_cast<uint8_t>((said + 1) % kTelemetryPerState);
-  transmitter.send(wire, said == 0 ? state(wire) : telemetry(wire));
+  since_state = static_cast<uint8_t>((since_state + 1) % kTelemetryPerState);
+  transmitter.send(wire, since_state == 0 ? state(wire) : telemetry(wire));
 }
 
 }  // namespace
@@ -299,7 +299,7 @@ int main() {
       wdt_reset();
       tick();
       keep();
-      if (!pending) speak();  // here a millisecond is left until the next
+      if (!pending) send_due();  // here a millisecond is left until the next
     }
     if (pending || !received.empty()) listen();
   }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kSchemaVersion = 1;
 
-constexpr double kLeastStep = 0.001;  // counts: closer points say nothing of the curve between others
+constexpr double kLeastStep = 0.001;  // counts: closer points do not determine the curve between others
 
 bool increasing(const std::vector<double>& x, double least_step = 0) {
   return std::ranges::adjacent_find(x, [&](double a, double b) { return !(b > a && b - a >= least_step); }) ==
@@ -33,15 +33,15 @@ Sensor read_sensor(io::JsonReader& reader) {
   return {counts, value};
 }
 
-Sensor sensor_of(const model::Input& input, std::size_t strip, const Sensor& alpha,
+Sensor sensor_of(const model::Input& input, std::size_t finger, const Sensor& alpha,
                  const CalibrationDocument& calibration) {
-  const std::optional<Sensor>& own = calibration.sensor[strip];
+  const std::optional<Sensor>& own = calibration.sensor[finger];
   const std::string& unit = input.unit;
   const bool counts = unit == "count";
   const bool known = counts || reads_alpha(input);
   if (unit.empty()) {
     throw io::InputError(
-        "input {}: the model does not say the unit that it reads: identify it with --input-unit, "
+        "input {}: the model does not state the unit that it reads: identify it with --input-unit, "
         "or add \"unit\": \"count\" to it if it is the ADC's counts",
         input.name);
   }
@@ -49,7 +49,7 @@ Sensor sensor_of(const model::Input& input, std::size_t strip, const Sensor& alp
     if (known) return counts ? counts_as_they_are() : alpha;
     throw io::InputError(
         "input {:?}: it is in {:?}, the board reads counts: --calibration FILE with \"unit\": "
-        "{:?} says which count is how much",
+        "{:?} gives the value of each count",
         input.name, unit, unit);
   }
   if (calibration.unit.empty() && !known) {
@@ -107,7 +107,7 @@ void fold_corrections(Glove& glove) {
   auto [model, corrections] = model::folded(std::move(glove.model));
   const model::Wiring wiring = model::wiring_of(model);
   for (std::size_t i = 0; i < corrections.size(); ++i) {
-    Sensor& sensor = glove.sensor.at(wiring.strip[i]);
+    Sensor& sensor = glove.sensor.at(wiring.sensor[i]);
     const model::Correction& one = corrections[i];
     if (one != model::Correction{}) sensor = at_knots([&](double n) { return one(sensor(n)); });
   }

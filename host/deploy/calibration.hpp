@@ -2,7 +2,7 @@
 //
 // {"schema": "flexor-calibration", "schema_version": 1, "unit": "deg",
 //  "fingers": {"thumb": {"counts": [430, 700], "value": [20, 140]}, ...}}
-// value is in the model's input unit, which "unit" says. It may be left out where the model reads counts or
+// value is in the model's input unit, which "unit" states. It may be left out where the model reads counts or
 // the divider's alpha, and would do without a calibration. Two points are a line, more a curve; both go on
 // straight beyond their ends. Counts lie 0.001 apart at least, between 0 and 1023; values within 1e9 either
 // way.
@@ -17,7 +17,7 @@ namespace flexor::deploy {
 
 struct CalibrationDocument {
   std::string source;  // names it in errors
-  std::string unit;    // of its values; empty: not said
+  std::string unit;    // of its values; empty: not given
   std::array<std::optional<Sensor>, kFingers> sensor;
 };
 

@@ -144,9 +144,9 @@ class Writer {
     open_ = inputs;
     std::string condition;
     for (const std::size_t i : inputs) {
-      const std::size_t strip = wiring_.strip[i];
+      const std::size_t sensor = wiring_.sensor[i];
       condition += fmt::format("{0}alpha[{1}] >= {2} && alpha[{1}] <= {3}", condition.empty() ? "" : " && ",
-                               strip, fixed_.valid_min[i], fixed_.valid_max[i]);
+                               sensor, fixed_.valid_min[i], fixed_.valid_max[i]);
     }
     lines_ += fmt::format("    if ({}) {{\n", condition);
     first_ = lines_.size();
@@ -156,7 +156,7 @@ class Writer {
     if (!std::exchange(open_, {})) return;
     std::string before;
     for (const std::size_t i : read_) {
-      before += fmt::format("      const int16_t s{} = core::refine(alpha[{}], {});\n", i, wiring_.strip[i],
+      before += fmt::format("      const int16_t s{} = core::refine(alpha[{}], {});\n", i, wiring_.sensor[i],
                             fixed_.signals[i].fraction - core::kInputFraction);
     }
     read_.clear();
@@ -330,7 +330,7 @@ std::string header_text(const model::Model& given, const std::string& name) {
   };
   for (std::size_t i = 0; i < model.inputs.size(); ++i)
     out += fmt::format("//   alpha[{}] = 32 * ({:.9g} * {} {:+.9g}), rounded; {} from {:g} to {:g}\n",
-                       wiring.strip[i], correction[i].gain, plain(given.inputs[i].name), correction[i].shift,
+                       wiring.sensor[i], correction[i].gain, plain(given.inputs[i].name), correction[i].shift,
                        plain(given.inputs[i].unit), given.inputs[i].valid_min, given.inputs[i].valid_max);
   for (std::size_t f = 0; f < model::kFingers; ++f)
     if (wiring.joint[f])

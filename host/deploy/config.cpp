@@ -10,7 +10,7 @@
 #include "host/model/tracking.hpp"
 #include "runtime/glove/plain_text.hpp"
 #include "runtime/glove/signal_chain.hpp"
-#include "runtime/link/glove_speech.hpp"
+#include "runtime/link/glove_sender.hpp"
 #include "runtime/link/opengloves.hpp"
 
 namespace flexor::deploy {
@@ -43,14 +43,14 @@ std::optional<std::uint8_t> place_of(const std::string& finger, const std::strin
   return std::nullopt;
 }
 
-// Without `track`, and for strips without poses, none is tracked.
-std::array<glove::TrackedStrip, kFingers> tracked_strips(const Glove& glove) {
-  std::array<glove::TrackedStrip, kFingers> out{};
+// Without `track`, and for sensors without poses, none is tracked.
+std::array<glove::TrackedSensor, kFingers> tracked_sensors(const Glove& glove) {
+  std::array<glove::TrackedSensor, kFingers> out{};
   if (!glove.track) return out;
   const model::Wiring wiring = model::wiring_of(glove.model);
   const std::vector<std::optional<model::TrackedRange>> ranges = model::tracked_ranges(glove.model);
   for (std::size_t i = 0; i < kFingers; ++i) {
-    if (wiring.input[i]) out[i] = model::tracked_strip<glove::Tracking>(ranges[*wiring.input[i]], {});
+    if (wiring.input[i]) out[i] = model::tracked_from<glove::Tracking>(ranges[*wiring.input[i]], {});
   }
   return out;
 }
@@ -153,7 +153,7 @@ std::vector<BoardOutput> outputs_of(const Glove& glove) {
     const model::Ends ends = model::ends(m, m.joints[joint]);
     out.push_back({joint,
                    {static_cast<std::uint8_t>(number), place, static_cast<std::uint8_t>(finger),
-                    model::strips_of(m, wiring, joint), model::guard_of(m, m.joints[joint]).rest,
+                    model::sensors_of(m, wiring, joint), model::guard_of(m, m.joints[joint]).rest,
                     q4(ends.open_deg), q4(ends.fist_deg)}});
   };
   for (std::size_t f = 0; f < kFingers; ++f) {
@@ -223,16 +223,16 @@ bool can_zero(const Glove& glove) {
 
 void check_tracking(const Glove& glove) {
   if (!glove.track) return;
-  const auto tracked = tracked_strips(glove);
-  if (std::ranges::any_of(tracked, [](const glove::TrackedStrip& strip) { return strip.half != 0; })) return;
+  const auto tracked = tracked_sensors(glove);
+  if (std::ranges::any_of(tracked, [](const glove::TrackedSensor& one) { return one.half != 0; })) return;
   throw InputError(
-      "--track: no joint has one strip whose readings at the open hand and at the fist are known: identify "
-      "it anew, each joint with its own sensor, from a recording with both, or leave out --track");
+      "--track: no joint has one sensor whose readings at the open hand and at the fist are known: identify "
+      "it again, each joint with its own sensor, from a recording with both, or leave out --track");
 }
 
 link::Turns turns_of(const Glove& glove) {
   constexpr double kApart_s = 0.5;      // of two turns, at most
-  constexpr double kSeekApart_s = 0.2;  // while the hand is not heard
+  constexpr double kSeekApart_s = 0.2;  // while nothing of the hand is received
   constexpr double kWay_s = 0.012;      // of the hand's answer through the modules and to its begin
   const double baud_s = 10 / glove.baud;
   const double period_s = glove.model.sample_period_s * samples_per_frame(glove);
@@ -274,7 +274,7 @@ model::ChainParts chain_parts(const Glove& glove) {
   for (const BoardOutput& o : outputs_of(glove)) {
     if (o.output.number >= kFingers) further.push_back(o.joint);
   }
-  return {glove_tables(glove), model::HostCompensator(glove.model, further), tracked_strips(glove),
+  return {glove_tables(glove), model::HostCompensator(glove.model, further), tracked_sensors(glove),
           model::samples_per_tick(glove.model.sample_period_s)};
 }
 
@@ -329,7 +329,7 @@ glove::Settings glove_settings(const Glove& glove) {
   std::array<glove::ChannelSettings, kFingers> channels{};
   for (std::size_t i = 0; i < kFingers; ++i) channels[i].poses = tables.poses[i];
   c.tracked_for = glove::poses_id(channels.data());
-  std::ranges::copy(tracked_strips(glove), out.tracked);
+  std::ranges::copy(tracked_sensors(glove), out.tracked);
   std::ranges::copy(tables.calibration, out.calibration);
   return out;
 }

@@ -47,7 +47,7 @@ struct Sensor {
   double operator()(double counts) const;
 };
 
-// What `reads` says at every knot of a board's table.
+// What `reads` gives at every knot of a board's table.
 Sensor at_knots(const std::function<double(double counts)>& reads);
 // R1 = flat + k theta in a divider with R2 = fixed, both 10 bits full scale: eqs. 1 to 3 of Sensors 2019,
 // 19(18), 3896.
@@ -110,7 +110,7 @@ bool can_zero(const Glove& glove);
 void check_tracking(const Glove& glove);
 
 // The radio carries one direction at a time: after every `every`-th frame, twice a second, the glove leaves out
-// `slots` more, so that the hand's longest frame has room; after every `seek_every`-th while it does not hear
+// `slots` more, so that the hand's longest frame has room; after every `seek_every`-th while it receives nothing of
 // the hand.
 link::Turns turns_of(const Glove& glove);
 
@@ -129,7 +129,7 @@ struct BoardOutput {
 };
 std::vector<BoardOutput> outputs_of(const Glove& glove);
 
-// Of the chain that says what the board sends.
+// Of the chain that computes what the board sends.
 model::ChainParts chain_parts(const Glove& glove);
 
 // Bytes of the longest line.
@@ -146,7 +146,7 @@ struct Error {
 // exceeds what model::allowed_fixed_error_deg allows a joint.
 Error fixed_point_error(const model::Model& model, const std::vector<std::vector<double>>& recording);
 
-// What the boards' images are told.
+// What the boards' images are given.
 glove::Settings glove_settings(const Glove& glove);
 hand::Settings hand_settings(const Hand& hand);
 

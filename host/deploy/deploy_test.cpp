@@ -67,7 +67,7 @@ int main() {)" + calls + "}\n");
     const io::ProcessResult result = io::run_process(argv);
     ASSERT_EQ(result.status, 0) << argv.front() << result.err;
   }
-  std::istringstream said(io::run_process({program}).out);
+  std::istringstream output(io::run_process({program}).out);
   for (const model::Model& model : models) {
     model::HostCompensator exact(model);
     for (int k = 0; k < 400; ++k) {
@@ -76,7 +76,7 @@ int main() {)" + calls + "}\n");
       exact.step();
       for (const std::int16_t angle : exact.angle) {
         int is = 0;
-        said >> is;
+        output >> is;
         ASSERT_EQ(is, angle) << model.blocks[model.blocks.size() / 2].to << ", sample " << k;
       }
     }
@@ -176,7 +176,7 @@ TEST_F(Deploy, TextIs0AtTheOpenHandAnd1023AtTheFist) {
 }
 
 // As a finger: held, then to rest and back at a bounded speed.
-TEST_F(Deploy, BetaJointsAreGuardedWhileAStripIsBroken) {
+TEST_F(Deploy, BetaJointsAreGuardedWhileASensorIsBroken) {
   constexpr int kStep = 32;
   struct OneJoint {
     std::array<std::int16_t, compensator::kOutputs> angle{};
@@ -209,7 +209,7 @@ TEST_F(Deploy, BetaNamesEachJointOfTheDriversHand) {
   Glove g = every_joint(50);
   std::string keys;
   for (const BoardOutput& o : outputs_of(g)) {
-    EXPECT_EQ(o.output.strips, 1 << o.output.finger);
+    EXPECT_EQ(o.output.sensors, 1 << o.output.finger);
     if (o.output.number < kFingers) continue;
     keys += g.model.joints[o.joint].name + " " + std::to_string(o.output.finger) +
             std::to_string(o.output.place) + ", ";

@@ -43,12 +43,12 @@ std::string moved_by(const model::Model& model, const char* otherwise) {
   return fmt::format("{}", fmt::join(out, ", "));
 }
 
-std::string strips_of(const model::Model& model) {
+std::string sensors_of(const model::Model& model) {
   const model::Wiring wiring = model::wiring_of(model);
   std::vector<std::string> out;
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     out.push_back(
-        fmt::format("{} on the {}'s", model.inputs[i].name, model::finger_names()[wiring.strip[i]]));
+        fmt::format("{} on the {}'s", model.inputs[i].name, model::finger_names()[wiring.sensor[i]]));
   }
   return fmt::format("{}", fmt::join(out, ", "));
 }
@@ -61,7 +61,7 @@ void add(Json& lines, const std::string& name, const std::string& value) {
 WiringPlan plan_of(const Deployment& d) {
   if (d.glove.output == Output::log) return wiring_plan(d.hardware, d.glove.output);
   Sensed sensed{};
-  for (const std::size_t finger : model::wiring_of(d.glove.model).strip) sensed.at(finger) = true;
+  for (const std::size_t finger : model::wiring_of(d.glove.model).sensor) sensed.at(finger) = true;
   return wiring_plan(d.hardware, d.glove.output, sensed);
 }
 
@@ -110,7 +110,7 @@ Json lead(const Deployment& d) {
   if (const auto left = joints_left_out(d.glove); !left.empty())
     add(out, has_hand(d) ? "joints without a motor, left out" : "joints left out",
         fmt::format("{}", fmt::join(left, ", ")));
-  add(out, "strips", strips_of(d.glove.model));
+  add(out, "strips", sensors_of(d.glove.model));
   add(out, "board", boards_of(d));
   add(out, "pins", pins_of(d));
   add(out, "calibration", d.calibration);
@@ -161,7 +161,7 @@ std::vector<std::string> next_for_hand(const Deployment& d) {
       "Flash the glove, with its radio unplugged from D0: " + flash_command(d, "glove"),
       "Flash the hand, with its radio unplugged and its motors' supply off: " + flash_command(d, "hand"),
       "Look: with both boards on, bend one finger after the other: the hand's follow. If one does not, "
-      "flexor monitor on the hand's port says what is wrong with it: angle, duty and fault of each."};
+      "flexor monitor on the hand's port shows what is wrong with it: angle, duty and fault of each."};
   if (can_zero(d.glove)) out.emplace_back(kZeroWords);
   out.push_back(fmt::format("Another model later: flexor send MODEL --port auto --rate {} --hardware {}{}",
                             sample_rate_hz(d.glove.model), io::shell_word(d.folder + "/" + kHardwareFile),

@@ -41,7 +41,7 @@ struct HandFigures {
   double awake_share = 0;
 };
 
-// All that `flexor deploy` says.
+// All that `flexor deploy` reports.
 struct Deployment {
   model::Hardware hardware;
   Glove glove;

@@ -67,7 +67,7 @@ fs::path image_of(const std::string& what, const std::string& board) {
   const bool glove = fs::exists(path / "glove.hex", error);
   const bool hand = fs::exists(path / "hand.hex", error);
   if (glove && hand)
-    throw InputError("{}: holds images of both boards: say --board glove or --board hand", what);
+    throw InputError("{}: holds images of both boards: give --board glove or --board hand", what);
   if (!glove && !hand) throw InputError("{}: holds no image: flexor deploy --out writes them", what);
   return path / (glove ? "glove.hex" : "hand.hex");
 }

@@ -26,7 +26,7 @@ TEST(IntelHex, IsReadAsItWasWritten) {
 }
 
 // The example of Intel's specification (1988), with both kinds of base address.
-TEST(IntelHex, IsAsTheSpecificationSays) {
+TEST(IntelHex, IsAsTheSpecificationStates) {
   const std::string data = ":10010000214601360121470136007EFE09D2190140\n";
   EXPECT_EQ(parse(data + ":00000001FF\n").bytes[0x101], 0x46);
   EXPECT_EQ(parse(":020000020010EC\r\n" + data + ":00000001FF\r\n").begin, 0x200U);

@@ -27,7 +27,7 @@ inline Glove plain_glove(double rate_hz) {
   return glove;
 }
 
-// Five fingers, each a sum of curves on the same knots of its strip, and of a lag behind the first.
+// Five fingers, each a sum of curves on the same knots of its sensor, and of a lag behind the first.
 inline Glove glove_of_shared_knots(int knots, int curves, double height_deg = 90) {
   Glove glove = plain_glove(50);
   glove.model.blocks.clear();

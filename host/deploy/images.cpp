@@ -98,12 +98,12 @@ Key key_in(const FlashContent& content, const std::string& name) {
                      std::equal(kKeyMagic.begin(), kKeyMagic.end(), content.bytes.begin() + core::kKeyBegin);
   if (!there) {
     throw io::InputError(
-        "{}: holds no key record: it is no image of this Flexor: deploy it and flash it anew", name);
+        "{}: holds no key record: it is no image of this Flexor: deploy it and flash it again", name);
   }
   link::KeyRecord record;
   std::memcpy(&record, content.bytes.data() + core::kKeyBegin, sizeof(record));
   link::Key key{};
-  if (!link::load(&record, key)) throw io::InputError("{}: its key record is damaged: flash it anew", name);
+  if (!link::load(&record, key)) throw io::InputError("{}: its key record is damaged: flash it again", name);
   if (link::is_plain(key)) return {};
   return key;
 }

@@ -35,9 +35,9 @@ Bytes record_of(std::string_view line, const Place& place) {
     if (std::from_chars(line.data() + i, end, out.emplace_back(), 16).ptr != end)
       place.fail("is no Intel HEX record");
   }
-  if (out.size() != kHeadBytes + out[0] + 1) place.fail("has not the size that it says");
+  if (out.size() != kHeadBytes + out[0] + 1) place.fail("has not the size that it states");
   if (std::accumulate(out.begin(), out.end(), 0U) % 256 != 0)
-    place.fail("has a wrong checksum: the file is damaged, make it anew");
+    place.fail("has a wrong checksum: the file is damaged, make it again");
   return out;
 }
 

@@ -11,7 +11,7 @@ struct Mcu {
   const char* printed;    // as its maker writes it
   const char* boards;     // that have it
   const char* part;       // as avrdude calls it
-  const char* signature;  // that its bootloader says
+  const char* signature;  // that its bootloader reports
 };
 inline constexpr Mcu kAtmega328p = {"atmega328p",          32768,   2048,      "ATmega328P",
                                     "Arduino Nano or Uno", "m328p", "0x1e950f"};

@@ -42,7 +42,7 @@ class ByteWriter {
   }
   int curve_bytes = 0;
   void values(const compensator::Value* x, int n) {
-    curve_bytes += 4 * n - 2;  // which stay where they are, and a u16 says where
+    curve_bytes += 4 * n - 2;  // which stay where they are, and a u16 points to them
     for (int i = 0; i < n; ++i) {
       u16(x[i].y);
       u16(x[i].slope);
@@ -81,10 +81,10 @@ class PartWriter {
     for (const BoardOutput& one : outputs_) leaving.push_back(fixed_.graph.joint[one.joint]);
     needed_ = fixed_.graph.needed_for(leaving);
     for (std::size_t i = 0; i < inputs_; ++i) {
-      const bool moves = std::ranges::any_of(wiring_.strips, [&](const std::vector<std::size_t>& strips) {
-        return std::ranges::count(strips, wiring_.strip[i]) > 0;
+      const bool moves = std::ranges::any_of(wiring_.sensors, [&](const std::vector<std::size_t>& sensors) {
+        return std::ranges::count(sensors, wiring_.sensor[i]) > 0;
       });
-      // Strips that move no motor are watched all the same: the first part brings them.
+      // Sensors that move no motor are watched all the same: the first part brings them.
       if (!moves) needed_[i] = true;
       if (needed_[i]) number_[i] = signals_++;
     }
@@ -119,9 +119,9 @@ class PartWriter {
     const auto inputs = std::exchange(open_, {});
     if (!inputs) return;
     code_.u8(static_cast<int>(Operation::end));
-    int strips = 0;
-    for (const std::size_t i : *inputs) strips |= 1 << wiring_.strip[i];
-    sections_.u8(strips);
+    int sensors = 0;
+    for (const std::size_t i : *inputs) sensors |= 1 << wiring_.sensor[i];
+    sections_.u8(sensors);
     sections_.u16(static_cast<int>(code_.bytes.size()));
     sections_.bytes.insert(sections_.bytes.end(), code_.bytes.begin(), code_.bytes.end());
     moved_ += static_cast<int>(code_.bytes.size());
@@ -272,7 +272,7 @@ class PartWriter {
     }
     for (const auto& [joint, leaves] : outputs_) {
       out_.u8(leaves.number | leaves.place << 4);
-      out_.u8(leaves.strips | leaves.finger << 5);
+      out_.u8(leaves.sensors | leaves.finger << 5);
       for (const int angle : {leaves.rest, leaves.open, leaves.fist}) out_.u16(angle);
     }
     for (const Bytes& one : knots_) out_.bytes.insert(out_.bytes.end(), one.begin(), one.end());
@@ -286,15 +286,15 @@ class PartWriter {
   }
 
   void add_input(std::size_t i) {
-    const std::size_t strip = wiring_.strip[i];
-    out_.u8(static_cast<int>(strip) | (fixed_.signals[i].fraction - core::kInputFraction) << 4);
-    out_.u16(ids_[strip]);
-    out_.u16(tables_.monitor[strip].low);
-    out_.u16(tables_.monitor[strip].high);
+    const std::size_t sensor = wiring_.sensor[i];
+    out_.u8(static_cast<int>(sensor) | (fixed_.signals[i].fraction - core::kInputFraction) << 4);
+    out_.u16(ids_[sensor]);
+    out_.u16(tables_.monitor[sensor].low);
+    out_.u16(tables_.monitor[sensor].high);
     out_.u16(fixed_.valid_min[i]);
     out_.u16(fixed_.valid_max[i]);
-    out_.u16(tables_.poses[strip].open);
-    out_.u16(tables_.poses[strip].fist);
+    out_.u16(tables_.poses[sensor].open);
+    out_.u16(tables_.poses[sensor].fist);
   }
 
   const model::Model& model_;
@@ -346,7 +346,7 @@ void check_made_for(const Glove& glove, int rate_hz, const std::uint16_t* calibr
     if (!wiring.input[i] || ids[i] == calibration[i]) continue;
     throw InputError(
         "{}: {} has another calibration of this sensor: --calibration as at its deployment, or "
-        "deploy and flash it anew",
+        "deploy and flash it again",
         model::finger_names()[i], name);
   }
 }
@@ -372,14 +372,14 @@ double share_of_room(const model::Model& model) {
     const model::Wiring wiring = model::wiring_of(glove.model);
     for (std::size_t i = 0; i < glove.model.inputs.size(); ++i) {
       const model::Input& input = glove.model.inputs[i];
-      glove.sensor.at(wiring.strip[i]) = at_knots([&](double n) {
+      glove.sensor.at(wiring.sensor[i]) = at_knots([&](double n) {
         return input.valid_min + (input.valid_max - input.valid_min) * n / sensor::kAdcTop;
       });
     }
     const ModelBlock block = model_block(glove);
     return std::max(static_cast<double>(block.bytes.size()) / kRoom,
                     static_cast<double>(block.state_bytes + block.moved_bytes) / glove::kArenaBytes);
-  } catch (const InputError&) {  // another rate, other fingers: deploy says which
+  } catch (const InputError&) {  // another rate, other fingers: deploy reports which
     return 0;
   }
 }

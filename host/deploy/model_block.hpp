@@ -16,16 +16,16 @@ struct ModelBlock {
   int moved_bytes = 0;  // of them in RAM, where they lie in flash
 };
 
-// What tells one strip's sensor from another: CRC-16 of its calibration table. Zero for a strip that is not there.
+// Identifies a sensor: the CRC-16 of its calibration table. Zero for a sensor that is not there.
 std::array<std::uint16_t, kFingers> calibration_ids(const GloveTables& tables);
 
 // Throws io::InputError, with the mend, where a board (`name`, for errors) samples at another rate than the model, or was
-// made for another calibration of a strip that the model has; calibration: of kFingers strips.
+// made for another calibration of a sensor that the model has; calibration: of kFingers sensors.
 void check_made_for(const Glove& glove, int rate_hz, const std::uint16_t* calibration,
                     const std::string& name);
 
 // Only what leaves the glove is in it (outputs_of). Throws io::InputError where the model does not fit fixed point, or has what
-// a block cannot say.
+// a block cannot hold.
 ModelBlock model_block(const Glove& glove);
 
 // The larger share of a glove's flash and RAM that the model takes on the hand, whatever its sensors are; 0 where it is no board's.

@@ -37,7 +37,7 @@ Loaded load(Graph& graph, const ModelBlock& block, const Glove& glove) {
   return graph.add(block.bytes.data(), static_cast<std::uint16_t>(block.bytes.size()), {ids.data(), rate_hz});
 }
 
-// Walks, jumps, stops, and readings that no strip gives.
+// Walks, jumps, stops, and readings that no sensor gives.
 class Readings {
  public:
   explicit Readings(unsigned seed) : random_(seed) {}
@@ -172,12 +172,12 @@ TEST(ModelBlock, FurtherJointsLeaveBehindTheFingers) {
               (std::vector<std::int16_t>{1280, 1280, 1280, 1280, 1280, 16 * 60, 1280}));
     EXPECT_EQ(of[5].finger, 1);
     EXPECT_EQ(of[5].place, 3);
-    EXPECT_EQ(of[5].strips, 1 << 1);
+    EXPECT_EQ(of[5].sensors, 1 << 1);
     EXPECT_EQ(of[5].open, 16 * 5);
     EXPECT_EQ(of[5].fist, 16 * 55);
     EXPECT_EQ(of[6].finger, 3);
     EXPECT_EQ(of[6].place, 2);
-    EXPECT_EQ(of[0].strips, 1);
+    EXPECT_EQ(of[0].sensors, 1);
   }
 }
 
@@ -204,7 +204,7 @@ TEST(ModelBlock, IsRefusedWhereItDoesNotBelong) {
   EXPECT_EQ(loaded(part, 50), Loaded::other_calibration);
 }
 
-// As docs/adr/0016-model-as-data.md says which fit.
+// Those that fit by docs/adr/0016-model-as-data.md.
 TEST(ModelBlock, SixCurvesOfTwelveKnotsFitFlashAndNoMoreThanTheCopyHolds) {
   for (const int curves : {2, 6}) {
     const Glove glove = glove_of_shared_knots(12, curves);

@@ -29,7 +29,7 @@ link::Key load_key(const std::filesystem::path& path);
 void write_key(const std::filesystem::path& path, const link::Key& key);
 
 // Before `next` takes the place of the key in the file `path`: one that was another is copied beside it, to PATH.old, or
-// PATH.old-2 and so on where older ones are; boards may still have it. A line that says so, empty where there was none to keep.
+// PATH.old-2 and so on where older ones are; boards may still have it. A line that reports it, empty where there was none to keep.
 // Throws io::InputError where the file holds no key: it might have been one.
 std::string keep_old_key(const std::filesystem::path& path, const link::Key& next);
 

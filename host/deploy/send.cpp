@@ -21,8 +21,8 @@ using link::Received;
 
 constexpr double kTurn_s = 0.15;  // until the glove leaves a turn; where it does not, the line is not a radio
 constexpr double kLost_s =
-    0.08;  // the writing of a piece and the answer at 9600 baud; then it is said once more
-constexpr double kFrame_s = 0.06;    // a frame that has begun is heard out
+    0.08;  // the writing of a piece and the answer at 9600 baud; then it is sent once more
+constexpr double kFrame_s = 0.06;    // a frame that has begun is awaited
 constexpr double kDoubt_s = 3;       // without a receipt since an offer
 constexpr double kPatience_s = 10;   // without any answer
 constexpr double kNoFurther_s = 60;  // of answers, without a further piece
@@ -70,7 +70,7 @@ class Sender {
   }
 
  private:
-  // A line that breaks says what the glove runs then.
+  // Where the line breaks, the error reports what the glove runs then.
   auto still_there(const auto& work) const {
     try {
       return work();
@@ -81,7 +81,7 @@ class Sender {
 
   void write(link::Type type, link::Packet& packet, std::uint8_t body_bytes, const link::Key* key) {
     std::array<std::uint8_t, link::kMaxWire> wire{};
-    const std::uint8_t size = packet.seal({type, false, false, said_++}, body_bytes, key, wire.data());
+    const std::uint8_t size = packet.seal({type, false, false, sequence_++}, body_bytes, key, wire.data());
     still_there([&] { line_.write({wire.data(), size}); });
   }
 
@@ -103,7 +103,7 @@ class Sender {
   }
 
   // The next whole frame until a time, or behind it what has begun to come by then; where there is none, the line is quiet.
-  bool hears(double until_s) {
+  bool receives(double until_s) {
     turn_ = true;
     return next(until_s) || (reader_.amid() && next(until_s + kFrame_s));
   }
@@ -137,13 +137,13 @@ class Sender {
 
   link::Offer ask() {
     const double until_s = line_.now_s() + kPatience_s;
-    bool heard = false;
+    bool is_answered = false;
     bool foreign = false;
     while (line_.now_s() < until_s) {
       request();
       const double lost_s = line_.now_s() + kLost_s;
-      while (hears(lost_s)) {
-        heard = true;
+      while (receives(lost_s)) {
+        is_answered = true;
         if (is_offer()) return accept(link::get_offer(reader_.body()));
         foreign = foreign || is(link::Answer::offer, link::Offer::kBytes);
       }
@@ -152,7 +152,7 @@ class Sender {
       throw InputError(glove_.key ? "the glove has another key, or none: --key FILE is that of its deployment"
                                   : "the glove has a key: --key FILE, pair.key of its deployment");
     }
-    if (heard)
+    if (is_answered)
       throw InputError(
           "the glove takes no models on this line: what it sends is text, or its image is an older one: add "
           "--bootloader (over USB), or deploy and flash it once");
@@ -162,7 +162,7 @@ class Sender {
   link::Offer accept(const link::Offer& offer) {
     session_.start(offer.nonce);
     while (glove_.key && !session_.ready()) session_.derive(*glove_.key);
-    said_ = 0;
+    sequence_ = 0;
     received_ = 0;
     offered_s_ = line_.now_s();
     turn_ = reader_.listens();
@@ -170,12 +170,12 @@ class Sender {
   }
 
   void send_all(const Bytes& bytes) {
-    double heard_s = line_.now_s();
-    double further_s = heard_s;
+    double answered_s = line_.now_s();
+    double further_s = answered_s;
     std::size_t most = 0;
     std::size_t offset = 0;
     while (true) {
-      if (line_.now_s() - heard_s > kPatience_s) {
+      if (line_.now_s() - answered_s > kPatience_s) {
         throw JobError("the glove no longer answers, " + left_behind());
       }
       if (line_.now_s() - further_s > kNoFurther_s) {
@@ -186,11 +186,11 @@ class Sender {
       if (doubts) {
         request();
       } else {
-        offset = say(bytes, received_);
+        offset = send_piece(bytes, received_);
       }
       const auto receipt = answer(offset, doubts);
       if (!receipt) continue;
-      heard_s = line_.now_s();
+      answered_s = line_.now_s();
       offered_s_.reset();
       if (receipt->stage == glove::kRuns) break;
       if (receipt->stage != 0) {
@@ -200,14 +200,14 @@ class Sender {
       received_ = std::min<std::size_t>(receipt->received, bytes.size());
       if (received_ > most) further_s = line_.now_s();
       most = std::max(most, received_);
-      tell(received_);
+      report_progress(received_);
     }
-    tell(bytes.size());
+    report_progress(bytes.size());
   }
 
   // The piece that is wanted next; where all have come, the last one once more: the glove answers when it runs.
   // Returns where the piece begins.
-  std::size_t say(const Bytes& bytes, std::size_t received) {
+  std::size_t send_piece(const Bytes& bytes, std::size_t received) {
     const std::size_t last = (bytes.size() - 1) / link::Piece::kMost * link::Piece::kMost;
     const std::size_t offset = std::min(received, last);
     const auto count = std::min<std::size_t>(link::Piece::kMost, bytes.size() - offset);
@@ -225,7 +225,7 @@ class Sender {
   // To a piece that begins at `offset`. One that came twice is answered twice: what does not go beyond it is of the piece before.
   std::optional<link::Receipt> answer(std::size_t offset, bool doubts) {
     const double lost_s = line_.now_s() + kLost_s;
-    while (hears(lost_s)) {
+    while (receives(lost_s)) {
       // Somebody has asked again, or the air has doubled the question: what counts now is this offer.
       if (is_offer()) {
         const std::optional<double> since_s = doubts ? std::nullopt : offered_s_;
@@ -243,7 +243,7 @@ class Sender {
     return {};
   }
 
-  void tell(std::size_t bytes) const {
+  void report_progress(std::size_t bytes) const {
     if (progress_) progress_(static_cast<int>(bytes), all_);
   }
 
@@ -255,7 +255,7 @@ class Sender {
   std::size_t at_ = 0;
   bool turn_ = false;  // it listens now
   link::Session session_;
-  std::uint32_t said_ = 0;
+  std::uint32_t sequence_ = 0;
   int all_ = 0;
   int pieces_ = 0;
   std::size_t received_ = 0;

@@ -21,7 +21,7 @@ struct Line {
 
 struct Sent {
   int bytes = 0;
-  std::optional<int> pieces;  // over the line, with those that were said again
+  std::optional<int> pieces;  // over the line, with those that were sent again
   double took_s = 0;
 };
 

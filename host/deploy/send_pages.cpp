@@ -141,7 +141,7 @@ std::vector<BlockPages> pages_with_blocks(FlashContent content, FlashContent wan
   const std::optional<BoardContents> there = contents_of(content);
   const std::optional<BoardContents> now = contents_of(wanted);
   if (!now || !now->settings)
-    throw InputError("{}: its image is of no Flexor that sends settings: deploy anew", name);
+    throw InputError("{}: its image is of no Flexor that sends settings: deploy again", name);
   require_same_board(there, now, name);
   if (!there ||
       !std::equal(content.bytes.begin(), content.bytes.begin() + core::kKeyBegin, wanted.bytes.begin())) {

@@ -10,7 +10,7 @@
 
 namespace flexor::deploy {
 
-// What a board says of itself.
+// What a board reports of itself.
 struct BoardContents {
   link::BoardKind board;
   std::string version;                    // of its image

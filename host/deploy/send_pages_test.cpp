@@ -29,7 +29,7 @@ int angle_of(const FlashContent& flash, const Glove& glove) {
   NoEeprom eeprom;
   const glove::ModelStore<NoEeprom> store(model.flashed());
   if (model.load(eeprom, store, {ids.data(), 50}, settings) != compensator::Loaded::ok) return -1;
-  EXPECT_EQ(settings[2].strips, 1 << 2);
+  EXPECT_EQ(settings[2].sensors, 1 << 2);
   for (std::int16_t& alpha : model.alpha) alpha = 32 * 600;
   EXPECT_EQ(model.step(), 31);
   return model.angle[2];
@@ -147,7 +147,7 @@ TEST(SendPages, AHandsSettingsLikewise) {
   replace_settings<hand::Settings>(hand_flash(hand), hand_flash(now), [](const FlashContent&) {});
 }
 
-TEST(SendPages, ABoardSaysWhatItHolds) {
+TEST(SendPages, ABoardReportsWhatItHolds) {
   const Glove glove = glove_of_shared_knots(12, 2, 60);
   FlashContent flash = glove_flash(glove);
   const std::optional<BoardContents> contents = contents_of(flash);
@@ -177,33 +177,33 @@ TEST(SendPages, TheNextOneGoesOverTheOldest) {
   }
 }
 
-TEST(SendPages, WhatDoesNotFitIsSaidWithTheMend) {
+TEST(SendPages, WhatDoesNotFitIsReportedWithTheMend) {
   const Glove good = glove_of_shared_knots(12, 2, 60);
-  const auto says = [&](const FlashContent& flash, const Glove& glove, const std::string& what) {
+  const auto expect = [&](const FlashContent& flash, const Glove& glove, const std::string& what) {
     io::expect_refused([&] { (void)pages_with_model(flash, glove, "the board"); }, what);
   };
   const FlashContent flash = glove_flash(good);
   Glove slow = good;
   slow.model.sample_period_s = 0.1;
-  says(flash, slow, "--rate 50");
+  expect(flash, slow, "--rate 50");
   Glove other = good;
   other.sensor[2] = divider(35, 25, 100.0 / 180);
-  says(flash, other, "middle: the board has another calibration");
+  expect(flash, other, "middle: the board has another calibration");
   FlashContent damaged = flash;
   damaged.bytes[core::kSettingsBegin + 20] ^= 1;
-  says(damaged, good, "holds no settings of this Flexor");
+  expect(damaged, good, "holds no settings of this Flexor");
   Glove with_key = good;
   with_key.key = key_from_hex("000102030405060708090a0b0c0d0e0f");
   FlashContent guarded = flash;
   const auto give = [&](const Key& key) { put(guarded, page_with_key(key)); };
   give({});
-  says(guarded, with_key, "the board has no key");
+  expect(guarded, with_key, "the board has no key");
   give(key_from_hex("000102030405060708090a0b0c0d0e0e"));
-  says(guarded, with_key, "the board has another key: --key FILE");
+  expect(guarded, with_key, "the board has another key: --key FILE");
   EXPECT_NO_THROW((void)pages_with_model(guarded, good, "the board")) << "none was given";
   give(with_key.key);
   EXPECT_NO_THROW((void)pages_with_model(guarded, with_key, "the board"));
-  says({std::vector<std::uint8_t>(32768, 0xff), 0}, good, "holds no settings of this Flexor");
+  expect({std::vector<std::uint8_t>(32768, 0xff), 0}, good, "holds no settings of this Flexor");
 }
 
 }  // namespace

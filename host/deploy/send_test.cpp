@@ -44,8 +44,8 @@ class FakeGlove {
     const glove::Place place = store_.find(eeprom_);
     return {eeprom_.bytes.begin() + place.address, eeprom_.bytes.begin() + place.address + place.size};
   }
-  std::vector<std::vector<std::uint8_t>> heard;  // frames
-  std::vector<std::vector<std::uint8_t>> said;
+  std::vector<std::vector<std::uint8_t>> received;  // frames
+  std::vector<std::vector<std::uint8_t>> sent;
   std::vector<std::uint8_t> taped;  // somebody sends this at every tenth frame,
   int tapes = 0;                    // so often
   bool deaf = false;
@@ -60,10 +60,10 @@ class FakeGlove {
   }
 
   void take(std::span<const std::uint8_t> bytes) {
-    heard.emplace_back(bytes.begin(), bytes.end());
+    received.emplace_back(bytes.begin(), bytes.end());
     now_s_ += 0.05;
     if (deaf || lost()) return;
-    if (static_cast<int>(heard.size()) == stranger_at) offer();
+    if (static_cast<int>(received.size()) == stranger_at) offer();
     for (const std::uint8_t byte : bytes) {
       if (reader_.push(byte) != link::Received::pending) continue;
       if (reader_.type() == link::Type::request) offer();
@@ -88,9 +88,9 @@ class FakeGlove {
     }
     now_s_ += std::min(timeout_s, 0.02);
     std::vector<std::uint8_t> wire(link::kMaxWire);
-    wire.resize(receiver_->speak({rate_hz, ids_.data()}, 0, wire.data()));
-    if (!wire.empty()) said.push_back(wire);
-    if (tapes > 0 && heard.size() % 10 == 5) {
+    wire.resize(receiver_->answer({rate_hz, ids_.data()}, 0, wire.data()));
+    if (!wire.empty()) sent.push_back(wire);
+    if (tapes > 0 && received.size() % 10 == 5) {
       --tapes;
       return taped;
     }
@@ -130,7 +130,7 @@ Glove with_a_large(std::size_t finger) {
   return glove;
 }
 
-TEST(Send, APartThatCannotRunLeavesTheOldOneAndIsSaidSo) {
+TEST(Send, APartThatCannotRunLeavesTheOldOneAndIsReported) {
   FakeGlove board(published());
   send_model(board.line(), published(), {});
   const auto before = board.stored();
@@ -155,8 +155,8 @@ TEST(Send, AStrangersQuestionDoesNotEndIt) {
 TEST(Send, AnOfferThatWasTapedDoesNotEndIt) {
   FakeGlove board(published());
   send_model(board.line(), published(), {});
-  ASSERT_FALSE(board.said.empty());
-  board.taped = board.said.front();
+  ASSERT_FALSE(board.sent.empty());
+  board.taped = board.sent.front();
   board.tapes = 3;
   const Glove other = with_a_large(2);
   send_model(board.line(), other, {});
@@ -188,7 +188,7 @@ TEST(Send, AModelArrivesWholeWhateverTheLineLoses) {
 TEST(Send, AModelThatWasSentBeforeIsNotTakenAgain) {
   FakeGlove board(published());
   (void)send_model(board.line(), published(), {});
-  const auto recorded = board.heard;
+  const auto recorded = board.received;
   const auto before = board.stored();
   Glove other = published();
   for (auto& joint : other.model.joints) joint.rest_deg += 1;
@@ -223,8 +223,8 @@ TEST(Send, AGloveOfAnotherRateGetsItsModelAtThatRate) {
 
 TEST(Send, RefusesByNameWhatTheGloveDoesNotTake) {
   FakeGlove board(published());
-  const auto refuses = [&](const Glove& glove, const char* says) {
-    expect_refused<std::exception>([&] { (void)send_model(board.line(), glove, {}); }, says);
+  const auto refuses = [&](const Glove& glove, const char* reason) {
+    expect_refused<std::exception>([&] { (void)send_model(board.line(), glove, {}); }, reason);
   };
   Glove foreign = published();
   foreign.key->bytes[0] ^= 1;

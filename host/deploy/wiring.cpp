@@ -30,7 +30,7 @@ BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm, co
     const std::string pin = fmt::format("A{}", pins.strip[i]);
     if (divider_kohm > 0) {
       out.connections.push_back(
-          {pin, "strip", finger(i), fmt::format("strip to GND, {:g} kOhm to 5 V", divider_kohm)});
+          {pin, "strip", finger(i), fmt::format("sensor to GND, {:g} kOhm to 5 V", divider_kohm)});
     } else {
       out.connections.push_back({pin, "wiper", finger(i) + " potentiometer", "wiper; ends to 5 V and GND"});
     }
@@ -43,7 +43,7 @@ BoardWiring glove_board(const Pins& pins, Output output, double divider_kohm, co
   for (std::size_t i = 0; i < model::kButtons; ++i) {
     if (!pins.button[i]) continue;
     out.connections.push_back(
-        {fmt::format("D{}", *pins.button[i]), "button", model::buttons()[i].says, "other end to GND"});
+        {fmt::format("D{}", *pins.button[i]), "button", model::buttons()[i].meaning, "other end to GND"});
   }
   if (output == Output::radio) {
     add_radio(out.connections);
@@ -92,7 +92,7 @@ double nearest_sold(double kohm) {
 }
 
 std::string divider_part(double kohm) {
-  const std::string out = fmt::format("resistor {:g} kOhm, 1 %, one for each strip", kohm);
+  const std::string out = fmt::format("resistor {:g} kOhm, 1 %, one for each sensor", kohm);
   const double sold = nearest_sold(kohm);
   if (std::abs(sold / kohm - 1) < 1e-6) return out;
   return out + fmt::format(
@@ -108,11 +108,11 @@ std::vector<Part> parts_of(const Pins& pins, Output output, double divider_kohm,
   const bool two_kinds = radio && boards_with(pins) != kAtmega328p.boards;
   std::vector<Part> out = {{radio && !two_kinds ? 2 : 1, board_part(pins)}};
   if (two_kinds) out.push_back({1, board_part({}) + ", for the hand"});
-  const bool are_strips = divider_kohm > 0;
-  const auto strips = static_cast<int>(std::ranges::count(sensed, true));
-  out.push_back({strips, are_strips ? "flex sensor strip, one for each finger"
-                                    : "potentiometer of 10 kOhm, one for each finger"});
-  if (are_strips) out.push_back({strips, divider_part(divider_kohm)});
+  const bool are_flex = divider_kohm > 0;
+  const auto sensors = static_cast<int>(std::ranges::count(sensed, true));
+  out.push_back({sensors, are_flex ? "flex sensor, one for each finger"
+                                   : "potentiometer of 10 kOhm, one for each finger"});
+  if (are_flex) out.push_back({sensors, divider_part(divider_kohm)});
   if (pins.joystick) out.push_back({1, "thumb joystick: two potentiometers of 10 kOhm"});
   if (pressed > 0) out.push_back({pressed, "push button that closes; the board has the pull-ups"});
   if (!radio) return out;

@@ -1,4 +1,4 @@
-// What a user solders: each pin with what belongs on it, and the parts; and the sketch that logs the strips.
+// What a user solders: each pin with what belongs on it, and the parts; and the sketch that logs the sensors.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ struct BoardWiring {
 struct WiringPlan {
   std::vector<BoardWiring> boards;
   std::vector<Part> parts;
-  double divider_kohm = 0;  // between a strip and 5 V; 0: potentiometers, dividers of their own
+  double divider_kohm = 0;  // between a sensor and 5 V; 0: potentiometers, dividers of their own
 };
 
 // Boards with these pins: only a Nano has A6 and A7.

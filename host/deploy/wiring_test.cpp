@@ -20,7 +20,7 @@ TEST(Wiring, NamesBoardsThatHaveThePins) {
 
 TEST(Wiring, HasNoWireOfAFingerWithoutSensor) {
   const WiringPlan plan = wiring_plan({}, Output::radio, {false, true});
-  EXPECT_EQ(plan.boards[0].connections.size(), 3U) << "one strip and the radio's two";
+  EXPECT_EQ(plan.boards[0].connections.size(), 3U) << "one sensor and the radio's two";
   EXPECT_EQ(plan.boards[0].connections[0].name, "index");
   EXPECT_EQ(plan.parts[1].count, 1);
   EXPECT_EQ(plan.parts[2].count, 1);

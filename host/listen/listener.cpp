@@ -124,7 +124,7 @@ void Listener::follow(std::span<const std::uint8_t> bytes) {
 
 void Listener::speak() {
   for (const double now = now_s(); hand_ && ticked_s_ < now; ticked_s_ += 1e-3) hand_->tick();
-  if (hand_ && hand_->due() == link::HandEnd::Speech::challenge) {
+  if (hand_ && hand_->due() == link::HandEnd::Message::challenge) {
     std::array<std::uint8_t, link::kMaxWire> wire{};
     port_->write({wire.data(), hand_->challenge(wire.data())});
   }

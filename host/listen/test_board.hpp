@@ -131,13 +131,13 @@ inline std::vector<std::uint8_t> telemetry(link::HandEnd& hand, bool state) {
     link::State body{};
     body.board = link::BoardKind::hand;
     const std::uint8_t bytes = link::put_state(body, packet.body());
-    size = hand.say(link::Type::state, packet, bytes, wire.data());
+    size = hand.seal(link::Type::state, packet, bytes, wire.data());
   } else {
     std::array<link::FingerTelemetry, link::kFingers> finger{};
     finger[1] = {720, -127, 1};
     const std::uint8_t bytes =
         link::put_telemetry(2500, 0b1001, finger.data(), link::kFingers, packet.body());
-    size = hand.say(link::Type::telemetry, packet, bytes, wire.data());
+    size = hand.seal(link::Type::telemetry, packet, bytes, wire.data());
   }
   return {wire.begin(), wire.begin() + size};
 }

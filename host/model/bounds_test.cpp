@@ -36,11 +36,11 @@ std::string check_refusal(const Model& m) {
 
 constexpr double kHuge = 1e300;
 
-// One number of a good document changed; what the refusal must say.
+// One number of a good document changed; what the refusal must name.
 struct Absurd {
   const char* place;
   Json value;
-  const char* says;
+  const char* reason;
 };
 
 std::vector<Absurd> absurd_numbers() {
@@ -94,19 +94,19 @@ std::vector<std::pair<Kind, const char*>> absurd_kinds() {
 
 TEST(ModelBounds, NumbersThatNoGloveHasAreRefusedByName) {
   ASSERT_EQ(check_refusal(good()), "accepted");
-  const auto expect = [](const std::string& refusal, const std::string& says) {
-    EXPECT_NE(refusal.find(says), std::string::npos) << says << ": " << refusal;
+  const auto expect = [](const std::string& refusal, const std::string& reason) {
+    EXPECT_NE(refusal.find(reason), std::string::npos) << reason << ": " << refusal;
     EXPECT_EQ(refusal.find('\n'), std::string::npos) << refusal;
   };
   for (const Absurd& one : absurd_numbers()) {
     Json document = Json::parse(to_json(good()));
     document[Json::json_pointer(one.place)] = one.value;
-    expect(io::refusal_of([&] { (void)from_json(document.dump(), "m.json"); }), one.says);
+    expect(io::refusal_of([&] { (void)from_json(document.dump(), "m.json"); }), one.reason);
   }
-  for (const auto& [kind, says] : absurd_kinds()) {
+  for (const auto& [kind, reason] : absurd_kinds()) {
     Model m = good();
     m.blocks[1].kind = kind;
-    expect(check_refusal(m), says);
+    expect(check_refusal(m), reason);
   }
   Model m = good();
   m.blocks.resize(501, m.blocks[0]);
@@ -147,7 +147,7 @@ TEST(ModelBounds, TheRuntimeHoldsTheLastAngleWhenItsArithmeticOverflows) {
   const auto overflown = simulation.step(1000);
   EXPECT_EQ(overflown.status, core::Status::not_a_number);
   EXPECT_EQ(overflown.angle_deg, 0);
-  // The next good reading starts anew instead of carrying the infinity on.
+  // The next good reading starts again instead of carrying the infinity on.
   const auto after = simulation.step(0);
   EXPECT_EQ(after.status, core::Status::ok);
   EXPECT_EQ(after.angle_deg, 0);

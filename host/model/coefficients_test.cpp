@@ -215,7 +215,7 @@ TEST(Compensator, AJointOfTwoSensorsHoldsWhenOneFailsAndAnotherGoesOn) {
   hold_and_come_back<FixedArithmetic>();
 }
 
-TEST(Compensator, SaysTheStatusOfTheFirstBadInput) {
+TEST(Compensator, ReportsTheStatusOfTheFirstBadInput) {
   Compensator<DoubleArithmetic> simulation(crossed());
   const auto samples = simulation.step(std::array{-1.0, 2000.0});
   EXPECT_EQ(samples[0].status, Status::below_range);

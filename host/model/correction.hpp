@@ -1,4 +1,4 @@
-// A sensor that reads otherwise than it did where the model was made, because the glove was put on anew:
+// A sensor that reads otherwise than it did where the model was made, because the glove was put on again:
 //
 //   reading as it was made = gain reading + shift        in the input's unit
 //
@@ -30,7 +30,7 @@ struct Correction {
 Correction correction_of(const Model& model, std::size_t input);
 
 // The model whose input reads `correction(reading)` where it read that before; before what corrected it already. Poses and
-// readings are said as the sensor reads now, and so is the valid range unless it is that of an ADC's counts, whose rails
+// readings are given as the sensor reads now, and so is the valid range unless it is that of an ADC's counts, whose rails
 // stay where they are. Throws io::InputError where the model would break a rule of model.hpp.
 Model corrected(Model model, std::size_t input, const Correction& correction);
 

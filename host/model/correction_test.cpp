@@ -49,7 +49,7 @@ TEST(Correction, AnotherOneGoesBeforeTheFirst) {
   }
 }
 
-TEST(Correction, WhatTheSensorReadAtPosesIsSaidAsItReadsNow) {
+TEST(Correction, WhatTheSensorReadAtPosesIsGivenAsItReadsNow) {
   const Model now = corrected(falling("count"), 0, {1, -60});
   EXPECT_DOUBLE_EQ(now.inputs[0].poses->open, 750);
   EXPECT_DOUBLE_EQ(now.inputs[0].readings->reading.front(), 370);
@@ -57,7 +57,7 @@ TEST(Correction, WhatTheSensorReadAtPosesIsSaidAsItReadsNow) {
   EXPECT_DOUBLE_EQ(corrected(falling("V"), 0, {1, -60}).inputs[0].valid_max, 1082);
 }
 
-TEST(Correction, FoldedThereIsNoBlockAndTheLineIsSaidApart) {
+TEST(Correction, FoldedThereIsNoBlockAndTheLineIsGivenApart) {
   const Correction moved{1.05, 12};
   const Folded board = folded(corrected(falling("count"), 0, moved));
   ASSERT_EQ(board.correction.size(), 1U);

@@ -17,7 +17,7 @@ struct FixedCoefficients {
 using FixedKind = EachOf<FixedCoefficients, Kind>::type;
 
 // Signals are int16, round(value 2^fraction). Each fraction is the largest that holds all values that matter:
-// from the joints back, a block says what it needs of its input (Need); what lies beyond saturates and changes
+// from the joints back, a block states what it needs of its input (Need); what lies beyond saturates and changes
 // no angle. Inputs come in Q5, joints leave in Q4.
 struct FixedModel {
   explicit FixedModel(const Model& model);  // throws io::InputError where a number does not fit

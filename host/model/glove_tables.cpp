@@ -29,10 +29,10 @@ sensor::GuardSettings guard_at_rest(const Model& model, double rest_deg) {
           static_cast<std::uint16_t>(std::ceil(kHold_s / model.sample_period_s - kRounding))};
 }
 
-// Of a strip that feeds an input. A broken one reads near an end of the ADC: its rails lie half way from what the model takes,
-// beyond which another hand or a strip that has drifted reads, too.
-void add_strip(const std::function<double(double)>& sensor, const Input& input,
-               sensor::Calibration& calibration, sensor::MonitorSettings& monitor) {
+// Of a sensor that feeds an input. A broken one reads near an end of the ADC: its rails lie half way from what the model takes,
+// beyond which another hand or a sensor that has drifted reads, too.
+void add_sensor(const std::function<double(double)>& sensor, const Input& input,
+                sensor::Calibration& calibration, sensor::MonitorSettings& monitor) {
   for (std::size_t k = 0; k < sensor::kKnots; ++k)
     calibration.alpha[k] = q5(sensor(16.0 * static_cast<double>(k)));
   const auto accepted = [&](int n) {
@@ -58,10 +58,10 @@ sensor::GuardSettings guard_of(const Model& model, const Joint& joint) {
   return guard_at_rest(model, std::clamp(joint.rest_deg, range.lower_deg, range.upper_deg));
 }
 
-std::uint8_t strips_of(const Model& model, const Wiring& wiring, std::size_t joint) {
+std::uint8_t sensors_of(const Model& model, const Wiring& wiring, std::size_t joint) {
   const Graph graph(model);
   unsigned out = 0;
-  for (const std::size_t input : graph.inputs[graph.joint[joint]]) out |= 1U << wiring.strip[input];
+  for (const std::size_t input : graph.inputs[graph.joint[joint]]) out |= 1U << wiring.sensor[input];
   return static_cast<std::uint8_t>(out);
 }
 
@@ -75,13 +75,13 @@ GloveTables glove_tables(const Model& model, const Sensors& sensor) {
     out.guard[i] = guard_at_rest(model, 0);
     if (wiring.input[i]) {
       const Input& input = model.inputs[*wiring.input[i]];
-      add_strip(sensor[i], input, out.calibration[i], monitor);
+      add_sensor(sensor[i], input, out.calibration[i], monitor);
       if (input.poses) out.poses[i] = {q5(input.poses->open), q5(input.poses->fist)};
     } else {
-      monitor.high = 0;  // no strip: open, always
+      monitor.high = 0;  // no sensor: open, always
     }
-    for (const std::size_t strip : wiring.strips[i])
-      out.strips[i] = static_cast<std::uint8_t>(out.strips[i] | 1U << strip);
+    for (const std::size_t channel : wiring.sensors[i])
+      out.sensors[i] = static_cast<std::uint8_t>(out.sensors[i] | 1U << channel);
     if (wiring.joint[i]) out.guard[i] = guard_of(model, model.joints[*wiring.joint[i]]);
   }
   return out;

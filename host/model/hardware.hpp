@@ -1,4 +1,4 @@
-// A real glove and hand as a document: strips and divider, pins, radio; joints, motors, potentiometers and their loop. What is
+// A real glove and hand as a document: sensors and divider, pins, radio; joints, motors, potentiometers and their loop. What is
 // deployed comes from it, and the twin simulates it.
 //
 //   {"schema": "flexor-hardware", "schema_version": 1, "sensor": "flex" | "potentiometer",
@@ -22,22 +22,22 @@ inline constexpr std::size_t kButtons = 5;
 
 struct Button {
   const char* name;
-  const char* says;   // of what it does in VR
-  unsigned char bit;  // of link::glove_button
+  const char* meaning;  // of what it does in VR
+  unsigned char bit;    // of link::glove_button
 };
 const std::array<Button, kButtons>& buttons();
 
 // What is wired to the glove's board, by the numbers that are printed on it: A0 .. A7 of a Nano, an Uno has none beyond A5.
 struct Pins {
-  std::array<int, kFingers> strip{0, 1, 2, 3, 4};   // analog pin of each finger's strip, thumb first
+  std::array<int, kFingers> strip{0, 1, 2, 3, 4};   // analog pin of each finger's sensor, thumb first
   std::optional<std::array<int, 2>> joystick;       // analog pins of x and y
   std::array<std::optional<int>, kButtons> button;  // digital pin, closed to ground when pressed
 };
 
-// Analog pins in the order that the board reads them: strips thumb to pinky, then the joystick.
+// Analog pins in the order that the board reads them: sensors thumb to pinky, then the joystick.
 std::vector<int> scan_of(const Pins& pins);
 
-// Strips in dividers, or potentiometers, which are dividers of their own.
+// Sensors in dividers, or potentiometers, which are dividers of their own.
 enum class SensorKind { flex, potentiometer };
 
 nlohmann::ordered_json to_json(const Pins& pins);

@@ -27,7 +27,7 @@ class HostCompensator {
 
   std::uint8_t step() {
     std::uint8_t good = 0;
-    for (std::size_t i = 0; i < reading_.size(); ++i) reading_[i] = alpha[wiring_.strip[i]] / 32.0;
+    for (std::size_t i = 0; i < reading_.size(); ++i) reading_[i] = alpha[wiring_.sensor[i]] / 32.0;
     const auto samples = compensator_.step(reading_);
     for (std::size_t i = 0; i < kFingers; ++i) {
       angle[i] = 0;
@@ -55,8 +55,8 @@ class HostCompensator {
 struct ChainParts {
   GloveTables tables;
   HostCompensator compensator;
-  std::array<glove::TrackedStrip, kFingers> tracked;  // none without `half`
-  int samples_per_tick;                               // of the trackers
+  std::array<glove::TrackedSensor, kFingers> tracked;  // none without `half`
+  int samples_per_tick;                                // of the trackers
 };
 
 // Not to be moved: the chain points into the tables and at the compensator.
@@ -70,7 +70,7 @@ class HostChain {
   HostChain(const HostChain&) = delete;
   HostChain& operator=(const HostChain&) = delete;
 
-  // One sample: counts of five strips to what a frame says.
+  // One sample: counts of five sensors to what a frame carries.
   const link::Frame& step(const std::array<int, kFingers>& counts) {
     std::array<std::uint16_t, kFingers> n{};
     for (std::size_t i = 0; i < kFingers; ++i) n[i] = static_cast<std::uint16_t>(counts[i]);
@@ -85,7 +85,7 @@ class HostChain {
   const glove::ChannelSettings* settings() {
     const GloveTables& t = parts_.tables;
     for (std::size_t i = 0; i < kFingers; ++i)
-      settings_[i] = {&t.calibration[i], t.monitor[i], t.guard[i], t.strips[i], t.poses[i]};
+      settings_[i] = {&t.calibration[i], t.monitor[i], t.guard[i], t.sensors[i], t.poses[i]};
     return settings_.data();
   }
 

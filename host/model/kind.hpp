@@ -1,4 +1,4 @@
-// What every kind of block has in common, and what is known of the signals between blocks. Each kind is a struct (kinds.hpp,
+// What every kind of block has in common, and the ranges of the signals between blocks. Each kind is a struct (kinds.hpp,
 // lti.hpp) in the list of runtime/compensator/blocks.hpp, with
 //
 //   static constexpr bool kKeepsFraction           fixed point: its output has the fraction of its input

@@ -73,7 +73,7 @@ Lti::Padded Lti::padded_at(double period_s) const {
 namespace detail {
 namespace {
 
-// What is left of anything after so many samples cannot be told: direct forms forget within a few.
+// What is left of anything after so many samples is not visible: direct forms forget within a few.
 constexpr Eigen::Index kMemory = 64;
 
 // First values of the response of the hold to a single sample of 1.

@@ -90,7 +90,7 @@ static_assert(compensator::kMaxOrder == 3, "lti is written out");
 
 constexpr std::string_view kBegin = R"(readings = double(readings);
 if size(readings, 2) ~= inputs
-  error('readings: must have a column for each input, as the help says');
+  error('readings: must have a column for each input, as in the help');
 end
 if nargin < 2 || isempty(state)
   state = struct('x', {cell(1, blocks)}, 'angle_deg', rest_deg);

@@ -5,7 +5,7 @@
 //
 // readings: a row for each sample of the model's period, a column for each input; angle_deg and status: a column for each
 // joint. Status 0: the angle follows; 1 below, 2 above the valid range, 3 not a number: the last good angle is held, and
-// so is the state of every block that the reading reaches. Without `state` it begins anew.
+// so is the state of every block that the reading reaches. Without `state` it begins again.
 #pragma once
 
 #include <string>

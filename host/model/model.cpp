@@ -341,9 +341,9 @@ std::string schema_json() {
   out.update(
       object_schema({{"schema", {{"const", kSchema}}}, {"schema_version", {{"const", kSchemaVersion}}}}));
   add_schema_of(Model(), out);
-  Json strips = {""};
-  for (const std::string& name : finger_names()) strips.push_back(name);
-  out["properties"]["inputs"]["items"]["properties"]["strip"]["enum"] = strips;
+  Json fingers = {""};
+  for (const std::string& name : finger_names()) fingers.push_back(name);
+  out["properties"]["inputs"]["items"]["properties"]["strip"]["enum"] = fingers;
   return io::dump(out);
 }
 

@@ -77,7 +77,7 @@ struct Input {
   std::string name;    // of its signal
   std::string column;  // the recording's column that feeds it; empty: the one called like it
   std::string unit;
-  std::string strip;     // the finger whose strip it is on the glove's board; may be empty
+  std::string strip;     // the finger whose sensor it is on the glove's board; may be empty
   double valid_min = 0;  // readings outside are refused with a status
   double valid_max = 1023;
   std::optional<Poses> poses = {};

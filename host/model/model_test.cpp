@@ -29,7 +29,7 @@ Channel chain() {
   return c;
 }
 
-TEST(Model, SaysWhichColumnFeedsEachInputUnlessOneIsGivenForEach) {
+TEST(Model, NamesTheColumnThatFeedsEachInputUnlessOneIsGivenForEach) {
   Model m;
   m.inputs.resize(2);
   m.inputs[0].name = "index";
@@ -175,7 +175,7 @@ TEST(Model, RefusesAGraphThatDoesNotFitTogether) {
   expect_line(edited("/joints", Json::array()), "m.json: \"joints\" must be a list, not empty");
 }
 
-TEST(Model, ADiagramSaysThatTheSearchWasStopped) {
+TEST(Model, ADiagramStatesThatTheSearchWasStopped) {
   Model m = example();
   m.fit = {{"joints", {{"index", {{"holdout", {{"rmse_deg", 2.5}}}, {"untried_structures", 3}}}}}};
   EXPECT_NE(diagram(m).find("fitted, by a search that was stopped"), std::string::npos);

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t kMostKept = 1024;  // rows; then every other goes
 constexpr double kCloser = 3;
-constexpr double kFar = 0.15;  // of the span; a glove that was put on anew moves its readings by a seventh
+constexpr double kFar = 0.15;  // of the span; a glove that was put on again moves its readings by a seventh
 
 Spread known(const Input& input) {
   return input.readings.value_or(Spread{{0, 1}, {input.valid_min, input.valid_max}});

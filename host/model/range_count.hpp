@@ -29,10 +29,10 @@ class RangeCount {
 
   const std::vector<InputCount>& counts() const { return counts_; }
   // Two inputs whose readings lie where the other's lay when the model was made: their columns' quantiles are three times
-  // closer to it so. Where the model says nothing of its readings, where the valid range ends takes their place.
+  // closer to it so. Where the model has no readings, the ends of the valid range take their place.
   std::optional<std::pair<std::size_t, std::size_t>> exchanged() const;
   // Whether this input's readings, subtracted from the converter's full scale, are three times closer to those that the model was
-  // made from: its divider is wired the other way round. Only of counts, and where the model says what it was made from.
+  // made from: its divider is wired the other way round. Only of counts, and where the model has what it was made from.
   bool mirrored(std::size_t input) const;
 
  private:

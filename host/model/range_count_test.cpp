@@ -69,7 +69,7 @@ TEST(RangeCount, ADividerTheOtherWayRoundIsFoundThoughAllReadingsAreWithinTheRan
   };
   EXPECT_TRUE(mirrored(-1, 1023));
   EXPECT_FALSE(mirrored(1, 0));
-  EXPECT_FALSE(mirrored(1, 40)) << "put on anew";
+  EXPECT_FALSE(mirrored(1, 40)) << "put on again";
 }
 
 TEST(StandardErrors, GrowBeyondTheReadingsThatWereSeen) {

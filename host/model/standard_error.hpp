@@ -1,4 +1,4 @@
-// The standard error of an angle: what a joint's accuracy says of it and, beyond the readings that were seen, how far the angle may have
+// The standard error of an angle: a joint's accuracy there and, beyond the readings that were seen, how far the angle may have
 // gone on unseen.
 //   se^2 = accuracy(angle)^2 + sum over the joint's inputs of (angles seen / readings seen x distance beyond them)^2
 // with the angles and readings between the outermost of Accuracy and of Input::readings: the slope of a straight line through both.

@@ -36,13 +36,13 @@ struct Bends {
 Bends whole_bends(const std::vector<std::vector<double>>& recordings, double sample_period_s,
                   const Poses& poses) {
   const TrackedRange range{poses, 1, 0, 0};
-  const auto strip = tracked_strip<Doubles>(range, {});
+  const auto sensor = tracked_from<Doubles>(range, {});
   const std::size_t every = static_cast<std::size_t>(samples_per_tick(sample_period_s));
   Bends out;
   for (const std::vector<double>& readings : recordings) {
     sensor::Tracker<Doubles> tracker;
     for (std::size_t k = 0; k < readings.size(); k += every) {
-      tracker.observe({}, strip, readings[k]);
+      tracker.observe({}, sensor, readings[k]);
       if (!tracker.has_bend()) continue;
       out.middle.push_back(tracker.bend_middle());
       out.half.push_back(tracker.bend_half());
@@ -116,13 +116,13 @@ sensor::TrackerSettings<A> tracker_settings(const TrackingPrior& prior) {
 }
 
 template <class A>
-sensor::TrackedStrip<A> tracked_strip(const std::optional<TrackedRange>& range, const TrackingPrior& prior) {
+sensor::TrackedSensor<A> tracked_from(const std::optional<TrackedRange>& range, const TrackingPrior& prior) {
   using Reading = typename A::Reading;
   if (!range) return {};
   const double half = std::abs(range->poses.fist - range->poses.open) / 2;
   const double per_deg = 2 * half / range->range_deg;
   const double middle = (range->poses.fist + range->poses.open) / 2;
-  sensor::TrackedStrip<A> out{};
+  sensor::TrackedSensor<A> out{};
   if constexpr (std::is_floating_point_v<Reading>) {
     out.middle = static_cast<Reading>(middle);
     out.per_half = static_cast<Reading>(1 / half);
@@ -148,7 +148,7 @@ Trackers<Arithmetic>::Trackers(const Model& model, const TrackingPrior& prior, b
       every_(samples_per_tick(model.sample_period_s)) {
   const std::vector<std::optional<TrackedRange>> ranges = tracked_ranges(model, watched);
   for (std::size_t i = 0; i < ranges.size(); ++i) {
-    inputs_.push_back({model.inputs[i].name, ranges[i], tracked_strip<A>(ranges[i], prior), {}});
+    inputs_.push_back({model.inputs[i].name, ranges[i], tracked_from<A>(ranges[i], prior), {}});
     inputs_.back().tracker.reset(settings_);
   }
 }
@@ -162,10 +162,10 @@ std::span<const double> Trackers<Arithmetic>::step(std::span<const double> readi
     corrected_[i] = reading[i];
     if (!one.range || !std::isfinite(reading[i])) continue;
     const auto x = number_of(reading[i], one.tracker);
-    corrected_[i] = in_units(one.tracker.corrected(one.strip, x));
+    corrected_[i] = in_units(one.tracker.corrected(one.tracked, x));
     const bool alive = corrected_[i] >= one.range->valid_min && corrected_[i] <= one.range->valid_max;
     if (!tick || pause || !alive) continue;
-    one.tracker.observe(settings_, one.strip, x);
+    one.tracker.observe(settings_, one.tracked, x);
     one.alarmed = one.alarmed || one.tracker.alarm();
   }
   return corrected_;
@@ -201,7 +201,7 @@ template class Trackers<FloatArithmetic>;
 template class Trackers<DoubleArithmetic>;
 
 template sensor::TrackerSettings<sensor::FixedTracking> tracker_settings(const TrackingPrior&);
-template sensor::TrackedStrip<sensor::FixedTracking> tracked_strip(const std::optional<TrackedRange>&,
+template sensor::TrackedSensor<sensor::FixedTracking> tracked_from(const std::optional<TrackedRange>&,
                                                                    const TrackingPrior&);
 
 }  // namespace flexor::model

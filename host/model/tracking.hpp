@@ -1,4 +1,4 @@
-// What the tracker of a worn glove (runtime/sensor/tracker.hpp) starts from: a strip's poses as the model has them, and
+// What the tracker of a worn glove (runtime/sensor/tracker.hpp) starts from: a sensor's poses as the model has them, and
 // how far donnings and drift are expected to take it.
 #pragma once
 
@@ -23,7 +23,7 @@ struct TrackingPrior {
   double quickest_deg_s = 2;  // the shift follows by no more; not a deviation
 };
 
-// Of one strip: its poses, the degrees from one to the other, and what of a corrected reading is the hand's.
+// Of one sensor: its poses, the degrees from one to the other, and what of a corrected reading is the hand's.
 struct TrackedRange {
   Poses poses;
   double range_deg = 0;  // above 0
@@ -31,23 +31,23 @@ struct TrackedRange {
   double valid_max = 0;
 };
 
-// Where a strip turns in whole bends, as a tracker sees it: the medians over `readings`, sample by sample of one period.
+// Where a sensor turns in whole bends, as a tracker sees it: the medians over `readings`, sample by sample of one period.
 // `poses`: what it reads at the open hand and at the fist, about. None of fewer than three whole bends.
 std::optional<Poses> turns_of(const std::vector<std::vector<double>>& recordings, double sample_period_s,
                               const Poses& poses);
 
-// Of each input, by where it turns or, where the model does not say, by its poses: none without either, or where they are too near to each other for readings in Q5.
-// Strips that other fingers turn too, whose joints read several, are there to be watched alone.
+// Of each input, by where it turns or, where the model has no turns, by its poses: none without either, or where they are too near to each other for readings in Q5.
+// Sensors that other fingers turn too, whose joints read several, are there to be watched alone.
 std::vector<std::optional<TrackedRange>> tracked_ranges(const Model& model, bool watched = false);
 
 template <class A>
 sensor::TrackerSettings<A> tracker_settings(const TrackingPrior& prior);
 
 template <class A>
-sensor::TrackedStrip<A> tracked_strip(const std::optional<TrackedRange>& range, const TrackingPrior& prior);
+sensor::TrackedSensor<A> tracked_from(const std::optional<TrackedRange>& range, const TrackingPrior& prior);
 
 extern template sensor::TrackerSettings<sensor::FixedTracking> tracker_settings(const TrackingPrior&);
-extern template sensor::TrackedStrip<sensor::FixedTracking> tracked_strip(const std::optional<TrackedRange>&,
+extern template sensor::TrackedSensor<sensor::FixedTracking> tracked_from(const std::optional<TrackedRange>&,
                                                                           const TrackingPrior&);
 
 // Samples a tick.
@@ -56,7 +56,7 @@ int samples_per_tick(double sample_period_s);
 // What one input was corrected by at the end.
 struct Followed {
   std::string input;
-  bool is_tracked = false;  // else nothing below is said
+  bool is_tracked = false;  // else nothing below is given
   double shift_deg = 0;     // of the joint, at the middle of its range; above 0: more bent
   double standard_error_deg = 0;
   double stretch = 0;    // share of the range
@@ -82,7 +82,7 @@ class Trackers {
   struct One {
     std::string input;
     std::optional<TrackedRange> range;
-    sensor::TrackedStrip<A> strip;
+    sensor::TrackedSensor<A> tracked;
     sensor::Tracker<A> tracker;
     bool alarmed = false;
   };

@@ -4,14 +4,14 @@
 
 #include <cmath>
 
-#include "host/model/strip_model_test.hpp"
+#include "host/model/sensor_model_test.hpp"
 
 namespace flexor::model {
 namespace {
 
 constexpr double kRate_hz = 50;
 
-// Whole bends of four seconds each, shifted by what the strip has moved.
+// Whole bends of four seconds each, shifted by what the sensor has moved.
 double bend(double t_s, double shift) {
   const double phase = std::fmod(t_s, 8);
   const double closed = phase < 1 ? phase : phase < 4 ? 1 : phase < 5 ? 5 - phase : 0;
@@ -19,13 +19,13 @@ double bend(double t_s, double shift) {
 }
 
 TEST(Trackers, KnowTheirRangesFromPosesAndLimits) {
-  const auto ranges = tracked_ranges(strip_model(Poses{300, 700}));
+  const auto ranges = tracked_ranges(sensor_model(Poses{300, 700}));
   ASSERT_TRUE(ranges[0].has_value());
   EXPECT_EQ(ranges[0]->range_deg, 85);
-  EXPECT_FALSE(tracked_ranges(strip_model({}))[0].has_value());
-  EXPECT_FALSE(tracked_ranges(strip_model(Poses{300, 301}))[0].has_value())
+  EXPECT_FALSE(tracked_ranges(sensor_model({}))[0].has_value());
+  EXPECT_FALSE(tracked_ranges(sensor_model(Poses{300, 301}))[0].has_value())
       << "too near to each other for Q5";
-  EXPECT_FALSE(Trackers<FixedArithmetic>(strip_model({}), {}).any());
+  EXPECT_FALSE(Trackers<FixedArithmetic>(sensor_model({}), {}).any());
 }
 
 TEST(Trackers, KnowWhereWholeBendsTurnFromTheRecordingThatTheModelWasMadeWith) {
@@ -40,7 +40,7 @@ TEST(Trackers, KnowWhereWholeBendsTurnFromTheRecordingThatTheModelWasMadeWith) {
   EXPECT_NEAR(falling->open, 700, 3);
   EXPECT_FALSE(turns_of({{readings.begin(), readings.begin() + 400}}, 1 / kRate_hz, {330, 670}).has_value())
       << "one bend is none to go by";
-  Model m = strip_model(Poses{330, 670});
+  Model m = sensor_model(Poses{330, 670});
   m.inputs[0].turns = turns;
   EXPECT_EQ(from_json(to_json(m), "m"), m);
   EXPECT_EQ(tracked_ranges(m)[0]->poses, *turns);
@@ -48,7 +48,7 @@ TEST(Trackers, KnowWhereWholeBendsTurnFromTheRecordingThatTheModelWasMadeWith) {
 
 template <class Arithmetic>
 Followed followed_after(double shift, Poses poses, double seconds = 120) {
-  Trackers<Arithmetic> trackers(strip_model(poses), {});
+  Trackers<Arithmetic> trackers(sensor_model(poses), {});
   for (int k = 0; k < seconds * kRate_hz; ++k) {
     const double reading = bend(k / kRate_hz, shift);
     trackers.step({&reading, 1}, false);
@@ -56,7 +56,7 @@ Followed followed_after(double shift, Poses poses, double seconds = 120) {
   return trackers.followed().front();
 }
 
-TEST(Trackers, SayDegreesOfTheJointWhicheverWayTheStripReads) {
+TEST(Trackers, ReportDegreesOfTheJointWhicheverWayTheSensorReads) {
   constexpr double kDegPerUnit = 85.0 / 400;
   for (const double shift : {-50.0, 30.0}) {
     const Followed rising = followed_after<FixedArithmetic>(shift, {300, 700});
@@ -72,7 +72,7 @@ TEST(Trackers, SayDegreesOfTheJointWhicheverWayTheStripReads) {
 
 TEST(Trackers, LearnNothingFromFaultsAndPauses) {
   for (const double fault : {1023.0, 0.0, std::nan("")}) {
-    Trackers<FixedArithmetic> trackers(strip_model(Poses{300, 700}), {});
+    Trackers<FixedArithmetic> trackers(sensor_model(Poses{300, 700}), {});
     for (int k = 0; k < 6000; ++k) {
       const double reading = k / 100 % 2 == 0 ? 500 : fault;
       const auto corrected = trackers.step({&reading, 1}, false);
@@ -82,7 +82,7 @@ TEST(Trackers, LearnNothingFromFaultsAndPauses) {
     }
     EXPECT_EQ(trackers.followed()[0].shift_deg, 0) << fault;
   }
-  Trackers<FixedArithmetic> trackers(strip_model(Poses{300, 700}), {});
+  Trackers<FixedArithmetic> trackers(sensor_model(Poses{300, 700}), {});
   for (int k = 0; k < 6000; ++k) {
     const double reading = bend(k / kRate_hz, 40);
     trackers.step({&reading, 1}, true);

@@ -37,7 +37,7 @@ std::optional<double> unsafe_reading(const Model& m) {
         const bool valid = reading >= low && reading <= high && !kRefuses;
         for (std::size_t j = 0; j < m.joints.size(); ++j) {
           const Saturation& limit = limits(m, m.joints[j]);
-          const double y = samples[j].angle_deg;  // finite and safe whatever the status says
+          const double y = samples[j].angle_deg;  // finite and safe whatever the status
           if (!(y >= limit.lower_deg - 0.1 && y <= limit.upper_deg + 0.1)) return reading;
           if (valid && samples[j].status != core::Status::ok) return reading;
         }

@@ -27,8 +27,8 @@ std::size_t index_of(const std::string& finger) {
   return static_cast<std::size_t>(std::ranges::find(names, finger) - names.begin());
 }
 
-// Of an input that does not say it: the finger that it is named after, or that of the only joint that it feeds.
-std::optional<std::size_t> strip_of(const Model& model, const Graph& graph, std::size_t input) {
+// Of an input that names none: the finger that it is named after, or that of the only joint that it feeds.
+std::optional<std::size_t> sensor_of(const Model& model, const Graph& graph, std::size_t input) {
   const std::size_t named = index_of(finger_part(model.inputs[input].name));
   if (named < kFingers) return named;
   std::optional<std::size_t> found;
@@ -43,36 +43,36 @@ std::optional<std::size_t> strip_of(const Model& model, const Graph& graph, std:
   return feeds == 1 ? found : std::nullopt;
 }
 
-// Those that say their strip first, then those that have one by name or joint, then the others on what is free.
-void add_strips(const Model& model, const Graph& graph, Wiring& out) {
+// Those that name their sensor first, then those that have one by name or joint, then the others on what is free.
+void add_sensors(const Model& model, const Graph& graph, Wiring& out) {
   const auto& names = finger_names();
-  std::vector<std::optional<std::size_t>> strip(model.inputs.size());
+  std::vector<std::optional<std::size_t>> finger_of(model.inputs.size());
   const auto take = [&](std::size_t input, std::size_t finger) {
-    strip[input] = finger;
+    finger_of[input] = finger;
     out.input[finger] = input;
   };
-  for (std::size_t i = 0; i < strip.size(); ++i) {
+  for (std::size_t i = 0; i < finger_of.size(); ++i) {
     if (model.inputs[i].strip.empty()) continue;
     const std::size_t finger = index_of(model.inputs[i].strip);
     if (out.input[finger]) {
-      throw io::InputError("inputs {} and {}: both say that they are the {}'s strip",
+      throw io::InputError("inputs {} and {}: both name the {}'s sensor",
                            model.inputs[*out.input[finger]].name, model.inputs[i].name, names[finger]);
     }
     take(i, finger);
   }
-  for (std::size_t i = 0; i < strip.size(); ++i) {
-    const auto finger = strip[i] ? std::nullopt : strip_of(model, graph, i);
+  for (std::size_t i = 0; i < finger_of.size(); ++i) {
+    const auto finger = finger_of[i] ? std::nullopt : sensor_of(model, graph, i);
     if (finger && !out.input[*finger]) take(i, *finger);
   }
-  for (std::size_t i = 0; i < strip.size(); ++i) {
-    if (strip[i]) continue;
+  for (std::size_t i = 0; i < finger_of.size(); ++i) {
+    if (finger_of[i]) continue;
     const auto free = std::ranges::find(out.input, std::optional<std::size_t>());
     if (free == out.input.end())
-      throw io::InputError("input {}: a glove has five strips", model.inputs[i].name);
+      throw io::InputError("input {}: a glove has five sensors", model.inputs[i].name);
     take(i, static_cast<std::size_t>(free - out.input.begin()));
     out.guessed.push_back(i);
   }
-  for (const auto& finger : strip) out.strip.push_back(*finger);
+  for (const auto& finger : finger_of) out.sensor.push_back(*finger);
 }
 
 }  // namespace
@@ -92,11 +92,11 @@ Wiring wiring_of(const Model& model) {
         "--map index=SENSOR:ANGLE, with --poses --joints index,...",
         model.joints.front().name, fmt::join(names, ", "));
   }
-  add_strips(model, graph, out);
+  add_sensors(model, graph, out);
   for (std::size_t f = 0; f < kFingers; ++f) {
     if (!out.joint[f]) continue;
     for (const std::size_t input : graph.inputs[graph.joint[*out.joint[f]]]) {
-      out.strips[f].push_back(out.strip[input]);
+      out.sensors[f].push_back(out.sensor[input]);
     }
   }
   return out;

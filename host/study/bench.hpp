@@ -26,8 +26,8 @@ std::optional<twin::Motion> bench_motion(const std::string& name);
 
 // What goes wrong with a glove that is worn, beside the configuration's.
 struct WornChange {
-  double slip_deg = 0;           // each strip, the same way, beside what the donning drew
-  double drift_deg_per_min = 0;  // each strip, the same way, from now on
+  double slip_deg = 0;           // each sensor, the same way, beside what the donning drew
+  double drift_deg_per_min = 0;  // each sensor, the same way, from now on
   double noise_counts = 0;       // standard deviation of each reading
   double loss = 0;               // share of the radio's frames, both ways; without boards of the samples, too
 };
@@ -36,8 +36,8 @@ FLEXOR_PIPE(WornChange, slip_deg, drift_deg_per_min, noise_counts, loss)
 // How it goes on.
 struct BenchChange {
   WornChange worn = {};
-  std::optional<std::string> motion = {};  // bench_motion(); another one begins anew; none: as before
-  bool restart = false;                    // the same one begins anew, too
+  std::optional<std::string> motion = {};  // bench_motion(); another one begins again; none: as before
+  bool restart = false;                    // the same one begins again, too
 };
 
 struct BenchView {
@@ -80,8 +80,8 @@ class Bench {
   BenchView advance(const BenchChange& change);
 
   // Integral of the absolute error of each of these gestures, all fingers, deg s, as the experiment has it, on the boards
-  // as they are now; in no real time. What the glove says meanwhile goes nowhere. Afterwards the present motion begins
-  // anew. Throws io::Cancelled where `progress` says stop.
+  // as they are now; in no real time. What the glove sends meanwhile goes nowhere. Afterwards the present motion begins
+  // again. Throws io::Cancelled where `progress` asks to stop.
   std::vector<double> score(const std::vector<int>& gestures, const io::JobProgress& progress);
 
  private:

@@ -35,7 +35,7 @@ inline constexpr std::array<const char*, 6> kLatencyStages = {"wait for the ADC"
                                                               "verify",           "next motor command"};
 using Latency = std::array<double, kLatencyStages.size()>;  // ms
 
-// Of those that came through out of `asked`: "edges", "lost" (of which the frame that told them first was lost on the way),
+// Of those that came through out of `asked`: "edges", "lost" (of which the frame that showed them first was lost on the way),
 // "stages" and "total", each with mean_ms, min_ms, max_ms. Throws io::JobError where none did.
 Json budget_of(const std::vector<Latency>& edges, int asked);
 // Its results.json and latency.csv, which its report is drawn from. Throws io::InputError.

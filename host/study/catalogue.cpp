@@ -79,7 +79,7 @@ Compensator compensator(const std::string& name, double rate_hz) {
     throw InputError("unknown compensator \"{}\"; known: raw, published-w, published-hw, or a model file",
                      name);
   }
-  // Poles are continuous-time: the same compensator at another rate is discretised anew.
+  // Poles are continuous-time: the same compensator at another rate is discretised again.
   out.model.sample_period_s = 1 / rate_hz;
   model::check(out.model);
   return out;

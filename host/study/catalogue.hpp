@@ -46,8 +46,8 @@ struct Scenario {
   std::string name;
   std::vector<std::string> set = {};  // "radio.loss=0.05"
   double worn_s = 0;                  // so long before each trial, in ordinary_motion()
-  double drift_turns_s = 0;           // meanwhile strips drift the other way every so often; 0: never
-  bool tracked = false;               // and the glove follows its strips
+  double drift_turns_s = 0;           // meanwhile sensors drift the other way every so often; 0: never
+  bool tracked = false;               // and the glove follows its sensors
   std::string recalibrated = {};      // and is recalibrated by what it read: "poses" or "motion"; empty: not
 };
 FLEXOR_PIPE(Scenario, name, set, worn_s, drift_turns_s, tracked, recalibrated)

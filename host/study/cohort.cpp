@@ -280,7 +280,7 @@ class Run {
     if (!take.fault.empty()) throw InputError(take.fault);
     const identify::Result found = identify::identify_files(request_of(take, threads), step());
     if (is_stopped()) return;
-    // The model first: a row says that it is there.
+    // The model first: a row shows that it is there.
     model::save(found.model, request_.folder / model_file(take.subject, take.session));
     for (const std::string& warning : found.warnings)
       part[kWarnings].push_back(reason_of(warning, request_.manifest.folder));

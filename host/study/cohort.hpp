@@ -53,7 +53,7 @@ struct CohortResult {
 };
 
 // Goes on where the folder's rows end; takes that failed, and those whose files were changed, are tried once more. Throws io::InputError: a folder of another manifest,
-// other options or another version; io::JobError: a file cannot be written; io::Cancelled: stopped, and says what is kept.
+// other options or another version; io::JobError: a file cannot be written; io::Cancelled: stopped, and names what is kept.
 CohortResult run_cohort(const CohortRequest& request,
                         const std::function<void(std::size_t done, std::size_t of)>& progress);
 

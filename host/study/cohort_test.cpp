@@ -161,10 +161,10 @@ TEST_F(Cohort, ALogThatWasMendedIsIdentifiedAgainAndShardsOfOtherDataAreRefused)
   auto before = files("out");
   take("0", 5, 0);
   (void)run_cohort(leaving_out("out"), {});
-  (void)run_cohort(leaving_out("anew"), {});
-  EXPECT_TRUE(files("out") == files("anew"));
+  (void)run_cohort(leaving_out("again"), {});
+  EXPECT_TRUE(files("out") == files("again"));
   EXPECT_NE(files("out")["models/P0_0.json"], before["models/P0_0.json"]);
-  std::ofstream(folder_ / "0_glove.csv") << "t_s,index_adc\n0,500\n";  // tells nothing: its model goes
+  std::ofstream(folder_ / "0_glove.csv") << "t_s,index_adc\n0,500\n";  // determines nothing: its model goes
   for (const char* name : {"out", "broken"}) (void)run_cohort(leaving_out(name), {});
   EXPECT_TRUE(files("out") == files("broken"));
   take("0", 5, 0);

@@ -15,7 +15,7 @@ namespace flexor::study {
 namespace {
 
 constexpr double kGloveClock_s = 3.0;
-constexpr double kCameraClock_s = 17.35;  // nobody told the camera what time the glove has
+constexpr double kCameraClock_s = 17.35;  // the camera does not know the glove's time
 constexpr int kMostDonnings = 100;
 
 recording::Recording angles(const std::array<std::vector<float>, kFingers>& seen, double clock_s,
@@ -53,7 +53,7 @@ std::optional<double> sensor_lag_s(const GloveRecording& one, std::size_t finger
   try {
     return recording::align(series(one.glove), series(one.camera)).sensor_lag_s;
   } catch (const io::JobError&) {
-    return std::nullopt;  // a strip that tells nothing
+    return std::nullopt;  // a sensor that shows nothing
   }
 }
 
@@ -117,7 +117,7 @@ std::vector<identify::Take> hand_recordings(const std::vector<GloveRecording>& r
   std::vector<identify::Take> out;
   for (const GloveRecording& one : recordings) {
     out.push_back({one.glove, std::vector<recording::Recording>(kFingers, one.camera)});
-    for (recording::Column& column : out.back().sensor.columns) column.unit = "deg";  // as its name says
+    for (recording::Column& column : out.back().sensor.columns) column.unit = "deg";  // as its name states
   }
   return out;
 }

@@ -90,7 +90,7 @@ double at_rest(const model::Model& m, double alpha_deg) {
   return angle;
 }
 
-TEST_F(Glove, TheBaselinesAreWhatTheySay) {
+TEST_F(Glove, TheBaselinesAreWhatTheyClaim) {
   ASSERT_TRUE(fit_->lead_s);
   EXPECT_GT(*fit_->lead_s, 0);
   const model::Model& line = baseline("line");

@@ -126,7 +126,7 @@ Journal::Journal(const fs::path& folder, const Json& settings) : path_(folder / 
   if (!is_same_run(folder, settings)) {
     // run.json is written first: rows without it are somebody else's.
     if (size_of(path_) > header.size())
-      refuse(path_, ": no run.json beside it says what these rows are: choose another folder or remove it");
+      refuse(path_, ": no run.json beside it names what these rows are: choose another folder or remove it");
     io::write_file(settings_file(folder), io::dump(settings));
   }
   if (whole) kept_bytes_ = header.size();

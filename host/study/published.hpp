@@ -44,7 +44,7 @@ class LogRms {
 //
 //   constant(c) = geometric mean over gestures 1 to 4 of the published average of c
 // which is the constant with the smallest rms of ln(constant / published) there. A twin whose distance from
-// the published table is no smaller tells the gestures apart no better than a constant does.
+// the published table is no smaller distinguishes the gestures no better than a constant does.
 struct NullModel {
   std::map<std::string, double> error_deg_s;  // by compensator
   double fitted_log_rms = 0;                  // gestures 1 to 4, three compensators: 0.255

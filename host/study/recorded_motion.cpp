@@ -24,7 +24,7 @@ using twin::kFingers;
 // What is kept in memory grows with the rows, not with the time between them.
 constexpr double kLongestPause_s = 60;
 
-// From 0. `row(i)` says where sample i is.
+// From 0. `row(i)` gives where sample i is.
 std::vector<double> motion_time(const std::vector<double>& t_s, const std::string& file,
                                 const std::function<std::string(std::size_t)>& row) {
   if (t_s.size() < 2) throw InputError("{}: a motion needs at least two rows", file);

@@ -120,7 +120,7 @@ std::string to_csv(const twin::Trial& trial, double camera_rate_hz) {
   return fmt::to_string(out);
 }
 
-// Writes the traces; what results.json says of them.
+// Writes the traces; what results.json has of them.
 Json save_traces(const Plan& plan, const std::filesystem::path& folder) {
   io::make_folder(folder / "traces");
   Json motions = Json::array();

@@ -33,7 +33,7 @@ struct Distances {
 };
 Distances distances(const Result& result);
 
-// What the article says of curves and prints no number for, as numbers with a threshold. They are reported,
+// What the article states of curves and prints no number for, as numbers with a threshold. They are reported,
 // and nothing is fitted to them.
 //   gesture 2  "large fluctuations in rho_2 and rho_3" without a compensator, where the person keeps index and
 //              middle still: swing of the hand's angle, from its smallest to its largest, with Raw; mean over
@@ -45,7 +45,7 @@ Distances distances(const Result& result);
 inline constexpr double kLargeSwing_deg = 10;
 inline constexpr double kSignificant_deg = 5;
 
-// Those that the run allows: gesture 2 with raw, gesture 4 with all three published. Each says what sets its value ("where"), and
+// Those that the run allows: gesture 2 with raw, gesture 4 with all three published. Each names what sets its value ("where"), and
 // "at_least_deg" or "at_most_deg", within which it "agrees" with the article.
 Json shape_checks(const Result& result, const Plan& plan);
 

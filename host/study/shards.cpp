@@ -50,7 +50,7 @@ ShardFolders find_shards(const std::vector<fs::path>& folders, const std::string
           throw InputError("{}: belongs to another run than {}: \"{}\" differs in their run.json",
                            folder.string(), folders.front().string(), key);
     if (index < 1 || index > out.folders.size())
-      throw InputError("{}: says shard {} of {}: give that shard's command into a new folder", file, index,
+      throw InputError("{}: is shard {} of {}: give that shard's command into a new folder", file, index,
                        out.folders.size());
     fs::path& mine = out.folders[index - 1];
     if (!mine.empty()) throw InputError("{} and {} are both shard {}", mine.string(), folder.string(), index);

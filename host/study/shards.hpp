@@ -1,4 +1,4 @@
-// The folders of an experiment's shards, and the plan that they are parts of, as their run.json says (trials.hpp, settings_of).
+// The folders of an experiment's shards, and the plan that they are parts of, as in their run.json (trials.hpp, settings_of).
 #pragma once
 
 #include <filesystem>

@@ -92,8 +92,8 @@ TEST_F(ShardsTest, AChangedDigitIsRefusedAlsoByItsOwnCommandAndOfAWholeRun) {
     char& digit = rows.at(rows.find('.', rows.find('\n')) + 1);
     digit = digit == '3' ? '4' : '3';
     io::write_file(folder / "trials.csv", rows);
-    const std::string said = folder.string() + ": its rows are not those that its run ended with";
-    EXPECT_EQ(io::refusal_of([&, &f = folder, &s = shard] { (void)run(plan(s, f), {}); }).find(said), 0U);
+    const std::string message = folder.string() + ": its rows are not those that its run ended with";
+    EXPECT_EQ(io::refusal_of([&, &f = folder, &s = shard] { (void)run(plan(s, f), {}); }).find(message), 0U);
   }
   EXPECT_NE(refusal().find("its rows are not those"), std::string::npos) << refusal();
 }

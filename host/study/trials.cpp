@@ -30,7 +30,7 @@ constexpr double kBetween_s = 1;
 constexpr double kMotion_s = 30;
 constexpr std::uint64_t kPoseErrors = 0x706f7365;  // draws of their own
 
-// Open hand, then fist, as somebody holds them who was told to.
+// Open hand, then fist, as somebody holds them who was asked to.
 twin::Motion poses(const twin::Parameters& p, std::uint64_t seed, double held_s) {
   twin::Random random(twin::seed_of(seed, kPoseErrors));
   std::array<std::vector<double>, kFingers> angle;
@@ -52,11 +52,11 @@ recording::Recording log_of(const twin::TrialInput& input, std::uint64_t number)
   for (std::size_t k = 0; k < reading[0].size(); ++k)
     out.t_s.push_back(static_cast<double>(k) * input.compensator.sample_period_s);
   for (std::size_t i = 0; i < input.compensator.inputs.size(); ++i)
-    out.columns.push_back({input.compensator.inputs[i].name, reading[wiring.strip[i]]});
+    out.columns.push_back({input.compensator.inputs[i].name, reading[wiring.sensor[i]]});
   return out;
 }
 
-// A wearer who is told that a pose was not held still holds both again, twice as long; empty: he gave it up.
+// A wearer whose pose was not held still holds both again, twice as long; empty: he gave it up.
 identify::Held held(twin::TrialInput& input, std::uint64_t number) {
   for (double held_s = kHeld_s; held_s <= kLongestHeld_s; held_s *= 2) {
     input.worn = twin::Worn{poses(input.parameters, twin::seed_of(input.seed, number), held_s),
@@ -70,14 +70,14 @@ identify::Held held(twin::TrialInput& input, std::uint64_t number) {
   return {};
 }
 
-// What a compensator's strips read where it was made; where it does not say, what the first of the others says. All
+// What a compensator's sensors read where it was made; where it has none, what the first of the others has. All
 // are recalibrated alike, so that what is compared is what they make of it.
 model::Model with_readings_of(const std::vector<Compensator>& compensators, model::Model model) {
   const model::Wiring own = model::wiring_of(model);
   for (std::size_t i = 0; i < model.inputs.size(); ++i) {
     model::Input& input = model.inputs[i];
     for (const Compensator& c : compensators) {
-      const std::optional<std::size_t> other = model::wiring_of(c.model).input[own.strip[i]];
+      const std::optional<std::size_t> other = model::wiring_of(c.model).input[own.sensor[i]];
       if (!other) continue;
       const model::Input& known = c.model.inputs[*other];
       if (!input.poses) input.poses = known.poses;
@@ -354,7 +354,7 @@ void check(const Plan& plan) {
                      plan.engine->name());
   if (plan.scenario.tracked && !tracking_of(plan.compensators))
     throw InputError(
-        "no compensator says what its strips read at the open hand and at the fist: nothing can be tracked");
+        "no compensator has what its sensors read at the open hand and at the fist: nothing can be tracked");
   std::set<std::pair<std::string, std::string>> names;
   const auto name = [&](const char* what, const std::string& one) {
     require_name(one, what);
@@ -428,10 +428,10 @@ std::optional<twin::Tracking> tracking_of(const std::vector<Compensator>& compen
     const model::Wiring wiring = model::wiring_of(c.model);
     const std::vector<std::optional<model::TrackedRange>> ranges = model::tracked_ranges(c.model);
     for (std::size_t i = 0; i < kFingers; ++i) {
-      if (wiring.input[i] && !out.strip[i]) out.strip[i] = ranges[*wiring.input[i]];
+      if (wiring.input[i] && !out.sensor[i]) out.sensor[i] = ranges[*wiring.input[i]];
     }
   }
-  if (std::ranges::none_of(out.strip, [](const auto& strip) { return strip.has_value(); }))
+  if (std::ranges::none_of(out.sensor, [](const auto& sensor) { return sensor.has_value(); }))
     return std::nullopt;
   return out;
 }

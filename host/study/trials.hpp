@@ -69,7 +69,7 @@ struct Cell {
   int gesture = 0;  // 0: none of the published
   std::string compensator;
   Statistic total_deg_s;  // causal
-  // After the best constant lag of each trial that has one (host/score/trial.hpp): count() says how many.
+  // After the best constant lag of each trial that has one (host/score/trial.hpp): count() is how many.
   Statistic lag_removed_deg_s;
   Statistic lag_s;
   std::array<Statistic, kFingers> finger_deg_s;
@@ -119,15 +119,15 @@ Result run(const Plan& plan, const TrialProgress& progress);
 Result merge(const Plan& plan, const std::vector<std::filesystem::path>& shards,
              const TrialProgress& progress);
 
-// What the glove follows its strips by: each strip's poses as the first compensator that has them says. All are tracked
-// alike, so that what is compared is what they make of it. None: no compensator says any.
+// What the glove follows its sensors by: each sensor's poses as the first compensator that has them. All are tracked
+// alike, so that what is compared is what they make of it. None: no compensator has any.
 std::optional<twin::Tracking> tracking_of(const std::vector<Compensator>& compensators);
 
 // Trial `number` as it is played once its compensator was recalibrated, as flexor recalibrate does, by what the glove reads before it:
 //   poses    an open hand and a fist, two seconds each, each finger up to 2 degrees beside where it should be held;
 //            once more for four and for eight seconds where the reading was not still; the model stays if it never is
 //   motion   short_motion(), thirty seconds without a camera
-// A compensator whose strips are not known stays as it is. Throws io::InputError: another kind.
+// A compensator whose sensors are not known stays as it is. Throws io::InputError: another kind.
 twin::TrialInput recalibrated(twin::TrialInput input, const std::string& by, std::uint64_t number);
 
 // Trial 0 of a motion, exactly as run() meets it: what to play, and played.

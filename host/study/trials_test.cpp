@@ -29,7 +29,7 @@ TEST(Statistic, MeanAndStudentIntervalOfKnownNumbers) {
 
 TEST(Trials, AGloveThatWasWornIsTrackedByTheFirstPosesThatAModelHas) {
   Plan p = plan("2", 16);
-  p.scenario = {"worn anew", {}, 120, 0, true};
+  p.scenario = {"re-donned", {}, 120, 0, true};
   io::expect_refused([&] { check(p); }, "nothing can be tracked");
   for (model::Input& input : p.compensators[1].model.inputs) {
     const bool thumb = input.name.starts_with("thumb");
@@ -43,7 +43,7 @@ TEST(Trials, AGloveThatWasWornIsTrackedByTheFirstPosesThatAModelHas) {
   EXPECT_GT(tracked, 0.1 * left_alone);
 }
 
-TEST(Trials, AGloveThatWasPutOnAnewIsRecalibratedBeforeItsTrial) {
+TEST(Trials, ARedonnedGloveIsRecalibratedBeforeItsTrial) {
   GloveRequest request{twin::Parameters(), 10, 1, 1001};
   Plan p = plan("1,5", 4);
   p.compensators[1] = {"identified", fit_glove(request, record_glove(request)).identified};
@@ -72,7 +72,7 @@ TEST(Trials, AHoldThatWasNotStillIsHeldAgainAndLonger) {
   const twin::TrialInput input = first_input(p, p.motions[0], c);
   int again = 0;
   int kept =
-      0;  // what the poses told may have been chance: a hand that opens a little less looks like a shift
+      0;  // what the poses showed may have been chance: a hand that opens a little less looks like a shift
   for (std::uint64_t n = 0; n < 400; ++n) {
     const twin::TrialInput out = recalibrated(input, "poses", n);
     again += out.worn->duration_s > 5 ? 1 : 0;
@@ -121,7 +121,7 @@ TEST(Trials, AModelReadsItsOwnUnitFromTheTwinsGlove) {
   EXPECT_THROW(run(p, {}), io::InputError);
 }
 
-// Scenarios change what they name: a smaller share of the range travels less, a smaller hand bends strips more.
+// Scenarios change what they name: a smaller share of the range travels less, a smaller hand bends sensors more.
 TEST(Trials, AnotherPersonIsAnother) {
   const auto played = [](const std::string& assignment) {
     Plan p = plan("1", 1);
@@ -157,7 +157,7 @@ TEST(Trials, ATrialWithoutABestLagIsCountedNowhere) {
   EXPECT_LT(r.cells[1].lag_removed_deg_s.mean(), r.cells[1].total_deg_s.mean());
 }
 
-TEST(Trials, ARunInWhichNothingArrivesSaysSo) {
+TEST(Trials, ARunInWhichNothingArrivesReportsIt) {
   Plan p = plan("2", 2);
   EXPECT_TRUE(to_json(run(p, {}), p).at("warnings").empty());
   p.parameters.module_latency_s = 1;
@@ -221,7 +221,7 @@ TEST(Trials, TheArticlesWordsAreChecked) {
   EXPECT_TRUE(checks()[0].at("agrees"));
 }
 
-// One constant for each compensator knows nothing of gestures. Without what strips feel of their neighbours the twin loses to it.
+// One constant for each compensator knows nothing of gestures. Without what sensors feel of their neighbours the twin loses to it.
 TEST(Trials, TheTwinIsNearerToThePublishedTableThanOneConstantForEachCompensator) {
   Plan p = plan("1-4", 48);
   p.compensators = compensators({"raw", "published-w", "published-hw"}, 10);

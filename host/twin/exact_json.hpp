@@ -30,7 +30,7 @@ inline void from_json(const Json& json, Motion& motion) {
                : Motion::from_samples(json.at("name"), json.at("t_s"), json.at("angle_deg"));
 }
 FLEXOR_PIPE(Worn, motion, duration_s, drift_turns_s)
-FLEXOR_PIPE(Tracking, strip)
+FLEXOR_PIPE(Tracking, sensor)
 FLEXOR_PIPE(TrialInput, parameters, motion, compensator, seed, record_samples, worn, tracking)
 FLEXOR_PIPE(Trial, glove_deg, hand_deg, error_deg_s, impacts, impact_deg_s, pressed_s, frames_sent,
             frames_lost, sample_s, reading, beta_deg, true_deg)

@@ -19,7 +19,7 @@ TEST(ExactJson, ATrialThatCameThroughAPipeIsPlayedToTheSameBits) {
       "wave", {0, 1.0 / 3, 2}, {{{30, 0.1, 99}, {30, 60, 90}, {30, 60, 90}, {30, 60, 90}, {30, 60, 90}}});
   input.worn = Worn{wave, 10.0 / 3, 0};
   input.tracking = Tracking{};
-  input.tracking->strip[1] = model::TrackedRange{{300, 700}, 85, 150, 850};
+  input.tracking->sensor[1] = model::TrackedRange{{300, 700}, 85, 150, 850};
   const auto back = Json::parse(Json(input).dump()).get<TrialInput>();
   EXPECT_EQ(Json(back), Json(input));
   const Trial trial = simulate(input, 3, 1).front();

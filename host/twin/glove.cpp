@@ -33,7 +33,7 @@ std::function<double(double)> Divider::reading(const std::string& unit, const st
   if (unit == "ohm") return [*this](double n) { return 1000 * kohm(n); };
   throw io::InputError(
       "input {:?}: {}; the twin's glove reads count, V, mV, ohm, kohm, deg or rad: write it as its \"unit\"",
-      input, unit.empty() ? "the model does not say its unit" : fmt::format("its unit is {:?}", unit));
+      input, unit.empty() ? "the model does not state its unit" : fmt::format("its unit is {:?}", unit));
 }
 
 }  // namespace flexor::twin

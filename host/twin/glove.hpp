@@ -1,6 +1,6 @@
 // The glove's electrical side, equations 1 to 3 of Sensors 2019, 19(18), 3896.
 //
-//   R1 = flat + k theta                                   kohm; theta is the strip's bend in degrees
+//   R1 = flat + k theta                                   kohm; theta is the sensor's bend in degrees
 //   V  = V_in R1 / (R1 + R2)                              divider
 //   n  = round(1023 V / V_ref), V_in = V_ref              10-bit ADC
 //   alpha = ((R2 n / (1023 - n)) - flat) / k              the reading in degrees: the static calibration
@@ -23,7 +23,7 @@ class Divider {
  public:
   explicit Divider(const Parameters& parameters);
 
-  // A strip cannot have less than no resistance.
+  // A sensor cannot have less than no resistance.
   int counts(double bend_deg) const {
     const double kohm = flat_kohm_ + kohm_per_deg_ * bend_deg;
     if (kohm <= 0) return 0;

@@ -23,7 +23,7 @@ Variation draw_variation(const Parameters& p, std::uint64_t trial_seed) {
   return v;
 }
 
-Strip::Strip(const Parameters& p, int finger, double period_s, std::uint64_t seed) : p_(&p), random_(seed) {
+Sensor::Sensor(const Parameters& p, int finger, double period_s, std::uint64_t seed) : p_(&p), random_(seed) {
   const auto i = static_cast<std::size_t>(finger);
   lower_deg_ = p.hand_lower_deg[i];
   range_deg_ = p.hand_upper_deg[i] - lower_deg_;
@@ -49,13 +49,13 @@ Strip::Strip(const Parameters& p, int finger, double period_s, std::uint64_t see
   }
 }
 
-double Strip::drifted_s(double t_s) const {
+double Sensor::drifted_s(double t_s) const {
   if (turns_s_ == 0) return t_s + worn_s_;
   const double phase_s = std::fmod(t_s + worn_s_, 2 * turns_s_);
   return std::min(phase_s, 2 * turns_s_ - phase_s);
 }
 
-int Strip::sample(const Divider& divider, double t_s, double bend_deg) {
+int Sensor::sample(const Divider& divider, double t_s, double bend_deg) {
   noise_ = noise_keep_ * noise_ + p_->noise_deg * std::sqrt(1 - noise_keep_ * noise_keep_) * random_.normal();
   const double re = flutter_cos_ * flutter_[0] - flutter_sin_ * flutter_[1] + flutter_new_ * random_.normal();
   const double im = flutter_sin_ * flutter_[0] + flutter_cos_ * flutter_[1] + flutter_new_ * random_.normal();

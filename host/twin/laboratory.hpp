@@ -1,4 +1,4 @@
-// What surrounds the electronics in one trial: how the person varies, the strips in their cloth, what pushes
+// What surrounds the electronics in one trial: how the person varies, the sensors in their cloth, what pushes
 // the motors.
 #pragma once
 
@@ -25,11 +25,11 @@ std::int64_t frame_ms(std::size_t frame, double rate_hz, double latency_s);
 
 Variation draw_variation(const Parameters& parameters, std::uint64_t trial_seed);
 
-// One strip on one finger of one trial: everything that happens to the bend before the ADC sees it.
-class Strip {
+// One sensor on one finger of one trial: everything that happens to the bend before the ADC sees it.
+class Sensor {
  public:
-  Strip() = default;
-  Strip(const Parameters& parameters, int finger, double period_s, std::uint64_t seed);
+  Sensor() = default;
+  Sensor(const Parameters& parameters, int finger, double period_s, std::uint64_t seed);
 
   // ADC counts at time t_s for the cloth's bend; one call a sample.
   int sample(const Divider& divider, double t_s, double bend_deg);

@@ -1,4 +1,4 @@
-// Trials side by side with the electronics left out: persons, strips in their cloth, what pushes the motors, cameras. simulate() puts
+// Trials side by side with the electronics left out: persons, sensors in their cloth, what pushes the motors, cameras. simulate() puts
 // the runtime's chain and loops in between, world.hpp whoever reads and drives. One lane is one finger of one trial:
 // lane = finger * kTrials + trial.
 #pragma once
@@ -77,9 +77,9 @@ struct Lanes {
   }
 
   // ADC counts; one call a sample and lane.
-  int sample(int lane, double t_s) { return strip[at(lane)].sample(divider, t_s, felt_deg(lane)); }
+  int sample(int lane, double t_s) { return sensor[at(lane)].sample(divider, t_s, felt_deg(lane)); }
 
-  // The cameras begin anew: what lasts so long from `start_ms` on.
+  // The cameras begin again: what lasts so long from `start_ms` on.
   void film(std::int64_t start_ms, double duration_s) {
     film_ms = start_ms;
     frames = static_cast<std::size_t>(duration_s * p.camera_rate_hz) + 1;
@@ -137,7 +137,7 @@ struct Lanes {
   PlantState<kLanes> x{};
   std::array<double, kLanes> reference{};
   std::array<double, kLanes> total_error{};
-  std::array<Strip, kLanes> strip;
+  std::array<Sensor, kLanes> sensor;
   std::array<Disturbance, kLanes> disturbance;
   std::array<Variation, kTrials> variation;
   std::array<Random, kTrials> camera_noise;
@@ -157,7 +157,7 @@ struct Lanes {
     camera_noise[at(t)] = Random(seed_of(seed, Purpose::camera));
     for (int i = 0; i < kFingers; ++i) {
       const int lane = i * kTrials + t;
-      strip[at(lane)] = Strip(p, i, period_s, seed_of(seed, Purpose::sensor, i));
+      sensor[at(lane)] = Sensor(p, i, period_s, seed_of(seed, Purpose::sensor, i));
       disturbance[at(lane)] = Disturbance(p, seed_of(seed, Purpose::disturbance, i));
       x.noise[lane] = static_cast<std::uint32_t>(seed_of(seed, Purpose::potentiometer, i)) | 1U;
     }
@@ -171,7 +171,7 @@ struct Lanes {
     return static_cast<double>((bend(constants, x, lane) - x.lower[lane]) / (x.upper[lane] - x.lower[lane]));
   }
 
-  // What the strip of finger i feels, r_i = share: r_i + c_(i-1) r_(i-1) + c_i r_(i+1), back in degrees. c_0, between thumb and
+  // What the sensor of finger i feels, r_i = share: r_i + c_(i-1) r_(i-1) + c_i r_(i+1), back in degrees. c_0, between thumb and
   // index, is cloth.thumb_share, the others are cloth.neighbour_share.
   double felt_deg(int lane) const {
     double felt = share(lane);

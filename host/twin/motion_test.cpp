@@ -20,7 +20,7 @@ constexpr const char* kStart =
     R"({"schema":"flexor-gesture","schema_version":1,"name":"x","duration_s":5,"corner_s":0.1,"speed_deg_s":80,)"
     R"("start":40,"moves":[)";
 
-TEST(Motion, GestureOneDoesWhatTheArticleSays) {
+TEST(Motion, GestureOneDoesWhatTheArticleDescribes) {
   const Motion grab = gesture("1");
   EXPECT_DOUBLE_EQ(grab.angle(2, 0, {}), 112);
   EXPECT_NEAR(grab.angle(2, 4.7, {}), 29, 1e-9);
@@ -69,7 +69,7 @@ TEST(Motion, ALatePersonIsLate) {
   EXPECT_DOUBLE_EQ(gesture("1").angle(1, 4.2, late), gesture("1").angle(1, 4, {}));
 }
 
-// A person of another speed starts the first move when the plan says so: at 0 s as well as later.
+// A person of another speed starts the first move when the plan has it: at 0 s as well as later.
 TEST(Motion, AMoveAtZeroSecondsStartsAtZeroForAQuickPersonToo) {
   const std::string start = kStart;
   const Motion m = Motion::from_json(
@@ -109,8 +109,8 @@ TEST(Motion, RefusesWhatMakesNoSenseInOneLineThatNamesIt) {
       {moved(R"({"start_s":1,"fingers":["index"],"to":90},{"start_s":1.2,"fingers":["index"],"to":40})"),
        "start later"},
   };
-  for (const auto& [text, says] : cases) {
-    io::expect_refused([&] { (void)Motion::from_json(text, "g.json"); }, says);
+  for (const auto& [text, reason] : cases) {
+    io::expect_refused([&] { (void)Motion::from_json(text, "g.json"); }, reason);
     EXPECT_TRUE(io::refusal_of([&] { (void)Motion::from_json(text, "g.json"); }).starts_with("g.json: "));
   }
 }

@@ -6,7 +6,7 @@
 //    "hardware": a preset's name, or a document of host/model/hardware.hpp,
 //    "parameters": {NAME: {"value", "unit", "source"}, ...},
 //    "faults": [{"finger", "kind": "open" | "short" | "stuck" | "loose", "start_s", "duration_s"}, ...]}
-// A name that is left out keeps its default; an unknown one is an error. One of the hardware changes what "hardware" says, as in
+// A name that is left out keeps its default; an unknown one is an error. One of the hardware changes what "hardware" gives, as in
 // documents of version 1, which have no "hardware". Faults start and last at most 1e9 s. numbers() is the list, and the only one.
 #pragma once
 

@@ -62,13 +62,13 @@ TEST(Parameters, TheHardwareIsIncludedByNameOrAsADocument) {
 }
 
 TEST(Parameters, RefusesTheImpossibleByName) {
-  for (const auto& [parameters, says] : std::vector<std::pair<std::string, std::string>>{
+  for (const auto& [parameters, reason] : std::vector<std::pair<std::string, std::string>>{
            {R"("radio.frame_rate_hz":{"value":500})", "do not fit 9600 baud"},
            {R"("radio.los":{"value":0})", "radio.loss"},
            {R"("radio.loss":{"value":"much"})", "must be a number"},
            {R"("placement.bend_lower_deg":{"value":{"ring":170}})", "placement.bend_lower_deg of ring, 170"},
            {R"("motor.resistance_ohm":{"value":0.01})", "faster than the plant's step"}})
-    EXPECT_NE(refusal("{" + parameters + "}").find(says), std::string::npos) << parameters;
+    EXPECT_NE(refusal("{" + parameters + "}").find(reason), std::string::npos) << parameters;
   EXPECT_EQ(refusal("{}"), "accepted");
 }
 

@@ -1,4 +1,4 @@
-// The part of the twin that moves every millisecond: cloth and strip on the glove's side, loop, motor, gear
+// The part of the twin that moves every millisecond: cloth and sensor on the glove's side, loop, motor, gear
 // and joint on the hand's. One lane is one finger of one trial; lanes know nothing of each other, so that a
 // trial gives the same bits whatever runs beside it and however wide the processor's vectors are.
 //

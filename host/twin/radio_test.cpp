@@ -34,7 +34,7 @@ TEST(Radio, WhatDoesNotFitTheAirIsLost) {
   EXPECT_EQ(radio.sent() - radio.lost(), 9);  // one every 12.5 ms, and one that waits
 }
 
-TEST(Radio, LosesTheShareItIsToldTo) {
+TEST(Radio, LosesTheShareItIsGiven) {
   Parameters p = clean();
   p.loss = 0.1;
   p.corruption = 0.1;

@@ -29,9 +29,9 @@ model::Wiring full_wiring(const model::Model& compensator) {
                        compensator.name, fmt::join(missing, ", "), fmt::join(has, ", "));
 }
 
-// The glove of a trial: what its strips read, and its chain. A recalibration lies in the table of counts, as on the board.
+// The glove of a trial: what its sensors read, and its chain. A recalibration lies in the table of counts, as on the board.
 struct Glove {
-  model::Sensors reading;  // in the unit of the strip's input, alpha where it feeds none
+  model::Sensors reading;  // in the unit of the sensor's input, alpha where it feeds none
   model::ChainParts parts;
 };
 
@@ -41,7 +41,7 @@ Glove glove_of(const TrialInput& input) {
   const model::Folded folded = model::folded(input.compensator);
   model::Sensors reading;
   model::Sensors made;
-  std::array<glove::TrackedStrip, kFingers> tracked{};
+  std::array<glove::TrackedSensor, kFingers> tracked{};
   for (std::size_t i = 0; i < kFingers; ++i) {
     reading[i] = divider.reading("deg", "");
     if (!wiring.input[i]) continue;
@@ -49,10 +49,10 @@ Glove glove_of(const TrialInput& input) {
     const model::Correction& correction = folded.correction[*wiring.input[i]];
     reading[i] = divider.reading(one.unit, one.name);
     made[i] = [correction, raw = reading[i]](double counts) { return correction(raw(counts)); };
-    if (!input.tracking || !input.tracking->strip[i]) continue;
-    model::TrackedRange range = *input.tracking->strip[i];
+    if (!input.tracking || !input.tracking->sensor[i]) continue;
+    model::TrackedRange range = *input.tracking->sensor[i];
     range.poses = {correction(range.poses.open), correction(range.poses.fist)};
-    tracked[i] = model::tracked_strip<glove::Tracking>(range, {});
+    tracked[i] = model::tracked_from<glove::Tracking>(range, {});
   }
   return {std::move(reading),
           {model::glove_tables(folded.model, made), model::HostCompensator(folded.model), tracked,
@@ -112,12 +112,12 @@ class Batch {  // NOLINT(clang-analyzer-optin.performance.Padding): one of them,
     return [this, &motion](int lane, std::int64_t t_ms) { return lanes_.angle(motion, lane, t_ms); };
   }
 
-  // What the glove's own side goes through before the trial: cloth, strips and trackers. The hand is off.
+  // What the glove's own side goes through before the trial: cloth, sensors and trackers. The hand is off.
   void wear(const Worn& worn) {
     const PlantState<kLanes> before = lanes_.x;
     for (int lane = 0; lane < kLanes; ++lane) {
       lanes_.begin_lane(lane, worn.motion);
-      lanes_.strip[at(lane)].wear(worn.duration_s, worn.drift_turns_s);
+      lanes_.sensor[at(lane)].wear(worn.duration_s, worn.drift_turns_s);
     }
     const auto lasts_ms = static_cast<std::int64_t>(worn.duration_s * 1000);
     const auto period_ms = static_cast<std::int64_t>(std::max(1.0, std::round(period_s_ * 1000)));

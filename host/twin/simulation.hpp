@@ -22,16 +22,16 @@ inline constexpr int kTrialsAtOnce = 16;  // lanes of the vector code are these 
 inline constexpr double kMaxRate_hz = 1000;
 inline constexpr int kMaxPictures = 120000;  // of each camera in a trial: an hour at 33 a second
 
-// The glove follows each strip while it is worn (runtime/sensor/tracker.hpp); strips without a range are left alone.
+// The glove follows each sensor while it is worn (runtime/sensor/tracker.hpp); sensors without a range are left alone.
 struct Tracking {
-  std::array<std::optional<model::TrackedRange>, kFingers> strip;
+  std::array<std::optional<model::TrackedRange>, kFingers> sensor;
 };
 
 // What the glove was worn for: a motion, again and again.
 struct Worn {
   Motion motion;
   double duration_s = 0;
-  double drift_turns_s = 0;  // strips drift the other way every so often; 0: always the same way
+  double drift_turns_s = 0;  // sensors drift the other way every so often; 0: always the same way
 };
 
 struct TrialInput {
@@ -45,7 +45,7 @@ struct TrialInput {
 };
 
 struct Trial {
-  // Frame k is taken at k / camera rate; one vector for each finger. What a camera says, noise and all.
+  // Frame k is taken at k / camera rate; one vector for each finger. What a camera measures, noise and all.
   std::array<std::vector<float>, kFingers> glove_deg;
   std::array<std::vector<float>, kFingers> hand_deg;
   PerFinger error_deg_s{};              // integral |rho_r - rho| at 1 kHz, without cameras
@@ -54,10 +54,10 @@ struct Trial {
   PerFinger pressed_s{};                // how long its motor pressed against a stop; see plant.hpp
   int frames_sent = 0;
   int frames_lost = 0;  // lost, corrupt, in an outage, or overtaken
-  // With record_samples: what the glove read and said, sample k at sample_s[k].
+  // With record_samples: what the glove read and sent, sample k at sample_s[k].
   std::vector<double> sample_s;
   std::array<std::vector<double>, kFingers>
-      reading;  // in the unit of the strip's input, alpha where it feeds none; before it is tracked
+      reading;  // in the unit of the sensor's input, alpha where it feeds none; before it is tracked
   std::array<std::vector<double>, kFingers> beta_deg;
   std::array<std::vector<double>, kFingers> true_deg;
   bool operator==(const Trial&) const = default;

@@ -43,7 +43,7 @@ model::Model identity(double period_s) {
   return m;
 }
 
-// Noise, spread and imperfection switched off but for the strip's; it bends as the finger does.
+// Noise, spread and imperfection switched off but for the sensor's; it bends as the finger does.
 Parameters perfect() {
   Parameters p;
   for (const char* name : {"person.start_spread_s",    "person.pose_spread_deg", "person.speed_spread",
@@ -175,7 +175,7 @@ TEST(Simulation, EveryParameterAtTheEndsOfItsRangeGivesFiniteFiguresOrARefusal) 
 }
 
 // What is sent is what the runtime's chain makes of the same counts, to the bit.
-TEST(Simulation, BrokenStripsAreTreatedAsOnTheGlove) {
+TEST(Simulation, BrokenSensorsAreTreatedAsOnTheGlove) {
   Parameters p = perfect();
   p.faults = {{0, FaultKind::open, 1, 2},
               {1, FaultKind::short_circuit, 1, 2},

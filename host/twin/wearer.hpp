@@ -1,4 +1,4 @@
-// Somebody who wears the glove for as long as one likes, and does what he or she is told to do next.
+// Somebody who wears the glove for as long as one likes, and does what he or she is asked to do next.
 //
 // From where the hand is it goes to the motion's beginning, no finger faster than kJoinSpeed_deg_s, rests there for
 // kBefore_ms and plays the motion from its t = 0; then it rests for kAfter_ms, and again from the beginning. From t = 0

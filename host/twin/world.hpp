@@ -1,4 +1,4 @@
-// One trial with the electronics left out: fingers, cloth, strips and potentiometers that somebody reads,
+// One trial with the electronics left out: fingers, cloth, sensors and potentiometers that somebody reads,
 // motors that somebody drives, cameras that look on. The co-simulation puts the boards in between.
 //
 // The same equations and draws as simulate(): a trial has the same person, glove and hand whichever way it is
@@ -25,7 +25,7 @@ class World {
   // An instant at which simulate() samples this trial's glove; the others are whole periods away.
   double sample_phase_s() const { return lanes_.phase_s[0]; }
 
-  // ADC counts of the strip; one call a sample and finger.
+  // ADC counts of the sensor; one call a sample and finger.
   int glove_counts(int finger, double t_s) { return lanes_.sample(finger, t_s); }
 
   // ADC counts of the potentiometer over the next step.
@@ -34,9 +34,9 @@ class World {
   // Where the fingers are, instead of in the input's motion: degrees at a time, asked for each block's end.
   std::function<double(int finger, std::int64_t t_ms)> finger_at;
 
-  // A strip moves on its finger: degrees of bend beside what the donning drew, until the next call.
-  void shift_strip(int finger, double bend_deg) {
-    lanes_.strip[static_cast<std::size_t>(finger)].shift(bend_deg);
+  // A sensor moves on its finger: degrees of bend beside what the donning drew, until the next call.
+  void shift_sensor(int finger, double bend_deg) {
+    lanes_.sensor[static_cast<std::size_t>(finger)].shift(bend_deg);
   }
 
   // The rest before a trial, in no time: what creeps has crept, and the cloth is where the finger is.
@@ -62,7 +62,7 @@ class World {
     return lanes_.settled_integral(finger, command_q4);
   }
 
-  // The cameras begin anew, and have seen that.
+  // The cameras begin again, and have seen that.
   void film(std::int64_t start_ms, double duration_s) { lanes_.film(start_ms, duration_s); }
   const Trial& seen() const { return lanes_.trials.front(); }
   // What the cameras saw; the world is over.

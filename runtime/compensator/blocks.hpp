@@ -2,10 +2,10 @@
 // come from it. To add one (docs/adding-a-block.md does it):
 //
 //   1. Write its equation, in floating point and in integers, as a struct here, with `code`: its coefficients in order.
-//   2. Write what a document says of it as a struct in host/model/kinds.hpp (kind.hpp says what that has).
+//   2. Write what a document has of it as a struct in host/model/kinds.hpp (kind.hpp lists its members).
 //   3. Add both to the list below, at its end: its place is its number in models that boards have stored. Until both are
 //      there, nothing compiles.
-//   4. Say in a test what it computes. Where the bytes of a block that was there change, raise kGraphVersion (graph.hpp).
+//   4. Show in a test what it computes. Where the bytes of a block that was there change, raise kGraphVersion (graph.hpp).
 #pragma once
 
 #include "runtime/compensator/curve.hpp"

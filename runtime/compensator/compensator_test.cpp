@@ -164,7 +164,7 @@ TEST(Graph, ASectionWithoutAnEndIsRefused) {
     const std::vector<uint8_t> part = part_of(0, 2, code);
     Graph<core::Ram, 800> graph;
     graph.clear();
-    const uint16_t calibration[kStrips] = {};
+    const uint16_t calibration[kSensors] = {};
     return graph.add(part.data(), static_cast<uint16_t>(part.size()), {calibration, 50});
   };
   EXPECT_EQ(load({kPlay, 0, 0, kEnd, kEnd}), Loaded::ok);

@@ -184,7 +184,7 @@ inline uint16_t scale_of(uint16_t width) {
   return scale;
 }
 
-// s_i of a segment that rises by `rise`, 2^14 at most either way, over share_i = width 2^up_i: what the values say as
+// s_i of a segment that rises by `rise`, 2^14 at most either way, over share_i = width 2^up_i: the slope of the values as
 // they are held, so that a segment ends where the next begins.
 inline int16_t slope_of(int16_t rise, uint16_t share) {
   const int32_t half = rise < 0 ? -static_cast<int32_t>(share / 2) : share / 2;

@@ -5,16 +5,16 @@
 // little-endian.
 //
 //   version u8, size u16, rate_hz u8, inputs u8, outputs u8, knots u8, sections u8, signals u8
-//   input     strip | refinement << 4, calibration u16, low u16, high u16 (counts of the monitor), valid_min i16,
+//   input     sensor | refinement << 4, calibration u16, low u16, high u16 (counts of the monitor), valid_min i16,
 //             valid_max i16, open hand i16, fist i16 (Q5; equal: not known)
-//   output    number | place of a further joint << 4, strips (a bit each) | finger << 5, rest i16, open hand i16, fist i16 (Q4)
+//   output    number | place of a further joint << 4, sensors (a bit each) | finger << 5, rest i16, open hand i16, fist i16 (Q4)
 //   knots     count u8, x i16 of each, scale u16 of each
-//   section   strips (a bit each), size u16 of what follows: operations
+//   section   sensors (a bit each), size u16 of what follows: operations
 //   CRC-16 of all before
 //
-// A section runs when the readings of its strips are all valid, and holds its states else. Signals are numbered: the
+// A section runs when the readings of its sensors are all valid, and holds its states else. Signals are numbered: the
 // inputs, then the results of operations in their order. An operation is its code (see Operation), with a number of its own
-// in the upper four bits, the signal that it takes, and its coefficients: what the `code` of its block says (blocks.hpp).
+// in the upper four bits, the signal that it takes, and its coefficients: given by the `code` of its block (blocks.hpp).
 // With kLeaves beside the signal come lower i16, upper i16, output u8, shift i8: the result is limited, and leaves.
 #pragma once
 
@@ -25,7 +25,7 @@
 namespace flexor {
 namespace compensator {
 
-constexpr uint8_t kStrips = 5;
+constexpr uint8_t kSensors = 5;
 constexpr uint8_t kFingers = 5;
 constexpr uint8_t kOutputs = 15;  // the fingers, and further joints
 constexpr uint8_t kGraphVersion = 4;
@@ -39,7 +39,7 @@ constexpr uint8_t kMostKnots = 32;
 constexpr uint8_t kMostNumber = 15;  // of an operation's own
 constexpr uint8_t kLeaves = 0x80;    // beside the signal that an operation takes: its result leaves
 
-// Each gives one signal, a curve as many as its number says.
+// Each gives one signal, a curve as many as its number.
 #define FLEXOR_OPERATION(name, Host, ...) name,
 enum class Operation : uint8_t { end, FLEXOR_BLOCKS(FLEXOR_OPERATION) count };
 #undef FLEXOR_OPERATION
@@ -143,13 +143,13 @@ class Arena {
 struct Section {
   const uint8_t* code;
   uint8_t* own;  // states of its operations, in their order
-  uint8_t strips;
+  uint8_t sensors;
   uint8_t signal;  // of its first operation
   bool started;
 };
 
 struct Input {
-  uint8_t first;  // strip | refinement << 4
+  uint8_t first;  // sensor | refinement << 4
   int16_t least;  // valid
   int16_t most;
 };
@@ -193,9 +193,9 @@ FLEXOR_INLINE uint8_t state_bytes(uint8_t n) {
   return state_bytes_of<Block>(n, First());
 }
 
-// A bit for each strip and finger; other outputs have none.
+// A bit for each sensor and finger; other outputs have none.
 const uint8_t kBits[kOutputs] FLEXOR_IN_FLASH = {1, 2, 4, 8, 16};
-static_assert(kStrips == 5 && kFingers == 5, "a bit for each strip and finger");
+static_assert(kSensors == 5 && kFingers == 5, "a bit for each sensor and finger");
 FLEXOR_INLINE uint8_t bit_of(uint8_t n) { return core::Flash::byte(kBits + n); }
 
 // What operations share while a section runs. Tables: where a part in flash has those of its curves.
@@ -345,9 +345,9 @@ struct Output {
   uint8_t number;
   uint8_t place;  // of a further joint on its finger
   uint8_t finger;
-  uint8_t strips;  // a bit for each that it needs
-  int16_t rest;    // Q4
-  int16_t open;    // Q4 of an open hand
+  uint8_t sensors;  // a bit for each that it needs
+  int16_t rest;     // Q4
+  int16_t open;     // Q4 of an open hand
   int16_t fist;
 
   template <class Place>
@@ -369,7 +369,7 @@ struct Output {
 
 // What a part must have been made for.
 struct MadeFor {
-  const uint16_t* calibration;  // of each strip
+  const uint16_t* calibration;  // of each sensor
   uint8_t rate_hz;
 };
 
@@ -439,13 +439,13 @@ class Loader {
   }
 
   Loaded check_inputs(const uint16_t* calibration, Input* inputs) {
-    if (inputs_ > kStrips) return Loaded::malformed;
+    if (inputs_ > kSensors) return Loaded::malformed;
     for (uint8_t i = 0; i < inputs_; ++i) {
       if (!has(kInputBytes)) return Loaded::malformed;
       const uint8_t first = Place::byte(at_);
-      const uint8_t strip = first & 15;
-      if (strip >= kStrips || first >> 4 > 8) return Loaded::malformed;
-      if (Place::word(at_ + 1) != calibration[strip]) return Loaded::other_calibration;
+      const uint8_t sensor = first & 15;
+      if (sensor >= kSensors || first >> 4 > 8) return Loaded::malformed;
+      if (Place::word(at_ + 1) != calibration[sensor]) return Loaded::other_calibration;
       inputs[i] = {first, static_cast<int16_t>(Place::word(at_ + 7)),
                    static_cast<int16_t>(Place::word(at_ + 9))};
       at_ += kInputBytes;
@@ -488,7 +488,7 @@ class Loader {
   Loaded load_section(Section& section) {
     if (!has(3)) return Loaded::malformed;
     Bytes<Place> in{at_};
-    section.strips = in.u8();
+    section.sensors = in.u8();
     const uint16_t size = in.u16();
     at_ = in.at;
     if (!has(size)) return Loaded::malformed;
@@ -508,7 +508,7 @@ class Loader {
     return loaded;
   }
 
-  // Operations that lie in flash come into RAM, where they are read sooner; of curves the values stay, and a u16 says where.
+  // Operations that lie in flash come into RAM, where they are read sooner; of curves the values stay, and a u16 points to them.
   bool move(Section& section, bool is_far) {
     if (!is_far) {
       section.code = Place::address(section.code);
@@ -641,7 +641,7 @@ class Loader {
 template <class Place, uint16_t kArena>
 class Graph {
  public:
-  int16_t alpha[kStrips] = {};   // Q5, in
+  int16_t alpha[kSensors] = {};  // Q5, in
   int16_t angle[kOutputs] = {};  // Q4 of each finger and further joint, out; kept where a reading is bad
 
   // Forgets what was loaded. The angles stay.
@@ -679,27 +679,27 @@ class Graph {
  private:
   using Run = Machine<core::Flash>;
 
-  // The strips whose readings are valid.
+  // The sensors whose readings are valid.
   uint8_t read() {
-    uint8_t strips = 0;
+    uint8_t sensors = 0;
     int16_t* signal = signals_;
     const Input* input = part_.inputs;
     for (uint8_t left = part_.input_count; left > 0; --left, ++signal, ++input) {
       const int16_t u = alpha[input->first & 15];
       if (u < input->least || u > input->most) continue;
-      strips = static_cast<uint8_t>(strips | bit_of(input->first & 15));
+      sensors = static_cast<uint8_t>(sensors | bit_of(input->first & 15));
       *signal = core::refine(u, static_cast<uint8_t>(input->first >> 4));
     }
-    return strips;
+    return sensors;
   }
 
-  // The sections of which all strips are valid.
-  FLEXOR_SHARED uint8_t run(uint8_t strips) {
-    const uint8_t missing = static_cast<uint8_t>(~strips);
+  // The sections of which all sensors are valid.
+  FLEXOR_SHARED uint8_t run(uint8_t sensors) {
+    const uint8_t missing = static_cast<uint8_t>(~sensors);
     Run::begin(part_, signals_, angle);
     Section* section = part_.sections;
     for (uint8_t i = part_.section_count; i > 0; --i, ++section) {
-      if ((section->strips & missing) != 0) continue;
+      if ((section->sensors & missing) != 0) continue;
       const bool is_first = !section->started;
       section->started = true;
       Run::run(section->code, section->own, is_first, signals_ + section->signal);

@@ -10,7 +10,7 @@ namespace {
 
 using namespace flexor;
 
-constexpr uint16_t kCalibration[compensator::kStrips] = {};
+constexpr uint16_t kCalibration[compensator::kSensors] = {};
 
 template <class Graph>
 void run(const uint8_t* part, uint16_t size, const uint8_t* readings, size_t count) {

@@ -13,7 +13,7 @@ inline void put16(std::vector<uint8_t>& to, int value) {
   to.push_back(static_cast<uint8_t>(value >> 8));
 }
 
-// Of one strip and the finger of its number, at 50 Hz: a section of these operations, with so many signals in all.
+// Of one sensor and the finger of its number, at 50 Hz: a section of these operations, with so many signals in all.
 inline std::vector<uint8_t> part_of(uint8_t finger, uint8_t signals, const std::vector<uint8_t>& code) {
   const uint8_t bit = static_cast<uint8_t>(1 << finger);
   std::vector<uint8_t> part = {kGraphVersion, 0, 0, 50, 1, 1, 0, 1, signals, finger};

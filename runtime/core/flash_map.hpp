@@ -1,4 +1,4 @@
-// Where an ATmega328P keeps what: the same in every board, so that an image is built once and told the rest as data.
+// Where an ATmega328P keeps what: the same in every board, so that an image is built once and given the rest as data.
 //
 //   0x0000   image; behind its 26 vectors an ImageId
 //   0x6380   record of the pair's key (link/key_record.hpp), a page
@@ -22,7 +22,7 @@ constexpr uint16_t kModelCopy = 17 * kFlashPage;
 constexpr uint16_t kDataEnd = kModelBegin + 2 * kModelCopy;
 static_assert(kDataEnd <= 0x7800, "before the old bootloader");
 
-// What an image says of itself.
+// How an image identifies itself.
 struct ImageId {
   char mark[2];   // FX
   uint8_t board;  // link::BoardKind

@@ -51,7 +51,7 @@ struct Flash {
   }
 };
 
-// Either, as an address says: flash below 0x8000, RAM above. For what is not read again and again.
+// Either, by the address: flash below 0x8000, RAM above. For what is not read again and again.
 struct Anywhere {
   static const uint8_t* in_ram(const uint8_t* at) { return at + 0x8000; }
   static bool is_far(const uint8_t* at) { return (reinterpret_cast<uint16_t>(at) & 0x8000) == 0; }

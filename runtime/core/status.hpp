@@ -1,4 +1,4 @@
-// What a compensator says about one input sample.
+// What a compensator reports of one input sample.
 #pragma once
 
 #include <stdint.h>
@@ -13,7 +13,7 @@ enum class Status : uint8_t {
   below_range = 1,  // input under `valid_min`: a shorted or unplugged sensor at the lower ADC rail
   above_range = 2,  // input over `valid_max`: the upper ADC rail
   not_a_number =
-      3,  // floating point only: the input, or what overflowed on its way; then the state starts anew
+      3,  // floating point only: the input, or what overflowed on its way; then the state starts again
 };
 
 }  // namespace core

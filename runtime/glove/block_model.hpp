@@ -1,5 +1,5 @@
-// A compensator that is data, with what the signal chain and the lines for VR drivers get from it. Settings: of each strip and
-// finger `monitor` (low, high), `guard` (rest), `strips` and `poses`, as the chain has them.
+// A compensator that is data, with what the signal chain and the lines for VR drivers get from it. Settings: of each sensor and
+// finger `monitor` (low, high), `guard` (rest), `sensors` and `poses`, as the chain has them.
 #pragma once
 
 #include "runtime/compensator/graph.hpp"
@@ -12,13 +12,13 @@ namespace glove {
 constexpr uint16_t kArenaBytes = 552;
 constexpr uint16_t kLibraryArenaBytes = sizeof(void*) / 2 * kArenaBytes;
 
-// No strip: open, always.
+// No sensor: open, always.
 template <class Settings>
 void clear_settings(Settings* settings) {
-  for (uint8_t i = 0; i < compensator::kStrips; ++i) {
+  for (uint8_t i = 0; i < compensator::kSensors; ++i) {
     settings[i].monitor.low = settings[i].monitor.high = 0;
     settings[i].guard.rest = 0;
-    settings[i].strips = 0;
+    settings[i].sensors = 0;
     settings[i].poses = {0, 0};
   }
 }
@@ -28,20 +28,20 @@ template <class Place, class Settings>
 void describe(const uint8_t* bytes, Settings* settings) {
   compensator::Bytes<Place> in{bytes + compensator::kHeaderBytes};
   for (uint8_t i = 0; i < Place::byte(bytes + compensator::kInputCount); ++i) {
-    Settings& of_strip = settings[in.u8() & 15];
+    Settings& of_sensor = settings[in.u8() & 15];
     in.at += 2;
-    of_strip.monitor.low = in.u16();
-    of_strip.monitor.high = in.u16();
+    of_sensor.monitor.low = in.u16();
+    of_sensor.monitor.high = in.u16();
     in.at += 4;
-    of_strip.poses.open = in.i16();
-    of_strip.poses.fist = in.i16();
+    of_sensor.poses.open = in.i16();
+    of_sensor.poses.fist = in.i16();
   }
   for (uint8_t i = Place::byte(bytes + compensator::kOutputCount); i > 0; --i) {
     const compensator::Output one = compensator::Output::read<Place>(in.at);
     in.at += compensator::kOutputBytes;
     if (one.number >= compensator::kFingers) continue;
     settings[one.number].guard.rest = one.rest;
-    settings[one.number].strips = one.strips;
+    settings[one.number].sensors = one.sensors;
   }
 }
 
@@ -49,14 +49,14 @@ void describe(const uint8_t* bytes, Settings* settings) {
 template <class Place, uint16_t kArena>
 class BlockModel : public compensator::Graph<Place, kArena> {
  public:
-  // No model: every finger stays at rest and says that it is not sensed.
+  // No model: every finger stays at rest and is reported as not sensed.
   template <class Settings>
   void unload(Settings* settings) {
     this->clear();
     clear_settings(settings);
   }
 
-  // `block` outlives this object. Between two samples: every block starts anew. Unless it is ok there is no model.
+  // `block` outlives this object. Between two samples: every block starts again. Unless it is ok there is no model.
   template <class Settings>
   FLEXOR_SHARED compensator::Loaded load(const uint8_t* block, uint16_t size,
                                          const compensator::MadeFor& made_for, Settings* settings) {

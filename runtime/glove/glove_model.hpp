@@ -25,8 +25,8 @@ class GloveModel : public BlockModel<core::Anywhere, kArena> {
     return newest < 2 ? copy[newest].crc : 0;
   }
 
-  // Between two samples: every block starts anew. Takes some milliseconds. Returns what kept the model in EEPROM from running,
-  // or where there is none, the one in flash; without any every finger stays at rest and says that it is not sensed.
+  // Between two samples: every block starts again. Takes some milliseconds. Returns what kept the model in EEPROM from running,
+  // or where there is none, the one in flash; without any every finger stays at rest and is reported as not sensed.
   template <class Settings>
   compensator::Loaded load(Eeprom& eeprom, const ModelStore<Eeprom>& store,
                            const compensator::MadeFor& made_for, Settings* settings) {

@@ -1,4 +1,4 @@
-// From what a frame says to a line for VR drivers. The same code on the glove and on a PC.
+// From what a frame carries to a line for VR drivers. The same code on the glove and on a PC.
 #pragma once
 
 #include "runtime/compensator/graph.hpp"
@@ -54,7 +54,7 @@ class GloveText {
         const sensor::GuardSettings settings = {joint.rest, guard.max_step, guard.hold_samples};
         if (!begun_) guard_[count].reset(settings);
         const int16_t angle =
-            guard_[count].step(settings, (joint.strips & bad) == 0, model.angle[joint.number]);
+            guard_[count].step(settings, (joint.sensors & bad) == 0, model.angle[joint.number]);
         joints[count++] = {joint.finger, joint.place, link::flexion_of(angle, joint.open, scale)};
       }
     }

@@ -22,7 +22,7 @@ constexpr uint8_t kNotTaken = 255;    // too large
 // What an image takes.
 struct Terms {
   uint8_t rate_hz;
-  const uint16_t* calibration;  // of kFingers strips
+  const uint16_t* calibration;  // of kFingers sensors
 };
 
 template <class Eeprom>
@@ -39,8 +39,8 @@ class ModelReceiver {
     window_.restart();
     begun_ = false;
     count_ = 0;
-    speech_ = link::Answer::offer;
-    speaks_ = true;
+    answer_ = link::Answer::offer;
+    is_due_ = true;
   }
 
   // A whole frame of coefficients; whether it is believed. One SipHash.
@@ -49,9 +49,9 @@ class ModelReceiver {
     if (piece.count == 0 || !believed(packet)) return false;
     if (reloads_ || count_ > 0) return true;
     if (!begun_ && !begin(piece, eeprom)) {
-      say(kNotTaken);
+      report(kNotTaken);
     } else if (stage_ != 0 || piece.offset != store_.received()) {
-      say(stage_);
+      report(stage_);
     } else {
       for (uint8_t i = 0; i < piece.count; ++i) bytes_[i] = piece.bytes[i];
       count_ = piece.count;
@@ -66,13 +66,13 @@ class ModelReceiver {
     if (reloads_) return true;
     if (stage_ != 0 || !begun_) return false;
     if (stored == Stored::failed) refuse(kNotWritten);
-    if (stored == Stored::committed) say(kRuns);
+    if (stored == Stored::committed) report(kRuns);
     if (stored != Stored::ready) return stored == Stored::whole;
     if (count_ > 0) {
       // More than the slot has room for: answered with what there is.
       if (!store_.write(store_.received(), bytes_, count_)) stage_ = kNotTaken;
       count_ = 0;
-      say(stage_);
+      report(stage_);
     } else if (store_.received() == size_) {
       store_.commit();
     }
@@ -94,13 +94,13 @@ class ModelReceiver {
   // Not to sleep: there is something to write.
   bool busy() const { return reloads_ || (begun_ && stage_ == 0); }
 
-  // What is to be said, to wire; 0: nothing.
-  uint8_t speak(const Terms& terms, uint16_t model, uint8_t* wire) {
-    if (!speaks_) return 0;
-    speaks_ = false;
+  // What is to be sent, to wire; 0: nothing.
+  uint8_t answer(const Terms& terms, uint16_t model, uint8_t* wire) {
+    if (!is_due_) return 0;
+    is_due_ = false;
     link::Packet packet;
     uint8_t bytes = 0;
-    if (speech_ == link::Answer::offer) {
+    if (answer_ == link::Answer::offer) {
       link::Offer offer = {session_.nonce(), kSlotRoom, terms.rate_hz, model, {}};
       for (uint8_t i = 0; i < link::kFingers; ++i) offer.calibration[i] = terms.calibration[i];
       bytes = link::put_offer(offer, packet.body());
@@ -108,8 +108,8 @@ class ModelReceiver {
       bytes = link::put_receipt({store_.received(), stage_}, packet.body());
     }
     const link::Key* session = pair_ == nullptr ? nullptr : &session_.key();
-    const link::Key* key = speech_ == link::Answer::offer ? pair_ : session;
-    return packet.seal({link::Type::coefficients, false, true, said_++}, bytes, key, wire);
+    const link::Key* key = answer_ == link::Answer::offer ? pair_ : session;
+    return packet.seal({link::Type::coefficients, false, true, sequence_++}, bytes, key, wire);
   }
 
  private:
@@ -130,28 +130,28 @@ class ModelReceiver {
   }
 
   void refuse(uint8_t stage) {
-    say(stage);
+    report(stage);
     reloads_ = true;
   }
 
-  void say(uint8_t stage) {
+  void report(uint8_t stage) {
     stage_ = stage;
-    speech_ = link::Answer::receipt;
-    speaks_ = true;
+    answer_ = link::Answer::receipt;
+    is_due_ = true;
   }
 
   const link::Key* pair_;
   Store& store_;
   link::Session session_;
   link::Window window_;
-  uint16_t said_ = 0;
+  uint16_t sequence_ = 0;
   uint16_t size_ = 0;  // of the model
   bool begun_ = false;
   uint8_t stage_ = 0;
   uint8_t count_ = 0;  // bytes that wait to be written
   uint8_t bytes_[kChunk] = {};
-  link::Answer speech_ = link::Answer::offer;
-  bool speaks_ = false;
+  link::Answer answer_ = link::Answer::offer;
+  bool is_due_ = false;
   bool reloads_ = false;
 };
 

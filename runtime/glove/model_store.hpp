@@ -73,7 +73,7 @@ class ModelStore {
   }
   void drop() { state_ = Stored::idle; }
 
-  // Begins with a model anew, whatever was being written before; false: it is too large.
+  // Begins with a model again, whatever was being written before; false: it is too large.
   bool begin(Eeprom& eeprom, uint16_t size) {
     if (size == 0 || size > kSlotRoom) return false;
     const uint8_t old = newest(eeprom);
@@ -163,7 +163,7 @@ class ModelStore {
     return core::crc16_add(crc, static_cast<uint8_t>(size >> 8));
   }
 
-  // Whether the slot holds a model, but for the byte that says so.
+  // Whether the slot holds a model, but for the byte that marks it.
   bool is_sound(Eeprom& eeprom, uint8_t slot) const {
     const uint16_t from = begin_of(slot);
     const uint16_t size = word(eeprom, static_cast<uint16_t>(from + kSize));

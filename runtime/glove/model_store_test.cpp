@@ -238,7 +238,7 @@ class Glove {
   static constexpr std::uint16_t kArena = 500;
 
   compensator::Loaded load() {
-    std::array<ChannelSettings, compensator::kStrips> settings{};
+    std::array<ChannelSettings, compensator::kSensors> settings{};
     return model_.load(eeprom_, store_, {calibration_.data(), 50}, settings.data());
   }
   link::Receipt work() {
@@ -246,10 +246,10 @@ class Glove {
     for (int k = 0; k < 200; ++k) {
       if (receiver_.work(eeprom_)) receiver_.loaded(static_cast<std::uint8_t>(load()));
       std::array<std::uint8_t, link::kMaxWire> wire{};
-      const std::uint8_t size = receiver_.speak({50, calibration_.data()}, 7, wire.data());
+      const std::uint8_t size = receiver_.answer({50, calibration_.data()}, 7, wire.data());
       for (std::uint8_t i = 0; i < size; ++i) {
-        if (said_.push(wire.at(i)) == link::Received::pending && said_.body()[0] == 1)
-          receipt = link::get_receipt(said_.body());
+        if (answer_.push(wire.at(i)) == link::Received::pending && answer_.body()[0] == 1)
+          receipt = link::get_receipt(answer_.body());
       }
     }
     return receipt;
@@ -257,12 +257,12 @@ class Glove {
 
   Eeprom& eeprom_;
   std::array<std::uint8_t, 2 * core::kModelCopy> flash_{};
-  std::array<std::uint16_t, compensator::kStrips> calibration_{};
+  std::array<std::uint16_t, compensator::kSensors> calibration_{};
   GloveModel<Eeprom, kArena> model_{flash_.data()};
   ModelStore<Eeprom> store_{0};
   ModelReceiver<Eeprom> receiver_{nullptr, store_};
   link::PacketReader reader_;
-  link::PacketReader said_;
+  link::PacketReader answer_;
 };
 
 // What does not fit was once written down before it was tried: who lost power then had neither the old model nor the new.

@@ -1,4 +1,4 @@
-// What a glove's image is told of its glove, beside the model: a block of data (core/flash_map.hpp). Whoever writes a board's
+// What a glove's image is given of its glove, beside the model: a block of data (core/flash_map.hpp). Whoever writes a board's
 // settings writes this struct as it lies in memory, low bytes first.
 #pragma once
 
@@ -68,7 +68,7 @@ struct SettingsHead {
 struct Settings {
   static constexpr uint16_t kKind = kSettingsKind;
   SettingsHead head;
-  TrackedStrip tracked[link::kFingers];  // half 0: it is not followed
+  TrackedSensor tracked[link::kFingers];  // half 0: it is not followed
   sensor::Calibration calibration[link::kFingers];
 };
 static_assert(sizeof(SettingsHead) == 60 && sizeof(Settings) == 60 + 50 + 650, "as it lies in flash");

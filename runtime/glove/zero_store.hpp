@@ -1,7 +1,7 @@
 // The corrections of sensor/zero.hpp in EEPROM: two records by turns, so that power that is lost at any instant
 // leaves the old ones or the new.
 //
-//   record   generation u8, gain and offset i16 of each strip, CRC-16 of these
+//   record   generation u8, gain and offset i16 of each sensor, CRC-16 of these
 // The CRC starts with `made_for`, the poses that the corrections refer to: with another model's they count no more.
 #pragma once
 
@@ -12,21 +12,21 @@ namespace flexor {
 namespace glove {
 
 // Eeprom: as in link/counter_store.hpp.
-template <class Eeprom, uint8_t kStrips>
+template <class Eeprom, uint8_t kSensors>
 class ZeroStore {
  public:
-  static constexpr uint8_t kRecordBytes = 1 + 4 * kStrips + 2;
+  static constexpr uint8_t kRecordBytes = 1 + 4 * kSensors + 2;
   static_assert(2 * kRecordBytes <= 64, "before the model's store");
 
   // Those that are being written, else the newest record's, if made for this; false, and none at all, where there are none.
   bool load(Eeprom& eeprom, uint16_t made_for, sensor::Correction* correction) {
     if (at_ < kRecordBytes && made_for == made_for_) {
-      __builtin_memcpy(correction, record_.bytes + 1, 4 * kStrips);
+      __builtin_memcpy(correction, record_.bytes + 1, 4 * kSensors);
       return true;
     }
     at_ = kRecordBytes;
     made_for_ = made_for;
-    for (uint8_t i = 0; i < kStrips; ++i) correction[i] = sensor::kUncorrected;
+    for (uint8_t i = 0; i < kSensors; ++i) correction[i] = sensor::kUncorrected;
     bool found = false;
     for (uint8_t place = 0; place < 2; ++place) {
       Record record;
@@ -37,7 +37,7 @@ class ZeroStore {
       found = true;
       generation_ = record.bytes[0];
       place_ = static_cast<uint8_t>(1 - place);
-      __builtin_memcpy(correction, record.bytes + 1, 4 * kStrips);
+      __builtin_memcpy(correction, record.bytes + 1, 4 * kSensors);
     }
     return found;
   }
@@ -45,7 +45,7 @@ class ZeroStore {
   // Starts to write them; whatever was being written before is given up.
   void save(const sensor::Correction* correction) {
     record_.bytes[0] = ++generation_;
-    __builtin_memcpy(record_.bytes + 1, correction, 4 * kStrips);
+    __builtin_memcpy(record_.bytes + 1, correction, 4 * kSensors);
     const uint16_t crc = crc_of(record_);
     record_.bytes[kRecordBytes - 2] = static_cast<uint8_t>(crc);
     record_.bytes[kRecordBytes - 1] = static_cast<uint8_t>(crc >> 8);

@@ -11,8 +11,8 @@ uint16_t counts(double bandgap_V, double supply_V) {
   return static_cast<uint16_t>(std::floor(1023 * bandgap_V / supply_V));
 }
 
-// Settled at 5 V, then at `supply_V`: what it says.
-uint8_t told(double bandgap_V, double supply_V) {
+// Settled at 5 V, then at `supply_V`: the faults.
+uint8_t reported(double bandgap_V, double supply_V) {
   BoardWatch watch;
   for (int k = 0; k < 500; ++k) EXPECT_EQ(watch.tick(true, k < 64 ? uint16_t{0} : counts(bandgap_V, 5)), 0);
   return watch.tick(true, counts(bandgap_V, supply_V));
@@ -20,10 +20,10 @@ uint8_t told(double bandgap_V, double supply_V) {
 
 TEST(BoardWatch, ADipIsADipWithAnyBandgap) {
   for (const double bandgap_V : {1.0, 1.1, 1.2}) {
-    EXPECT_EQ(told(bandgap_V, 5.2), 0);
-    EXPECT_EQ(told(bandgap_V, 4.6), 0);
-    EXPECT_EQ(told(bandgap_V, 4.3), kSupplyDip);
-    EXPECT_EQ(told(bandgap_V, 3.1), kSupplyDip);
+    EXPECT_EQ(reported(bandgap_V, 5.2), 0);
+    EXPECT_EQ(reported(bandgap_V, 4.6), 0);
+    EXPECT_EQ(reported(bandgap_V, 4.3), kSupplyDip);
+    EXPECT_EQ(reported(bandgap_V, 3.1), kSupplyDip);
   }
 }
 

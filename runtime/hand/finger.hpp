@@ -66,7 +66,7 @@ struct FingerSettings {
 
 class Finger {
  public:
-  // `command` and `rest` in Q4 degrees, any value; `counts` are the potentiometer's, and `neighbour` what is known of
+  // `command` and `rest` in Q4 degrees, any value; `counts` are the potentiometer's, and `neighbour` the state of
   // the one before. `turn`: every second tick, the watch's. Returns the duty, which the motor must get.
   int16_t tick(const FingerSettings& c, Link link, int16_t command, int16_t rest, uint16_t counts,
                bool turn = true, Neighbour neighbour = {}) {
@@ -100,7 +100,7 @@ class Finger {
 
   Fault fault() const { return fault_; }
   // Its motor is off, and its reading runs as no finger coasts and nobody bends one, or it was carried beyond its range
-  // since: what drives it obeys no duty.
+  // since: what drives it follows no duty.
   bool runs_away() const { return runs_away_; }
   int16_t setpoint() const {
     return static_cast<int16_t>(loop_.setpoint >> (core::kStateFraction - core::kOutputFraction));
@@ -194,7 +194,7 @@ class Finger {
     return left < -kBeyond ? static_cast<int16_t>(0) : kicked(c.motor, duty, measured, left);
   }
 
-  // Between the duty that may move a finger and the one that must, nobody can tell whether it is held: not for
+  // Between the duty that may move a finger and the one that must, it is unknown whether it is held: not for
   // long. A kick goes on until the reading has moved, or the watch has seen enough. `left`: of the way to the end
   // of the range, where nothing begins that could press.
   int16_t kicked(const MotorSettings& c, int16_t duty, int16_t measured, int16_t left) {

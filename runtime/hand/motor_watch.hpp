@@ -1,4 +1,4 @@
-// A motor's model beside its potentiometer: what the duty can have done, and what the reading says, each turn of
+// A motor's model beside its potentiometer: what the duty can have done, and what the reading shows, each turn of
 // kTurn_ticks.
 //
 // v is how fast the last duty u would make a finger go that nothing holds back, in a turn:
@@ -7,7 +7,7 @@
 // held(x) = sign(x) max(|x| - friction, 0). Two sums of what the reading has moved beyond that, never below zero,
 // so that an honest finger's stay near it for ever (Page, Biometrika 41, 1954):
 //   ahead = max(ahead + moved - high - forget, 0),   behind = max(behind + low - moved - forget, 0)
-// With a duty that only just moves a finger against friction and load, low says nothing for long. There the effort
+// With a duty that only just moves a finger against friction and load, low shows nothing for long. There the effort
 // is counted: turns of such a duty, until the reading has gone along with it.
 #pragma once
 
@@ -59,7 +59,7 @@ class MotorWatch {
     recoil_ = 0;
   }
 
-  // What has stopped a finger throws it back: for a while nothing is said of what moves it.
+  // What has stopped a finger throws it back: for a while its movement is not judged.
   void recoil(int16_t measured) {
     start(measured);
     recoil_ = kRecoil_turns;
@@ -204,8 +204,8 @@ class MotorWatch {
 };
 
 // An input that hangs in the air keeps the charge of the one that was read before it: two neighbours that move alike. Good
-// fingers that are told the same do so, too. Those are told something else by turns, 1.5 degrees to either side, and looked
-// at in windows of time: whose readings go on alike is one and the same. Which of both hangs cannot be told, nor need it:
+// fingers with the same command do so, too. Those are probed by turns, 1.5 degrees to either side, and looked
+// at in windows of time: whose readings go on alike is one and the same. Which of both hangs is unknown, and need not be known:
 // with the second finger limp, either its reading follows the first's still, or the first's stands still against its duty.
 struct Neighbour {
   int8_t probe;   // to be added to the goal, Q4 degrees
@@ -213,17 +213,17 @@ struct Neighbour {
 };
 class NeighbourWatch {
  public:
-  // At the end of each window of kWindow_ms: the readings of the pair, and by how much more the second is told than the
+  // At the end of each window of kWindow_ms: the readings of the pair, and by how much more is commanded of the second than of the
   // first, Q4 degrees. `turn` changes with each window.
-  void look(uint16_t a, uint16_t b, int16_t told, bool turn) {
+  void look(uint16_t a, uint16_t b, int16_t commanded, bool turn) {
     const int16_t moved = static_cast<int16_t>(a - a_);
     const int16_t other = static_cast<int16_t>(b - b_);
     const bool near = within(static_cast<int16_t>(a - b), kNear);
     if (!near && !shadowed()) alike_ = 0;
-    if (near || shadowed()) weigh(moved, other, static_cast<int16_t>(told - told_));
+    if (near || shadowed()) weigh(moved, other, static_cast<int16_t>(commanded - commanded_));
     a_ = a;
     b_ = b;
-    told_ = told;
+    commanded_ = commanded;
     probe_ = alike_ == 0 || shadowed() || lasting_ == 0 ? 0 : turn ? kProbe : -kProbe;
   }
   bool shadowed() const { return alike_ == kCertain; }
@@ -235,7 +235,7 @@ class NeighbourWatch {
  private:
   static bool within(int16_t x, int16_t bound) { return x <= bound && x >= -bound; }
 
-  void weigh(int16_t moved, int16_t other, int16_t told) {
+  void weigh(int16_t moved, int16_t other, int16_t commanded) {
     const int16_t apart = static_cast<int16_t>(other - moved);
     const bool both = !within(moved, kMoved) && !within(other, kMoved);
     if (shadowed()) {
@@ -253,8 +253,8 @@ class NeighbourWatch {
       alike_ = 1;
       return;
     }
-    if (within(told, kTold) || !within(moved, kQuick)) return;
-    const int16_t followed = static_cast<int16_t>(told > 0 ? apart : -apart);
+    if (within(commanded, kCommanded) || !within(moved, kQuick)) return;
+    const int16_t followed = static_cast<int16_t>(commanded > 0 ? apart : -apart);
     if (followed < kFollowed) {
       ++alike_;
     } else {
@@ -262,18 +262,18 @@ class NeighbourWatch {
     }
   }
 
-  static constexpr int8_t kProbe = 24;     // Q4 degrees
-  static constexpr int16_t kTold = 40;     // Q4 degrees, told to go apart
-  static constexpr int16_t kNear = 24;     // counts between both: a shadow says what the other says
-  static constexpr int16_t kMoved = 7;     // counts, two degrees
-  static constexpr int16_t kQuick = 50;    // counts: a motor that does what it can follows no probe
-  static constexpr int16_t kAlike = 12;    // counts
-  static constexpr int16_t kFollowed = 5;  // counts, less than half of what it was told
+  static constexpr int8_t kProbe = 24;       // Q4 degrees
+  static constexpr int16_t kCommanded = 40;  // Q4 degrees, commanded to go apart
+  static constexpr int16_t kNear = 24;       // counts between both: a shadow reads what the other reads
+  static constexpr int16_t kMoved = 7;       // counts, two degrees
+  static constexpr int16_t kQuick = 50;      // counts: a motor that does what it can follows no probe
+  static constexpr int16_t kAlike = 12;      // counts
+  static constexpr int16_t kFollowed = 5;    // counts, less than half of what was commanded
   static constexpr uint8_t kCertain = 4;
   static constexpr uint8_t kLasting = 12;
   uint16_t a_ = 0;
   uint16_t b_ = 0;
-  int16_t told_ = 0;
+  int16_t commanded_ = 0;
   int8_t probe_ = 0;
   uint8_t alike_ = 0;
   uint8_t lasting_ = 0;  // windows since they moved, downwards

@@ -147,8 +147,8 @@ struct ElasticBench {
     lie = now;
     lagging_deg = lie_from_deg = motor[0].angle_deg;
   }
-  // What the first one's potentiometer says instead of its angle, degrees.
-  double told_deg(double command_deg) {
+  // What the first one's potentiometer reads instead of its angle, degrees.
+  double lie_deg(double command_deg) {
     const double at_deg = motor[0].angle_deg;
     const double slowly_deg = lied_ms * kSlipSpeed_deg_s / 1000;
     if (lie == Lie::lags) lagging_deg += (at_deg - lagging_deg) / how.lag_ms;
@@ -167,7 +167,7 @@ struct ElasticBench {
   std::array<std::uint16_t, 2> readings(double command_deg) {
     std::array<std::uint16_t, 2> out{};
     for (std::size_t i = 0; i < 2; ++i)
-      out[i] = counts((i == 0 ? told_deg(command_deg) : motor[1].angle_deg) + honest_noise_deg * normal());
+      out[i] = counts((i == 0 ? lie_deg(command_deg) : motor[1].angle_deg) + honest_noise_deg * normal());
     if (lie == Lie::frozen) out[0] = counts(lie_from_deg);
     if (lie == Lie::neighbour)
       out[0] = static_cast<std::uint16_t>(
@@ -202,7 +202,7 @@ struct ElasticBench {
   }
 };
 
-// What a hand is told: gestures between poses at the article's speed, steps, slow drifts, a shaking hand.
+// A hand's commands: gestures between poses at the article's speed, steps, slow drifts, a shaking hand.
 struct Commands {
   explicit Commands(std::uint64_t seed) : random(seed) {}
   std::mt19937_64 random;
@@ -239,7 +239,7 @@ struct Case {
   int lain_ms = 2400;            // of six seconds, with half of that duty: README.md
 };
 
-struct Kind {  // of motor, as shares of what is known of it
+struct Kind {  // of motor, as shares of the assumed values
   double speed = 1;
   double friction = 1;
 };
@@ -254,7 +254,7 @@ struct Outcome {
 };
 
 // The first finger's potentiometer begins to lie at a random instant, and lies for six seconds. `together`: both
-// fingers are told the same.
+// fingers have the same command.
 void lie_to(const Case& lies, std::uint64_t seed, bool together, bool watched, Kind kind, Outcome& out) {
   ElasticBench bench;
   bench.c = elastic_settings(watched);
@@ -488,7 +488,7 @@ TEST(Protection, AFrozenReadingIsFrozenOnceBothWaysWereTriedAndEndsWithAMovement
 }
 
 // A neighbour that moves alike for a window is no hand that bends it.
-TEST(Protection, AReversedReadingStaysSoWhateverItsNeighbourSays) {
+TEST(Protection, AReversedReadingStaysSoWhateverItsNeighbourReads) {
   ElasticBench bench;
   Finger& finger = bench.finger[1];
   const auto run = [&](int ms, Neighbour neighbour) {
@@ -534,7 +534,7 @@ TEST(Protection, ASlipEndsWhereTheReadingIsBackAndNowhereElse) {
   EXPECT_NEAR(bench.motor[0].angle_deg, 90, 1.5);
 }
 
-// Good potentiometers of two fingers that are told the same may agree to a count for as long as they move.
+// Good potentiometers of two fingers with the same command may agree to a count for as long as they move.
 TEST(Protection, FingersThatMoveAsOneAreNoFault) {
   for (const double noise_deg : {0., 0.03, 0.06, 0.1, 0.15})
     EXPECT_EQ(honest(10, true, 1, 1, true, noise_deg).faults, 0) << noise_deg;
@@ -548,7 +548,7 @@ struct Grip {
   int closed = 0;  // once the thing is gone
 };
 
-// Ten seconds told to close on a thing at 80 degrees, two to open, twenty to close again without it.
+// Ten seconds commanded to close on a thing at 80 degrees, two to open, twenty to close again without it.
 void grip(double duty_per_deg, double friction, std::uint64_t seed, Grip& out) {
   ElasticBench bench;
   bench.random.seed(seed);
@@ -591,7 +591,7 @@ TEST(Protection, AHeldThingIsGivenWayToWhateverItsStiffnessAndIsNoLie) {
   }
 }
 
-// Windows of a pair that moves by 20 counts each: `follows` of what the second is told besides, 4 counts a degree.
+// Windows of a pair that moves by 20 counts each: `follows` of what is commanded of the second besides, 4 counts a degree.
 int windows_until_shadowed(double follows, int moved = 20) {
   NeighbourWatch pair;
   double a = 300;
@@ -609,7 +609,7 @@ int windows_until_shadowed(double follows, int moved = 20) {
   return -1;
 }
 
-TEST(NeighbourWatch, AShadowIsOneThatMovesAlthoughItIsToldOtherwise) {
+TEST(NeighbourWatch, AShadowIsOneThatMovesAgainstItsCommand) {
   EXPECT_GE(windows_until_shadowed(0), 4);
   EXPECT_LE(windows_until_shadowed(0), 10);
   EXPECT_EQ(windows_until_shadowed(1), -1);

@@ -1,4 +1,4 @@
-// What a hand's image is told of its hand: a block of data (core/flash_map.hpp). Whoever writes a board's settings writes this
+// What a hand's image is given of its hand: a block of data (core/flash_map.hpp). Whoever writes a board's settings writes this
 // struct as it lies in memory, low bytes first.
 #pragma once
 

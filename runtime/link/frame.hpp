@@ -25,11 +25,11 @@ constexpr uint8_t wire_bytes(uint8_t body_bytes, bool guarded) {
 
 enum class Type : uint8_t {
   angles = 1,        // glove: of its joints
-  readings = 2,      // glove: of its strips, as the converter gives them
+  readings = 2,      // glove: of its sensors, as the converter gives them
   state = 3,         // either board, of itself
   telemetry = 4,     // hand: of its fingers
   coefficients = 5,  // to the glove: a piece of a model; from it: what it wants next
-  challenge = 6,     // to whom is to prove that what it says is new
+  challenge = 6,     // to whom is to prove that what it sends is new
   request = 7,       // to the glove: what the sender wants
 };
 
@@ -79,7 +79,7 @@ class Packet {
     return cobs_encode(bytes_ + 1, static_cast<uint8_t>(end - bytes_ - 1), wire);
   }
 
-  // The tag of a frame that came, whose counter is `counter`. Compares all bytes whatever the first ones say.
+  // The tag of a frame that came, whose counter is `counter`. Compares all bytes whatever the first ones are.
   bool fits(const Key& key, uint32_t counter, uint8_t body_bytes) {
     place(bytes_[1], counter);
     const uint64_t tag = tag_of(key, body_bytes);

@@ -4,8 +4,8 @@
 // whose memory was erased: it ends the session only when no telemetry, which a hand sends in touch alone, has come for
 // `settled_frames`.
 //
-// With a key it sends angles only once it has been challenged, and starts its counter anew with each new
-// nonce; until then, and at times after, it says how it is. Without a key it sends them from the start.
+// With a key it sends angles only once it has been challenged, and starts its counter again with each new
+// nonce; until then, and at times after, it sends its state. Without a key it sends them from the start.
 #pragma once
 
 #include "runtime/link/receiver.hpp"
@@ -38,7 +38,7 @@ class GloveEnd {
         1 + encode(frame, listens, pair_ == nullptr ? nullptr : &session_.key(), wire + 1));
   }
   // Anything else that nobody moves by: not guarded.
-  static uint8_t say(Type type, Packet& packet, uint8_t body_bytes, bool listens, uint8_t* wire) {
+  static uint8_t seal(Type type, Packet& packet, uint8_t body_bytes, bool listens, uint8_t* wire) {
     return packet.seal({type, false, listens, 0}, body_bytes, nullptr, wire);
   }
 
@@ -52,8 +52,8 @@ class GloveEnd {
     state.uptime_s = State::uptime(uptime_s);
     Packet packet;
     wire[0] = kDelimiter;  // what a start cut off would else spoil this
-    return static_cast<uint8_t>(1 +
-                                say(Type::state, packet, put_state(state, packet.body()), listens, wire + 1));
+    return static_cast<uint8_t>(
+        1 + seal(Type::state, packet, put_state(state, packet.body()), listens, wire + 1));
   }
 
   PacketReader& packet() { return reader_; }

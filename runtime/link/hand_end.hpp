@@ -1,12 +1,12 @@
-// The hand's end of the link: whom it believes, when it challenges, and when it may speak.
+// The hand's end of the link: whom it believes, when it challenges, and when it may send.
 //
 // It challenges after its own start and after kOutage_ms without a frame, until a frame answers; a nonce is
 // good for kNonce_ms at most, and another is drawn where it might end before the answer. A frame that is kLate_ms
 // later than the session's quickest, or as old as kHeldBack of its glove's frames take, is followed by a new
 // challenge: who holds frames back and hands them on slowly has no more of them. The radio carries one
-// direction at a time: this end speaks after a frame that says that its sender listens, or when nothing has
+// direction at a time: this end sends after a frame that states that its sender listens, or when nothing has
 // come for kSilence_ms. Challenges do not wait for that: what they could spoil would not be believed. They begin
-// in any gap, except while a turn is waited for: a glove that hears one begin leaves out its frame. And they begin at no even
+// in any gap, except while a turn is waited for: a glove that receives its beginning leaves out its frame. And they begin at no even
 // distance: two boards that begin at once would else do so for ever.
 #pragma once
 
@@ -17,7 +17,7 @@ namespace flexor {
 namespace link {
 
 constexpr uint16_t kOutage_ms = 500;
-constexpr uint8_t kHeldBack = 126;           // frames; the next and the one that tells are believed, too: 128
+constexpr uint8_t kHeldBack = 126;  // frames; the next and the one that shows it are believed, too: 128
 constexpr uint16_t kGreatestDelay_ms = 750;  // of the radio, one way, jitter included
 // At this distance of frames: a session's first is two ways old, one that is late a way more, and it may be kHeldBack old.
 constexpr uint16_t greatest_delay_ms(double period_ms) {
@@ -26,7 +26,7 @@ constexpr uint16_t greatest_delay_ms(double period_ms) {
 }
 // A challenge, its answer, and what the slowest glove waits for a slot.
 constexpr uint16_t kNonce_ms = 2 * kGreatestDelay_ms + 500;
-constexpr uint16_t kFirst_ms = 150;  // of a nonce: two challenges in gaps, which slow gloves hear
+constexpr uint16_t kFirst_ms = 150;  // of a nonce: two challenges in gaps, which slow gloves receive
 constexpr uint16_t kTurns_ms = 600;  // from a turn to the next, and some more
 constexpr uint16_t kInVain_ms = 1000;
 constexpr uint16_t kLate_ms = 1000;
@@ -37,7 +37,7 @@ constexpr uint16_t kTurnAgain_ms =
 constexpr uint16_t kChallenge_ms = 200;  // from a challenge in a silence: longer than the slowest glove takes
 constexpr uint8_t kScatter_ms = 64;      // and up to so many more; a power of two
 constexpr uint8_t kGap_ms = 5;           // without a byte: a frame has ended, and none has begun
-constexpr uint8_t kGapEnd_ms = 15;       // the next may begin before one of ours is heard
+constexpr uint8_t kGapEnd_ms = 15;       // the next may begin before one of ours arrives
 constexpr uint16_t kTelemetry_ms = 450;  // less than from turn to turn
 constexpr uint16_t kSilence_ms = 300;
 constexpr uint8_t kTurn_ms = 5;  // after a frame's end: later, the sender may no longer listen
@@ -81,7 +81,7 @@ class HandEnd {
     const Received result = receiver_.push(byte);
     const bool whole =
         result == Received::pending || result == Received::other || result == Received::not_trusted;
-    // In a session only a frame that is believed gives the turn: anybody can say that he listens.
+    // In a session only a frame that is believed gives the turn: anybody can claim to listen.
     if (whole && !in_touch()) take_turn();
     return result;
   }
@@ -99,14 +99,14 @@ class HandEnd {
     return result;
   }
 
-  enum class Speech : uint8_t { none, challenge, telemetry };
+  enum class Message : uint8_t { none, challenge, telemetry };
 
-  // What is to be said now, if anything.
-  Speech due() const {
-    if (seeks()) return may_challenge() ? Speech::challenge : Speech::none;
+  // What is to be sent now, if anything.
+  Message due() const {
+    if (seeks()) return may_challenge() ? Message::challenge : Message::none;
     const bool turn = turn_ms_ > 0 && turn_ms_ <= kTurn_ms;
-    if (!turn && since_byte_ms_ < kSilence_ms) return Speech::none;
-    return since_telemetry_ms_ >= kTelemetry_ms ? Speech::telemetry : Speech::none;
+    if (!turn && since_byte_ms_ < kSilence_ms) return Message::none;
+    return since_telemetry_ms_ >= kTelemetry_ms ? Message::telemetry : Message::none;
   }
 
   // To wire, which has room for kMaxWire; returns the bytes written. One SipHash. It begins with a delimiter: what a
@@ -123,7 +123,7 @@ class HandEnd {
   }
   // Telemetry or state: `packet` has the body already. Nobody moves by it: not guarded, so that a tick does not wait
   // for a tag.
-  uint8_t say(Type type, Packet& packet, uint8_t body_bytes, uint8_t* wire) {
+  uint8_t seal(Type type, Packet& packet, uint8_t body_bytes, uint8_t* wire) {
     since_telemetry_ms_ = 0;
     turn_ms_ = 0;
     costly_ = (costly_ & 1) != 0 ? costly_ + 1 : 0;
@@ -132,7 +132,7 @@ class HandEnd {
       const uint8_t half = period_ms_ / 2;
       wait_ms_ = wait_ms_ < half ? wait_ms_ + half : wait_ms_ == half ? half / 2 : 0;
     }
-    return packet.seal({type, false, false, said_++}, body_bytes, nullptr, wire);
+    return packet.seal({type, false, false, sequence_++}, body_bytes, nullptr, wire);
   }
 
   uint16_t now_ms() const { return now_ms_; }  // since this end began to count, wraps
@@ -197,7 +197,7 @@ class HandEnd {
   NonceSource nonces_;
   uint8_t stirred_ = 0;
   uint16_t now_ms_ = 0;
-  uint16_t said_ = 0;
+  uint16_t sequence_ = 0;
   uint16_t since_frame_ms_ = 0;
   uint16_t since_byte_ms_ = 0;
   uint16_t since_challenge_ms_ = kChallenge_ms;

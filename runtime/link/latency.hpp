@@ -28,7 +28,7 @@ class Latency {
     return late_ms;
   }
 
-  // The sender has started anew: its clock, too.
+  // The sender has started again: its clock, too.
   void restart() { started_ = false; }
 
  private:

@@ -16,7 +16,7 @@
 
 #include "runtime/link/counter_store.hpp"
 #include "runtime/link/gestures.hpp"
-#include "runtime/link/glove_speech.hpp"
+#include "runtime/link/glove_sender.hpp"
 #include "runtime/link/hand_end.hpp"
 #include "runtime/link/key_record.hpp"
 #include "runtime/link/latency.hpp"
@@ -152,12 +152,12 @@ void check_golden_readings(Fields& f) {
   auto time_ms = f.number<uint16_t>();
   std::vector<uint16_t> reading;
   for (const auto& row : f.table()) reading.push_back(static_cast<uint16_t>(row[0]));
-  const auto strips = static_cast<uint8_t>(reading.size());
+  const auto sensors = static_cast<uint8_t>(reading.size());
   Packet packet;
   f.expect_wire(packet, {Type::readings, false, false, 0},
-                put_readings(time_ms, reading.data(), strips, packet.body()));
+                put_readings(time_ms, reading.data(), sensors, packet.body()));
   std::vector<uint16_t> again(reading.size());
-  get_readings(packet.body(), strips, time_ms, again.data());
+  get_readings(packet.body(), sensors, time_ms, again.data());
   EXPECT_EQ(again, reading);
 }
 
@@ -247,7 +247,7 @@ TEST(Link, SpeaksTheGoldenVectors) {
   EXPECT_EQ(seen.size(), checks.size());
 }
 
-TEST(Link, AFrameIsAsLongAsTheProtocolSays) {
+TEST(Link, AFrameIsAsLongAsTheProtocolStates) {
   EXPECT_EQ(wire_bytes(angles_bytes(5), true), 24);
   EXPECT_EQ(wire_bytes(angles_bytes(5), false), 18);
   EXPECT_EQ(wire_bytes(kNonceBytes, true), 21);
@@ -342,7 +342,7 @@ TEST(Link, WithoutAKeyNobodyCanShutTheRightSenderOut) {
     EXPECT_EQ(feed(receiver, wire_of(frame_number(counter), nullptr)), Received::frame);
   EXPECT_EQ(feed(receiver, wire_of(frame_number(9), &kKey)), Received::not_trusted) << "it cannot be checked";
   EXPECT_FALSE(receiver.packet().type() == Type::angles && !receiver.packet().guarded())
-      << "a frame says whether it has a guard";
+      << "a frame shows whether it has a guard";
 }
 
 TEST(Link, ComputesAtMostOneTagACall) {
@@ -445,15 +445,15 @@ class AirAt {
       Frame frame = frame_number(0);
       frame.time_ms = static_cast<uint16_t>(now);
       const uint16_t counts[kFingers] = {};
-      glove.speak(frame, counts, *this);
+      glove.send_frame(frame, counts, *this);
     }
-    if (const auto speech = hand.due(); speech != HandEnd::Speech::none) {
+    if (const auto message = hand.due(); message != HandEnd::Message::none) {
       uint8_t wire[kMaxWire];
       Packet packet;
       const uint8_t bytes = telemetry_bytes(kFingers);
       to_glove.send(now, wire,
-                    speech == HandEnd::Speech::challenge ? hand.challenge(wire)
-                                                         : hand.say(Type::telemetry, packet, bytes, wire));
+                    message == HandEnd::Message::challenge ? hand.challenge(wire)
+                                                           : hand.seal(Type::telemetry, packet, bytes, wire));
     }
     to_hand.pass(now, [&](uint8_t byte) { receive(byte); });
     to_glove.pass(now, [&](uint8_t byte) { push_to_glove(&byte, 1); });
@@ -493,9 +493,9 @@ class AirAt {
   }
 
   HandEnd hand;
-  static GloveSpeech glove_of(const Key* key) { return {key, {1, 1, 0}, kHz, true}; }
+  static GloveSender glove_of(const Key* key) { return {key, {1, 1, 0}, kHz, true}; }
 
-  GloveSpeech glove;
+  GloveSender glove;
   Way to_hand;
   Way to_glove;
   std::vector<std::vector<uint8_t>> recorded;  // the glove's frames, jammed ones too
@@ -593,7 +593,7 @@ TEST(Freshness, NothingRecordedIsBelievedAfterAStartOrAnOutage) {
   air.run(5000);
   EXPECT_GT(air.accepted, 80);
   air.jams = [](int) { return true; };
-  air.run(2250);  // the hand hears nothing, somebody else does
+  air.run(2250);  // the hand receives nothing, somebody else does
   air.period_ms = 1 << 30;
   const auto recorded = air.recorded;
   EXPECT_GT(recorded.size(), 130U);
@@ -633,21 +633,21 @@ TEST(Freshness, FramesThatAreHeldBackDoNotPileUp) {
   }
 }
 
-// Somebody hears every frame, jams it, and hands each `nth` on `first_ms` later from the session's start on, then slowly up to
-// `more_ms` later still. Then the glove is switched off: how many that it has said before are believed.
+// Somebody receives every frame, jams it, and hands each `nth` on `first_ms` later from the session's start on, then slowly up to
+// `more_ms` later still. Then the glove is switched off: how many that it has sent before are believed.
 int believed_of_the_past(int period_ms, std::size_t nth, int first_ms, int more_ms) {
   constexpr int kMore_ms = 2000;
   constexpr int kOff_ms = 5000;
   Air air(&kKey, &kKey);
   air.period_ms = period_ms;
   air.jams = [](int) { return true; };
-  std::vector<int> said_ms;
+  std::vector<int> sent_ms;
   std::size_t handed_on = 0;
   while (air.now < kOff_ms) {
     air.step();
-    said_ms.resize(air.recorded.size(), air.now);
+    sent_ms.resize(air.recorded.size(), air.now);
     const int held_ms = first_ms + std::clamp((air.now - kMore_ms) / 2, 0, more_ms);
-    for (; handed_on < said_ms.size() && said_ms[handed_on] <= air.now - held_ms; ++handed_on) {
+    for (; handed_on < sent_ms.size() && sent_ms[handed_on] <= air.now - held_ms; ++handed_on) {
       if (handed_on % nth == 0) air.replay(air.recorded[handed_on]);
     }
   }
@@ -684,7 +684,7 @@ TEST(Freshness, ANonceIsGoodForTwoSecondsWhateverIsOnTheAirAndForEachAnswer) {
     hand.tick();
     hand.stir(static_cast<uint16_t>(now * now));
     if (now > 60'000) (void)hand.push(1);
-    const bool challenges = hand.due() == HandEnd::Speech::challenge;
+    const bool challenges = hand.due() == HandEnd::Message::challenge;
     if (!(hand.receiver().session().nonce() == nonce)) {
       ASSERT_TRUE(challenges || now >= given_ms + kChallenge_ms) << now;
       nonce = hand.receiver().session().nonce();
@@ -704,8 +704,8 @@ TEST(Freshness, AnErasedHandsFirstNonceHasNoiseInIt) {
   for (uint16_t noise = 1; noise <= 20; ++noise) {
     HandEnd hand(&kKey);
     hand.start(1);
-    EXPECT_EQ(hand.due(), HandEnd::Speech::none) << "nothing is drawn yet";
-    for (int k = 0; k < 100 && hand.due() != HandEnd::Speech::challenge; ++k) {
+    EXPECT_EQ(hand.due(), HandEnd::Message::none) << "nothing is drawn yet";
+    for (int k = 0; k < 100 && hand.due() != HandEnd::Message::challenge; ++k) {
       hand.tick();
       hand.stir(k == 5 ? noise : 0);
     }
@@ -798,7 +798,7 @@ TEST(Freshness, AByteInTheGapSpoilsNoFrame) {
   }
 }
 
-TEST(Speech, ReadingsHaveOneSlotInTenWhereTheyDoNotFitBesideAngles) {
+TEST(GloveSender, ReadingsHaveOneSlotInTenWhereTheyDoNotFitBesideAngles) {
   EXPECT_TRUE(has_room(9600, 20));
   EXPECT_FALSE(has_room(9600, 25));
   EXPECT_FALSE(has_room(19200, 50));
@@ -827,7 +827,7 @@ TEST(Freshness, AnOlderCountIsAnsweredOnceTheHandIsSilent) {
   EXPECT_EQ(air.until_accepted(1000), -1) << "the session is the other's";
 }
 
-TEST(Freshness, AGloveThatHasUsedUpItsCountersIsChallengedAnew) {
+TEST(Freshness, AGloveThatHasUsedUpItsCountersIsChallengedAgain) {
   Air air(&kKey, &kKey);
   air.run(1000);
   Frame frame{};
@@ -855,10 +855,10 @@ TEST(Freshness, NoncesAreNotGivenTwice) {
   };
   for (uint32_t start = 0; start < 100; ++start) draw(start, 200);
   draw(200, 1000);
-  EXPECT_EQ(source.starts(), 203U) << "to be kept anew every 256 challenges";
+  EXPECT_EQ(source.starts(), 203U) << "to be kept again every 256 challenges";
 }
 
-TEST(Latency, SaysHowMuchLaterThanTheQuickestAcrossWrapsAndDrift) {
+TEST(Latency, ReportsHowMuchLaterThanTheQuickestAcrossWrapsAndDrift) {
   Latency latency;
   for (int k = 0; k < 20000; ++k) {
     const auto sent = static_cast<uint16_t>(50 * k);
@@ -963,7 +963,7 @@ TEST(OpenGloves, ReadsAsTheDriverDoes) {
   parsed("", GloveParse::no_end);
 }
 
-TEST(OpenGloves, SaysWhichHandItIs) {
+TEST(OpenGloves, ReportsWhichHandItIs) {
   char text[kMaxInformationText];
   const std::string left(text, encode_glove_information(1, false, text));
   EXPECT_EQ(left, "Z(ZV)1(ZG)0(ZH)0\n");
@@ -1020,7 +1020,7 @@ TEST(Gestures, TheTriggersPullGrowsOverTheUpperHalf) {
 }
 
 // On the firmware and in the Arduino library alike.
-TEST(GloveTurns, TheHandGetsItsTurnRarelyWhileItIsHeardAndOftenWhileNot) {
+TEST(GloveTurns, TheHandGetsItsTurnRarelyWhileItIsReceivedAndOftenWhileNot) {
   const auto turns_in = [](GloveTurns& turns, int slots) {
     int out = 0;
     for (int k = 0; k < slots; ++k) out += turns.take_slot(false) && turns.listens(false) ? 1 : 0;
@@ -1032,15 +1032,15 @@ TEST(GloveTurns, TheHandGetsItsTurnRarelyWhileItIsHeardAndOftenWhileNot) {
   EXPECT_FALSE(turns.take_slot(false));
   EXPECT_FALSE(turns.take_slot(false));
   EXPECT_EQ(turns_in(turns, 101), 20) << "each third frame, two slots after it";
-  turns.heard();
+  turns.received();
   EXPECT_EQ(turns_in(turns, 12), 1);
   EXPECT_LE(turns_in(turns, 12), 2);
-  EXPECT_EQ(turns_in(turns, 100), 20) << "heard no more";
+  EXPECT_EQ(turns_in(turns, 100), 20) << "received no more";
   turns.favour(4);
   EXPECT_EQ(turns_in(turns, 12), 4) << "a turn after each frame";
 }
 
-TEST(GloveTurns, AFrameThatIsComingIsHeardOutAndRubbishIsNot) {
+TEST(GloveTurns, AFrameThatIsComingIsAwaitedAndRubbishIsNot) {
   GloveTurns turns({10, 3, 2});
   for (int k = 0; k < 9; ++k) {
     turns.byte();

@@ -1,4 +1,4 @@
-// What the bodies of frames say, field by field; PROTOCOL.md has the tables.
+// What the bodies of frames carry, field by field; PROTOCOL.md has the tables.
 #pragma once
 
 #include "runtime/link/frame.hpp"
@@ -79,8 +79,8 @@ inline uint16_t get16(const uint8_t* in) { return static_cast<uint16_t>(in[0] | 
 constexpr uint8_t angles_bytes(uint8_t joints) {
   return static_cast<uint8_t>(2 + detail::bytes_of(joints, detail::kAngleBits));
 }
-constexpr uint8_t readings_bytes(uint8_t strips) {
-  return static_cast<uint8_t>(2 + detail::bytes_of(strips, detail::kReadingBits));
+constexpr uint8_t readings_bytes(uint8_t sensors) {
+  return static_cast<uint8_t>(2 + detail::bytes_of(sensors, detail::kReadingBits));
 }
 constexpr uint8_t kMaxJoints = 21;
 static_assert(angles_bytes(kMaxJoints) <= kMaxBody, "a hand's joints fit a frame");
@@ -117,17 +117,17 @@ inline void get_angles(const uint8_t* body, uint8_t joints, uint16_t& time_ms, i
 }
 
 // Readings of 10 bits; returns the body's bytes.
-inline uint8_t put_readings(uint16_t time_ms, const uint16_t* counts, uint8_t strips, uint8_t* body) {
+inline uint8_t put_readings(uint16_t time_ms, const uint16_t* counts, uint8_t sensors, uint8_t* body) {
   detail::put16(body, time_ms);
   detail::BitWriter bits(body + 2);
-  for (uint8_t i = 0; i < strips; ++i) bits.add(counts[i], detail::kReadingBits);
-  return readings_bytes(strips);
+  for (uint8_t i = 0; i < sensors; ++i) bits.add(counts[i], detail::kReadingBits);
+  return readings_bytes(sensors);
 }
 
-inline void get_readings(const uint8_t* body, uint8_t strips, uint16_t& time_ms, uint16_t* counts) {
+inline void get_readings(const uint8_t* body, uint8_t sensors, uint16_t& time_ms, uint16_t* counts) {
   time_ms = detail::get16(body);
   detail::BitReader bits(body + 2);
-  for (uint8_t i = 0; i < strips; ++i) counts[i] = bits.take(detail::kReadingBits);
+  for (uint8_t i = 0; i < sensors; ++i) counts[i] = bits.take(detail::kReadingBits);
 }
 
 // What a request asks of a glove; the body is this byte.
@@ -146,7 +146,7 @@ struct State {
   static uint16_t uptime(uint32_t s) { return s < UINT16_MAX ? static_cast<uint16_t>(s) : UINT16_MAX; }
 
   BoardKind board;
-  bool in_touch;  // with the other end: what it says is believed, or it has been challenged
+  bool in_touch;  // with the other end: what it sends is believed, or it has been challenged
   bool has_key;
   uint8_t reset_cause;  // as MCUSR: bit 0 power-on, 1 reset pin, 2 brown-out, 3 watchdog
   uint8_t faults;       // of the board; the hand's README has them
@@ -252,7 +252,7 @@ struct Receipt {
   uint8_t stage;      // 0 goes on, 1 the model runs; others: why it cannot
 };
 
-// First byte of what a glove says in frames of coefficients.
+// First byte of what a glove sends in frames of coefficients.
 enum class Answer : uint8_t { offer = 0, receipt = 1 };
 
 inline uint8_t put_offer(const Offer& o, uint8_t* body) {

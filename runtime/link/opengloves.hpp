@@ -113,7 +113,7 @@ inline uint8_t encode_glove_information(uint16_t version, bool right, char* text
   return static_cast<uint8_t>(at - text);
 }
 
-// What one line says, as the driver reads it.
+// What one line carries, as the driver reads it.
 struct GloveLine {
   bool has[kGloveFingers];
   GloveValues values;

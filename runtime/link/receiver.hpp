@@ -3,7 +3,7 @@
 // With a key, a frame is believed when its tag fits the session's key and a counter above every one before:
 // the low 16 bits of the counter travel, the others are those of the next one that may come. Replayed,
 // reordered and forged frames fail. Without a key whatever is whole is believed: nothing guards it, and so
-// nothing that a wrong sender says can shut the right one out.
+// nothing that a wrong sender sends can shut the right one out.
 #pragma once
 
 #include "runtime/link/messages.hpp"
@@ -14,7 +14,7 @@ namespace link {
 
 enum class Received : uint8_t {
   nothing,      // no frame has ended yet
-  pending,      // a frame has ended well so far: call verify() until it says something else
+  pending,      // a frame has ended well so far: call verify() until it returns something else
   frame,        // `frame()` is new and trusted
   other,        // whole, and not the angles of a hand
   malformed,    // not COBS, or of no known length

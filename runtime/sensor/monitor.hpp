@@ -1,6 +1,6 @@
 // Is the sensor alive? One call a sample.
 //
-// - open, `rail_samples` readings in a row at or above `high`: the strip or a wire is off, of infinite resistance
+// - open, `rail_samples` readings in a row at or above `high`: the sensor or a wire is off, of infinite resistance
 // - short_circuit, as many at or below `low`
 // - stuck, the very same reading for `stuck_samples`
 //

@@ -1,4 +1,4 @@
-// A strip's offset and gain, followed while the glove is worn, from whole bends alone.
+// A sensor's offset and gain, followed while the glove is worn, from whole bends alone.
 //
 //   corrected = x + shift + stretch (x - M)            M: middle of the model's two poses, H: half their distance
 // observe() is called kTicks_hz times a second. A level follows the reading, at most H/8 behind it and by a quarter
@@ -8,19 +8,19 @@
 //   e = H - (1 + stretch) (h - l) / 2                  what the stretch lacks at the ends; above 0: a short bend
 // A short bend may have stopped short at one end, which moves its middle by e: only what of d is beyond e, of the
 // stretch in use, counts.
-// A bend counts as whole, and says something, where (h - l) / 2 >= 27/32 H: two standard deviations of the gain
+// A bend counts as whole, and is used, where (h - l) / 2 >= 27/32 H: two standard deviations of the gain
 // between donnings. A finger that goes half way, however often, changes nothing. Two scalar Kalman filters, p being
 // variances in units of one bend's, N^2:
 //   K = p / (p + 1),   shift += K d,   p = K
 // Between bends the p of the shift grows by the drift's variance, which moves nothing until there is a bend: time
 // forgets nothing. A bend with |d| > b, b between 1 and 2 N sqrt(p + 1), is a surprise: the first moves nothing, those
-// that follow it to the same side move the shift by b, and the third raises the alarm: the strip drifts more quickly
+// that follow it to the same side move the shift by b, and the third raises the alarm: the sensor drifts more quickly
 // than it is followed. Short bends stretch an eighth as quickly as long ones, which no finger can feign. What is in
 // use goes to what was found by at most `max_step` or, the stretch, kStretchStep a tick; but stays none as long as
 // what was found is no more than N, or 4 % of the range: a hand's own bends lie as far off from one minute to the next,
-// and a glove that was not put on anew is best left as it is.
+// and a glove that was not put on again is best left as it is.
 //
-// In int16 (readings Q5, stretch Q14, variances Q8), 24 bytes a strip, and in floating point from the same lines.
+// In int16 (readings Q5, stretch Q14, variances Q8), 24 bytes a sensor, and in floating point from the same lines.
 #pragma once
 
 #include "runtime/core/fixed_point.hpp"
@@ -109,7 +109,7 @@ struct RealTracking {
   }
 };
 
-// The same for all strips.
+// The same for all sensors.
 template <class A>
 struct TrackerSettings {
   typename A::Variance shift;    // before the first bend
@@ -117,9 +117,9 @@ struct TrackerSettings {
   typename A::Growth growth;     // of the shift's variance in a tick
 };
 
-// Of one strip, in its unit; half 0: it is not tracked.
+// Of one sensor, in its unit; half 0: it is not tracked.
 template <class A>
-struct TrackedStrip {
+struct TrackedSensor {
   typename A::Reading middle;
   typename A::Reading half;      // in int16 33 to 16383
   typename A::Reading noise;     // N, standard deviation of a whole bend's middle, above 0, in int16 to 511
@@ -139,26 +139,26 @@ class Tracker {
   }
 
   // Any reading, at any rate.
-  FLEXOR_SHARED Reading corrected(const TrackedStrip<A>& strip, Reading x) const {
-    return moved(strip, x, shift_, stretch_);
+  FLEXOR_SHARED Reading corrected(const TrackedSensor<A>& sensor, Reading x) const {
+    return moved(sensor, x, shift_, stretch_);
   }
 
-  // A tick, with a reading of a living sensor. What a bend says is worked out over the ticks after it, so that none
+  // A tick, with a reading of a living sensor. What a bend shows is worked out over the ticks after it, so that none
   // takes long.
-  void observe(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading x) {
+  void observe(const TrackerSettings<A>& c, const TrackedSensor<A>& sensor, Reading x) {
     if (since_ < UINT16_MAX) ++since_;
-    if (stage_ != Stage::follow) return work(c, strip, x);
-    follow(strip, x);
+    if (stage_ != Stage::follow) return work(c, sensor, x);
+    follow(sensor, x);
     const Reading back = has(kFalling) ? core::subtract(level_, peak_) : core::subtract(peak_, level_);
     const bool rests = held_ >= kHeld;
     // A rest takes the place of what was farther by less than the band but only passed.
-    if (back <= 0 || (rests && !has(kPeakHeld) && back < A::template part<3>(strip.half))) {
+    if (back <= 0 || (rests && !has(kPeakHeld) && back < A::template part<3>(sensor.half))) {
       peak_ = level_;
       put(kPeakHeld, rests);
-    } else if (back > A::template part<1>(strip.half) + A::template part<3>(strip.half)) {
+    } else if (back > A::template part<1>(sensor.half) + A::template part<3>(sensor.half)) {
       return turn();
     }
-    use(strip);
+    use(sensor);
   }
 
   Reading shift() const { return shift_; }
@@ -191,10 +191,10 @@ class Tracker {
     move_stretch
   };
 
-  static Reading moved(const TrackedStrip<A>& strip, Reading x, Reading shift, typename A::Ratio stretch) {
+  static Reading moved(const TrackedSensor<A>& sensor, Reading x, Reading shift, typename A::Ratio stretch) {
     const Reading shifted = core::add(x, shift);
     if (stretch == 0) return shifted;
-    return core::add(shifted, A::stretched(core::subtract(x, strip.middle), stretch));
+    return core::add(shifted, A::stretched(core::subtract(x, sensor.middle), stretch));
   }
 
   bool has(uint8_t flag) const { return (flags_ & flag) != 0; }
@@ -207,9 +207,9 @@ class Tracker {
     return core::add(from, core::clamp(core::subtract(to, from), static_cast<Number>(-step), step));
   }
 
-  void use(const TrackedStrip<A>& strip) {
-    if (shift_ != shift_found_ && (shift_ != 0 || is_beyond(shift_found_, strip.noise))) {
-      shift_ = nearer(shift_, shift_found_, strip.max_step);
+  void use(const TrackedSensor<A>& sensor) {
+    if (shift_ != shift_found_ && (shift_ != 0 || is_beyond(shift_found_, sensor.noise))) {
+      shift_ = nearer(shift_, shift_found_, sensor.max_step);
     } else if (stretch_ != stretch_found_ && (stretch_ != 0 || is_beyond(stretch_found_, A::kStretchBand))) {
       stretch_ = nearer(stretch_, stretch_found_, A::kStretchStep);
     }
@@ -220,12 +220,12 @@ class Tracker {
   static bool is_beyond(Number found, Number band) {
     return found > band || found < -band;
   }
-  void follow(const TrackedStrip<A>& strip, Reading x) {
+  void follow(const TrackedSensor<A>& sensor, Reading x) {
     if (!has(kStarted)) {
       put(kStarted, true);
       level_ = peak_ = x;
     }
-    const Reading band = A::template part<3>(strip.half);
+    const Reading band = A::template part<3>(sensor.half);
     const Reading ahead = core::subtract(x, level_);
     const Reading within = core::clamp(ahead, static_cast<Reading>(-band), band);
     if (ahead != within) {
@@ -252,24 +252,24 @@ class Tracker {
 
   // A bend, from peak_ to turn_: nothing is followed meanwhile, and what it needs lies in peak_ and level_. A stage
   // holds one division or some products.
-  FLEXOR_SHARED void work(const TrackerSettings<A>& c, const TrackedStrip<A>& strip, Reading x) {
+  FLEXOR_SHARED void work(const TrackerSettings<A>& c, const TrackedSensor<A>& sensor, Reading x) {
     switch (stage_) {
       case Stage::weigh:
-        stage_ = weigh(c, strip);
+        stage_ = weigh(c, sensor);
         break;
       case Stage::measure:
-        measure(strip);
+        measure(sensor);
         stage_ = Stage::doubt;
         break;
       case Stage::doubt:
-        level_ = beyond(level_, lacks_reach(strip, stretch_));
+        level_ = beyond(level_, lacks_reach(sensor, stretch_));
         stage_ = Stage::compare;
         break;
       case Stage::compare:
-        stage_ = compare(strip);
+        stage_ = compare(sensor);
         break;
       case Stage::surprise:
-        surprise(strip);
+        surprise(sensor);
         stage_ = Stage::weigh_stretch;
         break;
       case Stage::sharpen_shift:
@@ -281,7 +281,7 @@ class Tracker {
         stage_ = Stage::weigh_stretch;
         break;
       case Stage::weigh_stretch:
-        level_ = lacks_reach(strip, stretch_found_);
+        level_ = lacks_reach(sensor, stretch_found_);
         stage_ = level_ < 0 ? Stage::sharpen_stretch : Stage::share_stretch;
         break;
       case Stage::sharpen_stretch:
@@ -289,11 +289,11 @@ class Tracker {
         stage_ = Stage::share_stretch;
         break;
       case Stage::share_stretch:
-        level_ = share_stretch(strip);
+        level_ = share_stretch(sensor);
         stage_ = Stage::move_stretch;
         break;
       default:
-        stretch_found_ = core::clamp(core::add(stretch_found_, A::ratio(level_, strip.per_half)),
+        stretch_found_ = core::clamp(core::add(stretch_found_, A::ratio(level_, sensor.per_half)),
                                      static_cast<typename A::Ratio>(-A::kMostStretch), A::kMostStretch);
         stage_ = Stage::follow;
     }
@@ -303,24 +303,24 @@ class Tracker {
   }
 
   // Half the bend's reach goes to peak_.
-  Stage weigh(const TrackerSettings<A>& c, const TrackedStrip<A>& strip) {
+  Stage weigh(const TrackerSettings<A>& c, const TrackedSensor<A>& sensor) {
     const Reading reach = has(kFalling) ? core::subtract(turn_, peak_) : core::subtract(peak_, turn_);
     peak_ = A::template part<1>(reach);
-    const Reading tolerance = A::template part<3>(strip.half) + A::template part<5>(strip.half);
-    if (core::subtract(strip.half, peak_) > tolerance) return Stage::follow;
+    const Reading tolerance = A::template part<3>(sensor.half) + A::template part<5>(sensor.half);
+    if (core::subtract(sensor.half, peak_) > tolerance) return Stage::follow;
     shift_variance_ = A::grown(shift_variance_, since_, c.growth);
     since_ = 0;
     return Stage::measure;
   }
 
   // What the shift lacks goes to level_.
-  void measure(const TrackedStrip<A>& strip) {
-    level_ = core::subtract(strip.middle, moved(strip, bend_middle(), shift_found_, stretch_found_));
+  void measure(const TrackedSensor<A>& sensor) {
+    level_ = core::subtract(sensor.middle, moved(sensor, bend_middle(), shift_found_, stretch_found_));
   }
 
   // Of half the range, by the bend in peak_; below 0: it went farther.
-  Reading lacks_reach(const TrackedStrip<A>& strip, typename A::Ratio stretch) const {
-    return core::subtract(strip.half, core::add(peak_, A::stretched(peak_, stretch)));
+  Reading lacks_reach(const TrackedSensor<A>& sensor, typename A::Ratio stretch) const {
+    return core::subtract(sensor.half, core::add(peak_, A::stretched(peak_, stretch)));
   }
 
   // What of x lies more than `doubt` away from 0.
@@ -330,25 +330,25 @@ class Tracker {
     return -x > doubt ? static_cast<Reading>(x + doubt) : Reading(0);
   }
 
-  Stage compare(const TrackedStrip<A>& strip) {
-    const Reading bound = reach(strip.noise, shift_variance_);
+  Stage compare(const TrackedSensor<A>& sensor) {
+    const Reading bound = reach(sensor.noise, shift_variance_);
     if (level_ > bound || level_ < -bound) return Stage::surprise;
     surprises_ = 0;
     return Stage::sharpen_shift;
   }
 
   // The second to one side is believed, up to the bound.
-  void surprise(const TrackedStrip<A>& strip) {
+  void surprise(const TrackedSensor<A>& sensor) {
     const bool again = level_ > 0 ? surprises_ > 0 : surprises_ < 0;
     if (!again) surprises_ = 0;
     if (!alarm()) surprises_ = static_cast<int8_t>(level_ > 0 ? surprises_ + 1 : surprises_ - 1);
     if (!again) return;
-    const Reading bound = reach(strip.noise, shift_variance_);
+    const Reading bound = reach(sensor.noise, shift_variance_);
     shift_found_ = core::add(shift_found_, level_ > 0 ? bound : static_cast<Reading>(-bound));
   }
 
-  Reading share_stretch(const TrackedStrip<A>& strip) const {
-    const Reading bound = 3 * strip.noise;
+  Reading share_stretch(const TrackedSensor<A>& sensor) const {
+    const Reading bound = 3 * sensor.noise;
     const Reading lacks = core::clamp(level_, static_cast<Reading>(-bound), bound);
     const typename A::Variance share = stretch_variance_ < A::kOne ? stretch_variance_ : A::kOne;
     return A::shared(lacks > 0 ? A::template part<3>(lacks) : lacks, share);

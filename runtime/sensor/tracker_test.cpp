@@ -14,13 +14,13 @@ namespace {
 
 using Real = RealTracking<double>;
 
-// A strip that reads 30 to 113 as the model knows it, 40 to 123 where it has moved by 10; N 1.3, 2 a second.
+// A sensor that reads 30 to 113 as the model knows it, 40 to 123 where it has moved by 10; N 1.3, 2 a second.
 constexpr double kMiddle = 71.5;
 constexpr double kHalf = 41.5;
 constexpr TrackerSettings<FixedTracking> kFixed = {37 * 256, 1669, 1100};
 constexpr TrackerSettings<Real> kReal = {37, 6.52, 1100.0 / (65536 * 256.0) * 256};
-constexpr TrackedStrip<FixedTracking> kFixedStrip = {2288, 1328, 42, 6, 1579};
-constexpr TrackedStrip<Real> kRealStrip = {kMiddle, kHalf, 1.3, 0.2, 1 / kHalf};
+constexpr TrackedSensor<FixedTracking> kFixedSensor = {2288, 1328, 42, 6, 1579};
+constexpr TrackedSensor<Real> kRealSensor = {kMiddle, kHalf, 1.3, 0.2, 1 / kHalf};
 
 std::int16_t to_q5(double reading) {
   return static_cast<std::int16_t>(std::lround(32 * std::clamp(reading, -1023.0, 1023.0)));
@@ -45,7 +45,7 @@ Bends cycles(int count, double open, double closed) {
   return out;
 }
 
-// A strip that no longer reads what the model's did.
+// A sensor that no longer reads what the model's did.
 struct Worn {
   double offset = 0;
   double gain = 1;
@@ -65,7 +65,7 @@ struct Followed {
   Tracker<Real> real;
   std::size_t tick = 0;
   double worst =
-      0;  // |corrected - what the model's strip would read|, without noise, since it was last cleared
+      0;  // |corrected - what the model's sensor would read|, without noise, since it was last cleared
 
   Followed() {
     fixed.reset(kFixed);
@@ -74,9 +74,9 @@ struct Followed {
   void wear(Worn& worn, const Bends& bends) {
     for (const double share : bends) {
       const double x = worn.read(share, tick++);
-      fixed.observe(kFixed, kFixedStrip, to_q5(x));
-      real.observe(kReal, kRealStrip, x);
-      const double off = fixed.corrected(kFixedStrip, to_q5(x)) / 32.0 - (kMiddle + kHalf * (2 * share - 1));
+      fixed.observe(kFixed, kFixedSensor, to_q5(x));
+      real.observe(kReal, kRealSensor, x);
+      const double off = fixed.corrected(kFixedSensor, to_q5(x)) / 32.0 - (kMiddle + kHalf * (2 * share - 1));
       worst = std::max(worst, std::abs(off) - 4 * worn.noise);
     }
   }
@@ -131,7 +131,7 @@ TEST(Tracker, QuickBendsThatDoNotRestStretchNothing) {
   }
 }
 
-// A fist that closes less tightly than it did moves the middle of a bend, and no strip; for ever, it is taken for a gain.
+// A fist that closes less tightly than it did moves the middle of a bend, and no sensor; for ever, it is taken for a gain.
 TEST(Tracker, HalfBendsAndFistsThatAreLessTightChangeNothing) {
   for (const double closed : {0.4, 0.5, 0.7, 0.9, 0.95, 0.97}) {
     const bool half = closed < 0.8;
@@ -175,7 +175,7 @@ TEST(Tracker, FollowsTenDegreesAMinuteForTenMinutesEitherWay) {
   }
 }
 
-TEST(Tracker, SaysThatAStripDriftsMoreQuicklyThanItIsFollowed) {
+TEST(Tracker, ReportsASensorThatDriftsMoreQuicklyThanItIsFollowed) {
   Worn worn;
   Followed f;
   f.wear(worn, cycles(20, 0, 1));
@@ -198,7 +198,7 @@ TEST(Tracker, ASingleSpikeMovesNothing) {
   }
 }
 
-TEST(Tracker, AStripThatFallsWithTheBendIsTheSame) {
+TEST(Tracker, ASensorThatFallsWithTheBendIsTheSame) {
   Worn worn{9};
   Followed up;
   Followed down;
@@ -231,7 +231,7 @@ TEST(Tracker, IsSmall) { EXPECT_LE(sizeof(Tracker<FixedTracking>), 24U); }
 
 RC_GTEST_PROP(Tracker, NeverJumpsAndNeverLeavesItsBoundsWhateverIsRead, ()) {
   const auto half = *rc::gen::inRange<std::int16_t>(33, 16384);
-  const TrackedStrip<FixedTracking> strip = {
+  const TrackedSensor<FixedTracking> sensor = {
       *rc::gen::arbitrary<std::int16_t>(), half, *rc::gen::inRange<std::int16_t>(1, 512),
       *rc::gen::inRange<std::int16_t>(1, 32767), static_cast<std::uint16_t>(std::lround(2097152.0 / half))};
   const TrackerSettings<FixedTracking> settings = {*rc::gen::inRange<std::uint16_t>(0, 64000),
@@ -245,16 +245,16 @@ RC_GTEST_PROP(Tracker, NeverJumpsAndNeverLeavesItsBoundsWhateverIsRead, ()) {
                                                {3, rc::gen::element<std::int16_t>(-32768, 32767, 0, 4000)}});
     const int shift = tracker.shift();
     const int stretch = tracker.stretch();
-    tracker.observe(settings, strip, x);
-    RC_ASSERT(std::abs(tracker.shift() - shift) <= strip.max_step);
+    tracker.observe(settings, sensor, x);
+    RC_ASSERT(std::abs(tracker.shift() - shift) <= sensor.max_step);
     RC_ASSERT(std::abs(tracker.stretch() - stretch) <= FixedTracking::kStretchStep);
     RC_ASSERT(std::abs(tracker.stretch()) <= FixedTracking::kMostStretch);
     RC_ASSERT(tracker.shift_variance() <= 64000);
-    tracker.corrected(strip, x);
+    tracker.corrected(sensor, x);
   }
 }
 
-RC_GTEST_PROP(Tracker, GoesTheWayTheStripWentAndNoFarther, ()) {
+RC_GTEST_PROP(Tracker, GoesTheWayTheSensorWentAndNoFarther, ()) {
   const double offset = *rc::gen::inRange(-15, 16);
   Worn worn{offset};
   Followed f;

@@ -1,9 +1,9 @@
-// Zero without a computer: an open hand for two seconds, a fist for two seconds, and each strip reads again what
+// Zero without a computer: an open hand for two seconds, a fist for two seconds, and each sensor reads again what
 // the model was made with.
 //
 //   corrected = gain alpha + offset,   gain = (F - O) / (f - o),   offset = O - gain o
-// O, F: what the model's strip read at open hand and fist; o, f: what it reads now, means over the hold. It is
-// refused, with the old correction kept, when a strip's poses are nearer than half or farther than twice of
+// O, F: what the model's sensor read at open hand and fist; o, f: what it reads now, means over the hold. It is
+// refused, with the old correction kept, when a sensor's poses are nearer than half or farther than twice of
 // what they were, or the hand did not hold still.
 #pragma once
 
@@ -12,7 +12,7 @@
 namespace flexor {
 namespace sensor {
 
-// A strip's reading in the two poses, Q5; equal: the model does not say.
+// A sensor's reading in the two poses, Q5; equal: the model has none.
 struct Poses {
   int16_t open;
   int16_t fist;
@@ -38,7 +38,7 @@ enum class ZeroStage : uint8_t {
   refused,  // poses too near to each other, too far apart, or not held
 };
 
-template <uint8_t kStrips>
+template <uint8_t kSensors>
 class Zero {
  public:
   // `rate_hz` of step().
@@ -49,16 +49,16 @@ class Zero {
     enter(stage_ == ZeroStage::open || stage_ == ZeroStage::fist ? ZeroStage::idle : ZeroStage::open);
   }
 
-  // One sample of all strips, before correction. `settings`: what the model says of each, its `poses` above all; a strip
+  // One sample of all sensors, before correction. `settings`: what the model has of each, its `poses` above all; a sensor
   // whose poses are equal is left alone.
   template <class Settings>
   ZeroStage step(const Settings* settings, const int16_t* alpha) {
     if (stage_ != ZeroStage::open && stage_ != ZeroStage::fist) return stage_;
     if (++samples_ <= kSettle_s * second_) return stage_;
-    for (uint8_t i = 0; i < kStrips; ++i) hold_[i].add(alpha[i]);
+    for (uint8_t i = 0; i < kSensors; ++i) hold_[i].add(alpha[i]);
     if (samples_ < (kSettle_s + kHold_s) * second_) return stage_;
     const int16_t held = static_cast<int16_t>(kHold_s * second_);
-    for (uint8_t i = 0; i < kStrips; ++i) {
+    for (uint8_t i = 0; i < kSensors; ++i) {
       const Poses& poses = settings[i].poses;
       if (poses.open == poses.fist) continue;
       if (!hold_[i].still(poses)) return enter(ZeroStage::refused);
@@ -100,27 +100,27 @@ class Zero {
     return stage_ = stage;
   }
 
-  bool correct(uint8_t strip, const Poses& poses, int16_t fist) {
+  bool correct(uint8_t sensor, const Poses& poses, int16_t fist) {
     int32_t wanted = static_cast<int32_t>(poses.fist) - poses.open;
-    int32_t seen = static_cast<int32_t>(fist) - open_[strip];
+    int32_t seen = static_cast<int32_t>(fist) - open_[sensor];
     if (wanted < 0) {
       wanted = -wanted;
       seen = -seen;
     }
     if (2 * seen <= wanted || seen > 2 * wanted) return false;
-    correction_[strip].gain = static_cast<int16_t>((wanted << 14) / seen);
-    correction_[strip].offset = 0;
-    const int32_t offset = static_cast<int32_t>(poses.open) - correction_[strip](open_[strip]);
-    correction_[strip].offset = static_cast<int16_t>(core::clamp<int32_t>(offset, INT16_MIN, INT16_MAX));
+    correction_[sensor].gain = static_cast<int16_t>((wanted << 14) / seen);
+    correction_[sensor].offset = 0;
+    const int32_t offset = static_cast<int32_t>(poses.open) - correction_[sensor](open_[sensor]);
+    correction_[sensor].offset = static_cast<int16_t>(core::clamp<int32_t>(offset, INT16_MIN, INT16_MAX));
     return true;
   }
 
   uint8_t second_;
   ZeroStage stage_ = ZeroStage::idle;
   uint16_t samples_ = 0;
-  Hold hold_[kStrips] = {};
-  int16_t open_[kStrips] = {};
-  Correction correction_[kStrips] = {};
+  Hold hold_[kSensors] = {};
+  int16_t open_[kSensors] = {};
+  Correction correction_[kSensors] = {};
 };
 
 }  // namespace sensor

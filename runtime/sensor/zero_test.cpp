@@ -13,7 +13,7 @@ namespace {
 constexpr uint8_t kRate_hz = 50;
 constexpr int16_t q5(double value) { return static_cast<int16_t>(32 * value); }
 
-// A strip that reads gain u + offset of what the model's strip read.
+// A sensor that reads gain u + offset of what the model's sensor read.
 struct Glove {
   double gain = 1;
   double offset = 0;
@@ -80,7 +80,7 @@ TEST(Zero, RefusesPosesThatAreTooNearSwappedOrNotHeld) {
   Glove far;
   far.gain = 0.45;
   far.offset = 250;  // within the converter's range
-  EXPECT_EQ(far.run(as_asked), ZeroStage::refused) << "another strip, more likely than this one";
+  EXPECT_EQ(far.run(as_asked), ZeroStage::refused) << "another sensor, more likely than this one";
 }
 
 TEST(Zero, TakesItsTimeAndCanBeGivenUp) {

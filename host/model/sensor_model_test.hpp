@@ -1,4 +1,4 @@
-// For tests: a glove of one sensor, 300 at the open hand and 700 at the fist or where the poses say.
+// For tests: a glove of one sensor, 300 at the open hand and 700 at the fist or where the poses are.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 
 namespace flexor::model {
 
-inline Model strip_model(std::optional<Poses> poses) {
+inline Model sensor_model(std::optional<Poses> poses) {
   Model m;
   m.sample_period_s = 1 / 50.;
   Channel c;

@@ -1,14 +1,9 @@
 #include <algorithm>
-#include <cmath>
 
 #include "apps/cli/commands.hpp"
-#include "host/recording/align.hpp"
-#include "host/recording/csv.hpp"
-#include "host/recording/pair.hpp"
-#include "host/recording/resample.hpp"
+#include "host/identify/compare.hpp"
 #include "host/recording/unit.hpp"
 #include "host/report/page.hpp"
-#include "host/score/score.hpp"
 
 namespace flexor::cli::score_command {
 
@@ -37,106 +32,43 @@ std::string pick(const recording::Recording& r, const char* option) {
 }
 
 // Measured and estimated column: those that were named, else all angles that both files have by one name, else the only ones.
-std::vector<std::pair<std::string, std::string>> columns_of(const Options& o,
-                                                            const recording::Recording& reference,
-                                                            const recording::Recording& estimate) {
+std::vector<std::pair<std::string, std::string>> columns_of(const Options& o, const recording::Log& reference,
+                                                            const recording::Log& estimate) {
   std::vector<std::pair<std::string, std::string>> out;
-  for (const recording::Column& c : reference.columns) {
-    const auto of = std::ranges::find_if(estimate.columns, [&](const recording::Column& e) {
-      return is_angle(e) && recording::without_unit(e.name) == recording::without_unit(c.name);
-    });
-    if (is_angle(c) && of != estimate.columns.end()) out.emplace_back(c.name, of->name);
-  }
-  if (!out.empty() && o.reference_column.empty() && o.estimate_column.empty()) return out;
-  return {{o.reference_column.empty() ? pick(reference, "--reference-column") : o.reference_column,
-           o.estimate_column.empty() ? pick(estimate, "--estimate-column") : o.estimate_column}};
+  if (o.reference_column.empty() && o.estimate_column.empty())
+    for (const recording::Column& c : reference.memory()->columns) {
+      const auto of = std::ranges::find_if(estimate.memory()->columns, [&](const recording::Column& e) {
+        return is_angle(e) && recording::without_unit(e.name) == recording::without_unit(c.name);
+      });
+      if (is_angle(c) && of != estimate.memory()->columns.end()) out.emplace_back(c.name, of->name);
+    }
+  if (!out.empty()) return out;
+  return {{o.reference_column.empty() ? pick(*reference.memory(), "--reference-column") : o.reference_column,
+           o.estimate_column.empty() ? pick(*estimate.memory(), "--estimate-column") : o.estimate_column}};
 }
 
-recording::Recording read(const std::string& path, const std::string& column,
-                          const recording::TimeOptions& time) {
-  recording::Recording out =
-      column.empty() ? recording::read(*recording::open_log(path, {{}, time, recording::Holes::some}))
-                     : recording::read_angle(path, column, time);
+// All columns, unless one is named.
+recording::Log read(const std::string& path, const std::string& column, const recording::TimeOptions& time) {
+  if (!column.empty()) return path;
+  recording::Recording out = recording::read(*recording::open_log(path, {{}, time, recording::Holes::some}));
   for (const std::string& warning : out.warnings) log_note(warning);
   out.warnings.clear();
-  return out;
-}
-
-recording::Recording angle_of(recording::Recording all, const std::string& column) {
-  recording::leave_out_lost(all, column);
-  all = recording::without_holes(all, column);
-  recording::to_degrees(all, column, "");
-  for (const std::string& warning : all.warnings) log_note(warning);
-  return all;
-}
-
-// What the motion says of the two clocks; none where it says too little.
-std::optional<recording::Alignment> clocks_of(const recording::Series& measured,
-                                              const recording::Series& estimated) {
-  try {
-    recording::Alignment found = recording::align(estimated, measured);
-    if (found.confidence >= recording::kUnsure) return found;
-  } catch (const io::JobError&) {  // too short, or two motions
-  }
-  return {};
-}
-
-// `name`: of the joint, before its messages; empty: there is one alone.
-Json score_of(const Options& o, const recording::Recording& measured, const std::string& column,
-              const recording::Recording& estimated, const std::string& of, const std::string& name) {
-  constexpr double kMoveTogether = 0.9;  // as eta^2
-  constexpr double kDriftErrors = 4;     // standard errors
-  const recording::Series y = measured.series(column), e = estimated.series(of);
-  const auto clocks = clocks_of(y, e);
-  const auto compared = [&](double by_s) {
-    std::vector<double> t_s(e.t_s.begin(), e.t_s.end());
-    for (double& t : t_s) t += by_s;
-    return score::compare({y.t_s, y.value, recording::default_max_gap_s(y.t_s)},
-                          {t_s, e.value, recording::default_max_gap_s(e.t_s)});
-  };
-  const double behind_s = clocks ? clocks->clock_offset_s : 0;
-  const std::string shift = fmt::format("by their motion --estimate-offset {:.2f} puts the two on one clock",
-                                        o.estimate_offset_s + behind_s);
-  score::Score s;
-  try {
-    s = compared(0);
-  } catch (const io::InputError& error) {
-    throw io::InputError("{} and {}: {}{}; {}", o.reference, o.estimate, name, error.what(),
-                         clocks ? shift : "shift one with --estimate-offset");
-  }
-  if (s.left_out > 0)
-    log_note(fmt::format("{}{} of {} samples lie in gaps of the other file and are left out", name,
-                         s.left_out, s.left_out + s.samples));
-  const bool is_better = clocks && 2 * compared(behind_s).rmse_deg < s.lag_removed_rmse_deg;
-  if (is_better) {
-    log_warning(name + shift);
-  } else if (clocks && s.r2 < 0 && clocks->eta_squared > kMoveTogether) {
-    log_warning(name +
-                "the two move together and yet are far apart: has one another zero or sign, or radians?");
-  } else if (s.lag_at_edge) {
-    log_warning(name +
-                "the best lag lies at the edge of the search: are the two on the same clock? "
-                "--estimate-offset shifts one");
-  }
-  if (clocks && clocks->drift_se_ppm && std::abs(*clocks->drift_ppm) > kDriftErrors * *clocks->drift_se_ppm &&
-      std::abs(*clocks->drift_ppm) * 1e-6 * clocks->overlap_s > recording::kVelocityError_s) {
-    log_warning(fmt::format("{}the measured angle's clock runs {:+.2f} % fast, which the error holds too",
-                            name, *clocks->drift_ppm * 1e-4));
-  }
-  return s;
+  return recording::Log(std::move(out));
 }
 
 Output run(const Options& o) {
-  const recording::Recording reference = read(o.reference, o.reference_column, o.time);
-  recording::Recording estimate = read(o.estimate, o.estimate_column, o.time);
-  for (double& t : estimate.t_s) t += o.estimate_offset_s;
+  const recording::Log reference = read(o.reference, o.reference_column, o.time);
+  const recording::Log estimate = read(o.estimate, o.estimate_column, o.time);
   const auto columns = columns_of(o, reference, estimate);
   std::vector<std::pair<std::string, Json>> scores;
   for (const auto& [measured, estimated] : columns) {
     const std::string joint = recording::without_unit(measured);
-    scores.emplace_back(
-        joint, score_of(o, angle_of(reference, measured), measured, angle_of(estimate, estimated), estimated,
-                        columns.size() > 1 ? joint + ": " : ""));
+    const std::string place = columns.size() > 1 ? joint + ": " : "";
+    const auto found =
+        identify::compare(reference, measured, estimate, estimated, o.time, o.estimate_offset_s);
+    for (const std::string& note : found.notes) log_note(place + note);
+    for (const std::string& warning : found.warnings) log_warning(place + warning);
+    scores.emplace_back(joint, found.score);
   }
   report::Page page("");
   page.table(report::scores_table("", scores));

@@ -58,9 +58,8 @@ TEST(Additive, WhatDiffersBetweenRecordingsStaysOutOfTheCurves) {
   EXPECT_NEAR(fit.donning(4) - fit.donning(0), 12, 2.5);
   const Additive one = fit_of({drawn(2, 0, 0)}, "curve");
   EXPECT_EQ(one.donning.size(), 0);
-  for (const Eigen::Index knot : {3, 6, 9}) {
+  for (const Eigen::Index knot : {3, 6, 9})
     EXPECT_NEAR(fit.offset_deg + fit.value(knot, 0), one.offset_deg + one.value(knot, 0), 1);
-  }
 }
 
 // How far the angle goes back while the reading goes up slowly, after it went down, or the other way round.

@@ -746,10 +746,9 @@ void state_reference_error(const Options& options, Result& r) {
   for (model::Joint& joint : r.model.joints) {
     const auto found = options.reference_error_deg.find(joint.name);
     if (found == options.reference_error_deg.end()) continue;
-    if (joint.accuracy) {
+    if (joint.accuracy)
       for (double& error_deg : joint.accuracy->standard_error_deg)
         error_deg = std::hypot(error_deg, found->second);
-    }
     r.warnings.push_back(
         fmt::format("{}: the measured angles themselves err by about {:g} deg: every figure is against them, "
                     "not against the hand",

@@ -150,6 +150,8 @@ TEST_F(Hand, JointsAreFoundByName) {
   io::write_file(files.reference, "t_s,trial,index,temp,little,thumb\n0,1,2,3,4,0\n1,1,4,5,5,9\n");
   EXPECT_EQ(map_by_name(files, ""), parse_map("index=index:index,thumb=Thumb:thumb"));
   EXPECT_THROW(map_by_name({files.sensor, files.sensor}, ""), io::InputError);
+  Take take;
+  EXPECT_THROW((void)clock_of({{"index", {}, "index_deg"}}, {}, take, take.sensor.warnings), io::InputError);
   io::write_file(files.sensor, "t_s,A0,A1\n0,1,2\n1,2,3\n");
   const std::string message = io::refusal_of([&] { (void)map_by_name(files, ""); });
   EXPECT_TRUE(has(message, "A0, A1") && has(message, "--map")) << message;

@@ -123,13 +123,12 @@ std::vector<JointMap> map_by_name(const PairFiles& files, const recording::TimeO
            name.find("angle") != std::string::npos;
   };
   if (std::ranges::any_of(out, is_joint)) std::erase_if(out, std::not_fn(is_joint));
-  if (out.empty()) {
+  if (out.empty())
     throw InputError(
         "no sensor and angle of one name, as index_adc and index_deg; say which belong together with --map. "
         "{} has {}; {} has {}",
         files.sensor.string(), recording::listed(sensors), files.reference.string(),
         recording::listed(references));
-  }
   return out;
 }
 
@@ -152,9 +151,9 @@ std::vector<JointMap> with_neighbours(const std::vector<JointMap>& map,
 std::vector<std::string> sensors_of(const std::vector<JointMap>& map) {
   std::vector<std::string> out;
   for (const JointMap& joint : map) {
-    for (const std::string& sensor : joint.sensors) {
+    if (joint.sensors.empty()) throw InputError("{}: the map names no sensor of it", joint.joint);
+    for (const std::string& sensor : joint.sensors)
       if (std::ranges::find(out, sensor) == out.end()) out.push_back(sensor);
-    }
   }
   return out;
 }
@@ -177,13 +176,10 @@ std::vector<JointMap> parse_map(const std::string& text) {
     if (colon == std::string::npos || colon < equals || colon + 1 == item.size())
       fail(at + equals, "no angle");
     JointMap joint{model::joint_name(item.substr(0, equals)), {}, item.substr(colon + 1)};
-    std::size_t from = equals + 1;
-    while (from <= colon) {
-      const std::size_t to = std::min(item.find('+', from), colon);
+    for (std::size_t from = equals + 1, to = 0; from <= colon; from = to + 1) {
+      to = std::min(item.find('+', from), colon);
       if (to == from) fail(at + from, "no sensor");
       joint.sensors.push_back(item.substr(from, to - from));
-      from = to + 1;
-      if (to == colon) break;
     }
     const std::set<std::string> different(joint.sensors.begin(), joint.sensors.end());
     if (different.size() < joint.sensors.size()) fail(at, "a sensor twice");
@@ -231,12 +227,10 @@ recording::Pair load_pair(SourceFiles files, bool clock_is_known) {
 
 OneJoint one_joint(SourceFiles files) {
   name_columns(files);
-  for (const std::string& column : {files.input, files.output}) {
-    for (const char* name : {"thumb", "index", "pointer", "middle", "ring", "pinky", "little"}) {
+  for (const std::string& column : {files.input, files.output})
+    for (const char* name : {"thumb", "index", "pointer", "middle", "ring", "pinky", "little"})
       if (recording::lower(column).find(name) != std::string::npos)
         return {{model::finger(name), {files.input}, files.output}, true};
-    }
-  }
   return {{"index", {files.input}, files.output}, false};
 }
 

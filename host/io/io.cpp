@@ -91,13 +91,10 @@ std::string start_of(std::string_view text, std::size_t longest) {
 void require_readable(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(path, error)) throw InputError("{}: no such file", path.string());
-  if (fs::is_directory(path, error)) {
-    throw InputError("{}: is a directory; name a file in it", path.string());
-  }
+  if (fs::is_directory(path, error)) throw InputError("{}: is a directory; name a file in it", path.string());
   // Not by opening it: a FIFO, as in <(...), can be opened once.
-  if (::access(path.c_str(), R_OK) != 0) {
+  if (::access(path.c_str(), R_OK) != 0)
     throw InputError("{}: cannot be read: {}", path.string(), std::strerror(errno));
-  }
 }
 
 namespace {

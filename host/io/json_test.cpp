@@ -88,9 +88,8 @@ TEST(Json, TextThatIsNotUtf8IsRefusedWithItsByte) {
 }
 
 TEST(Json, AFileThatIsCutOffIsCalledSo) {
-  for (const std::string text : {"", "{", "{\"a", "{\"a\": tr", "[1,", "[\"\\"}) {
+  for (const std::string text : {"", "{", "{\"a", "{\"a\": tr", "[1,", "[\"\\"})
     EXPECT_NE(refusal(text).find("is the file cut off?"), std::string::npos) << text << ": " << refusal(text);
-  }
 }
 
 TEST(Json, BytesOfAFileNameBecomeText) {

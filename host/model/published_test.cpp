@@ -44,9 +44,8 @@ TEST(PublishedWiener, PolesAndGainsAreThoseOfThePrintedMatrices) {
     ASSERT_TRUE(chain.has_value());
     const auto& ours = chain->lti.poles_rad_s;
     ASSERT_EQ(ours.size(), static_cast<std::size_t>(poles.size()));
-    for (std::size_t k = 0; k < ours.size(); ++k) {
+    for (std::size_t k = 0; k < ours.size(); ++k)
       EXPECT_NEAR(ours[k] / poles(static_cast<Eigen::Index>(k)), 1, 1e-9);
-    }
     const double gain = -(printed[i].c * printed[i].a.fullPivLu().solve(printed[i].b))(0);
     EXPECT_NEAR(chain->lti.gain, gain, 1e-9);
     EXPECT_NEAR(chain->lti.gain, gains[i], 0.0005);

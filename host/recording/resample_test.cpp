@@ -72,9 +72,8 @@ TEST(Resample, WhatComesLaterChangesNothing) {
     for (std::size_t i = cut; i < x.size(); ++i) x[i] = 1000 - x[i];
     const Samples after = resample({t, x}, 0.05, 0.3);
     RC_ASSERT(before.t_s == after.t_s);
-    for (std::size_t k = 0; k < before.t_s.size() && before.t_s[k] + Resampler::kTolerance_s < t[cut]; ++k) {
+    for (std::size_t k = 0; k < before.t_s.size() && before.t_s[k] + Resampler::kTolerance_s < t[cut]; ++k)
       RC_ASSERT(before.value[k] == after.value[k]);
-    }
   }));
 }
 

@@ -82,9 +82,8 @@ TEST(Page, NeedsNothingElseAndRunsNothing) {
   const std::string html = page.html();
   EXPECT_NE(html.find("data:image/jpeg;base64,/9j/"), std::string::npos);
   EXPECT_NE(html.find("alt=\"A hand\""), std::string::npos);
-  for (const char* part : {"<script", "http:", "https:", "url(", "@import", "href="}) {
+  for (const char* part : {"<script", "http:", "https:", "url(", "@import", "href="})
     EXPECT_EQ(html.find(part), std::string::npos) << part;
-  }
 }
 
 TEST(Page, ChartsAndDrawingsHaveNamesAndTheirTextsStayTexts) {

@@ -5,81 +5,62 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <random>
-#include <tuple>
-#include <utility>
 
 #include "host/io/io.hpp"
 
 namespace flexor::score {
 namespace {
 
-constexpr double kBlock_s = 5;
-constexpr std::size_t kLeastBlocks = 6;
-constexpr std::size_t kLeastParts = 4;  // fewer can be drawn in less than the forty ways that 2.5 % need
-constexpr std::size_t kDraws = 1000;
-constexpr unsigned kSeed = 2019;
-constexpr double kNoError = 1e-12;  // squared, whose logarithm is still a number
+constexpr double kBlock_s = 10;
+constexpr std::size_t kLeastBlocks = 5;
+constexpr double kLasting_s = 3;        // correlation time of errors that a slow glove makes
+constexpr double kLeast_s = 10;         // of blocks: in less the slowest errors hardly change
+constexpr std::size_t kLeastParts = 4;  // with three the quantile alone is 4.3 standard errors
 
 const char* word_of(const Verdict& v) {
   constexpr std::array kWords = {"better", "as good", "worse"};
   return kWords.at(static_cast<std::size_t>(v.word));
 }
 
-std::vector<std::size_t> block_ends(std::size_t n, double period_s) {
-  const auto long_enough = static_cast<std::size_t>(static_cast<double>(n) * period_s / kBlock_s);
-  const std::size_t blocks = std::min(n, std::max(kLeastBlocks, long_enough));
-  std::vector<std::size_t> out;
-  for (std::size_t b = 1; b <= blocks; ++b) out.push_back((b * n + blocks - 1) / blocks);
-  return out;
+// Variance of the mean over length_s of squares whose correlation is exp(-2 t / kLasting_s); that of one is 1.
+double mean_variance(double length_s) {
+  const double q = kLasting_s / 2 / length_s;
+  return 2 * q * (1 - q * (1 - std::exp(-1 / q)));
 }
 
-// 95 % intervals of the RMSE and of the difference of both.
-void add_intervals(const std::vector<double>& a, const std::vector<double>& b,
-                   const std::vector<std::size_t>& ends, Verdict& v) {
-  const std::size_t n = a.size();
-  const std::size_t blocks = ends.size();
-  struct Sums {
-    double a = 0;
-    double b = 0;
-    double count = 0;
-  };
-  std::vector<Sums> sums(blocks);
-  std::size_t block = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    while (k >= ends[block]) ++block;
-    Sums& of = sums[block];
-    of.a += a[k] * a[k];
-    of.b += b[k] * b[k];
-    of.count += 1;
+void add_intervals(const std::vector<double>& a, const std::vector<double>& b, double length_s,
+                   std::vector<std::size_t> ends, Verdict& v) {
+  double seen = 1;  // share of the variance that the parts show
+  if (const std::size_t n = a.size(); ends.empty()) {
+    const std::size_t blocks =
+        std::min(n, std::max(kLeastBlocks, static_cast<std::size_t>(length_s / kBlock_s)));
+    for (std::size_t k = 1; k <= blocks; ++k) ends.push_back((k * n + blocks - 1) / blocks);
+    const double of_one = mean_variance(length_s / static_cast<double>(blocks));
+    seen = (of_one / mean_variance(length_s) - 1) / (static_cast<double>(blocks) - 1);
   }
-  std::mt19937 random(kSeed);
-  std::vector<double> own(kDraws);
-  std::vector<double> drawn(kDraws);
-  for (std::size_t k = 0; k < kDraws; ++k) {
-    Sums all;
-    for (std::size_t i = 0; i < blocks; ++i) {
-      const Sums& one = sums[random() % blocks];
-      all.a += one.a;
-      all.b += one.b;
-      all.count += one.count;
-    }
-    own[k] = std::log(std::max(all.a / all.count, kNoError)) / 2;
-    drawn[k] = std::sqrt(all.a / all.count) - std::sqrt(all.b / all.count);
-  }
-  // Few blocks vary less than their population, by (n - 1) / n, and tell how much only roughly.
-  const double few = static_cast<double>(blocks) - 1;
-  const double wider = blocks < 2 ? 1 : std::sqrt(1 + 1 / few) * student_t(static_cast<int>(few)) / kNormal95;
-  const auto about = [&](double value, std::vector<double>& draws) {
-    std::ranges::sort(draws);
-    return std::pair(value + wider * (draws[kDraws / 40] - value),
-                     value + wider * (draws[kDraws - 1 - kDraws / 40] - value));
+  // What a part adds to the RMSE's deviation, to first order.
+  const auto part_deg = [](const std::vector<double>& error, double rmse_deg, std::size_t k,
+                           std::size_t end) {
+    double excess = 0;
+    for (; k < end; ++k) excess += error[k] * error[k] - rmse_deg * rmse_deg;
+    return rmse_deg > 0 ? excess / (2 * rmse_deg * static_cast<double>(error.size())) : 0;
   };
-  const auto own_ends =
-      about(std::log(std::max(v.rmse_deg, std::sqrt(kNoError))), own);  // never below zero, and less skewed
-  v.rmse_low_deg = std::exp(own_ends.first);
-  v.rmse_high_deg = std::exp(own_ends.second);
-  std::tie(v.low_deg, v.high_deg) = about(v.rmse_deg - v.baseline_deg, drawn);
+  double own = 0;
+  double both = 0;
+  std::size_t begin = 0;
+  for (const std::size_t end : ends) {
+    const double part = part_deg(a, v.rmse_deg, begin, end);
+    own += part * part;
+    both += std::pow(part - part_deg(b, v.baseline_deg, begin, end), 2);
+    begin = end;
+  }
+  const double few = static_cast<double>(ends.size()) - 1;
+  const double wide = student_t(static_cast<int>(few)) * std::sqrt((1 + 1 / few) / seen);
+  const double factor = v.rmse_deg > 0 ? std::exp(wide * std::sqrt(own) / v.rmse_deg) : 1;
+  v.rmse_low_deg = v.rmse_deg / factor;
+  v.rmse_high_deg = v.rmse_deg * factor;
+  v.low_deg = v.rmse_deg - v.baseline_deg - wide * std::sqrt(both);
+  v.high_deg = v.rmse_deg - v.baseline_deg + wide * std::sqrt(both);
 }
 
 }  // namespace
@@ -109,10 +90,11 @@ Verdict judge(const std::vector<double>& error_deg,
     v.baseline = name;
     v.baseline_deg = rmse_deg;
   }
-  v.has_interval = part_ends.empty() || part_ends.size() >= kLeastParts;
+  const double length_s = static_cast<double>(error_deg.size()) * period_s;
+  v.has_interval = part_ends.empty() ? length_s + period_s > kLeast_s : part_ends.size() >= kLeastParts;
   if (!v.has_interval) return v;
-  add_intervals(error_deg, v.baseline.empty() ? error_deg : baseline_error_deg.at(v.baseline),
-                part_ends.empty() ? block_ends(error_deg.size(), period_s) : part_ends, v);
+  add_intervals(error_deg, v.baseline.empty() ? error_deg : baseline_error_deg.at(v.baseline), length_s,
+                part_ends, v);
   if (v.baseline.empty()) return v;
   if (v.high_deg < 0) v.word = Verdict::Word::better;
   if (v.low_deg > 0) v.word = Verdict::Word::worse;
@@ -129,7 +111,10 @@ std::string in_words(const Verdict& v) {
   if (baseline == kBaselines.end()) return out + "; no baseline could be fitted";
   out += fmt::format("; the best baseline, {}, {:.2f}: ", baseline->words, v.baseline_deg);
   if (!v.has_interval)
-    return out + fmt::format("no verdict on fewer than {} parts that were left out", kLeastParts);
+    return out +
+           fmt::format(
+               "no verdict on less than {:g} s, or on fewer than {} parts, that were left out; record more",
+               kLeast_s, kLeastParts);
   out += fmt::format("{} (difference {:+.2f}, 95 %: {:+.2f} to {:+.2f})", word_of(v),
                      v.rmse_deg - v.baseline_deg, v.low_deg, v.high_deg);
   if (v.word == Verdict::Word::better) return out;

@@ -53,7 +53,7 @@ void find_lag(std::span<const double> t_s, std::span<const double> measured,
   const auto cost = [&](double lag_s) {
     const Errors e = error_at_lag(t_s, measured, estimated, lag_s);
     // At least half of the samples: an end of the recording alone may fit by chance.
-    return 2 * e.deg.size() < t_s.size() ? std::numeric_limits<double>::infinity() : rms(e.deg);
+    return 2 * e.deg.size() < t_s.size() ? std::numeric_limits<double>::infinity() : std::pow(rms(e.deg), 2);
   };
   std::vector<double> costs;
   for (int i = 0; i <= kLagSteps; ++i) costs.push_back(cost((i - kMiddle) * step));
@@ -62,11 +62,9 @@ void find_lag(std::span<const double> t_s, std::span<const double> measured,
   out.lag_at_edge = best <= 1 || best + 1 >= kLagSteps;
   if (best == 0 || best == kLagSteps) return;
   const auto b = static_cast<std::size_t>(best);
-  const double left = costs[b - 1] * costs[b - 1];
-  const double right = costs[b + 1] * costs[b + 1];
-  const double curvature = left - 2 * costs[b] * costs[b] + right;
+  const double curvature = costs[b - 1] - 2 * costs[b] + costs[b + 1];
   if (!(curvature > 0) || !std::isfinite(curvature)) return;
-  const double refined = out.best_lag_s + step * (left - right) / (2 * curvature);
+  const double refined = out.best_lag_s + step * (costs[b - 1] - costs[b + 1]) / (2 * curvature);
   if (cost(refined) < costs[b]) out.best_lag_s = refined;
 }
 
@@ -166,16 +164,14 @@ Score compare(const Angles& measured, const Angles& estimated) {
     if (next == estimated.t_s.begin() || next == estimated.t_s.end()) continue;
     left_out += *next > now && *next - *(next - 1) > estimated.max_gap_s;
   }
-  if (t_s.size() < 2 || t_s.back() - t_s.front() < kMinOverlap_s) {
+  if (t_s.size() < 2 || t_s.back() - t_s.front() < kMinOverlap_s)
     throw io::InputError(
         "the two overlap by less than {:g} s: measured {:.1f} to {:.1f} s, estimated {:.1f} to {:.1f} s",
         kMinOverlap_s, reference_t_s.front(), reference_t_s.back(), estimated.t_s.front(),
         estimated.t_s.back());
-  }
-  if (const auto [least, most] = std::ranges::minmax(measured_deg); least == most) {
+  if (const auto [least, most] = std::ranges::minmax(measured_deg); least == most)
     throw io::JobError("the measured angle is {:g} deg throughout: where nothing moves no fit can be told",
                        least);
-  }
   Score s = score(t_s, measured_deg, estimated_deg, std::max(measured.max_gap_s, estimated.max_gap_s));
   s.left_out = left_out;
   return s;

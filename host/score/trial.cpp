@@ -36,9 +36,8 @@ double error_of_finger(const std::vector<float>& reference, const std::vector<fl
 void require_alike(std::span<const std::vector<float>> reference, std::span<const std::vector<float>> hand) {
   const auto alike = [&](const std::vector<float>& series) { return series.size() == reference[0].size(); };
   if (reference.empty() || reference.size() != hand.size() || reference[0].size() < 2 ||
-      !std::ranges::all_of(reference, alike) || !std::ranges::all_of(hand, alike)) {
+      !std::ranges::all_of(reference, alike) || !std::ranges::all_of(hand, alike))
     throw io::JobError("a trial's score needs at least two frames, as many of the hand as of the glove");
-  }
 }
 
 }  // namespace

@@ -81,9 +81,7 @@ TEST_F(Cohort, IsATidyTableAndAFailedTakeIsARow) {
   ASSERT_EQ(result.failed.size(), 1U);
   std::istringstream table(files("out")["cohort.csv"]);
   std::vector<std::vector<std::string>> rows;
-  for (std::string line; std::getline(table, line);) {
-    recording::split(line, ',', rows.emplace_back());
-  }
+  for (std::string line; std::getline(table, line);) recording::split(line, ',', rows.emplace_back());
   ASSERT_EQ(rows.size(), 8U);
   const auto cell = [&](std::size_t row, const std::string& column) {
     return rows[row].at(static_cast<std::size_t>(std::ranges::find(rows[0], column) - rows[0].begin()));

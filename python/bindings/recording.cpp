@@ -2,14 +2,12 @@
 
 #include <memory>
 
+#include "host/identify/compare.hpp"
 #include "host/io/folder_lock.hpp"
 #include "host/io/json.hpp"
 #include "host/io/output.hpp"
-#include "host/recording/pair.hpp"
-#include "host/recording/resample.hpp"
 #include "host/recording/unit.hpp"
 #include "host/score/judge.hpp"
-#include "host/score/score.hpp"
 
 namespace flexor::python {
 
@@ -77,17 +75,11 @@ nb::tuple read(const std::filesystem::path& path, const nb::object& columns, con
   return to_python(repair ? recording::read(reader) : recording::read_rows(reader));
 }
 
-nb::object score_columns(const recording::Log& measured, const std::string& measured_column,
-                         const recording::Log& estimated, const std::string& estimated_column) {
-  recording::Recording reference = recording::read_angle(measured, measured_column, {});
-  recording::Recording estimate = recording::read_angle(estimated, estimated_column, {});
-  const auto series = [](recording::Recording& r, const std::string& column) {
-    recording::to_degrees(r, column, "");
-    const recording::Series s = r.series(column);
-    return score::Angles{s.t_s, s.value, recording::default_max_gap_s(s.t_s)};
-  };
-  return to_python(
-      Json(score::compare(series(reference, measured_column), series(estimate, estimated_column))));
+// (figures, warnings)
+nb::tuple score_columns(const recording::Log& measured, const std::string& measured_column,
+                        const recording::Log& estimated, const std::string& estimated_column) {
+  const identify::Compared found = identify::compare(measured, measured_column, estimated, estimated_column);
+  return nb::make_tuple(to_python(Json(found.score)), found.warnings);
 }
 
 nb::object judge(const std::vector<double>& error_deg,

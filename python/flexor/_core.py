@@ -17,7 +17,8 @@ except ModuleNotFoundError:  # as it is built, beside the sources
 InputError = core.InputError
 JobError = core.JobError
 FINGERS = ("thumb", "index", "middle", "ring", "pinky")
-_ARGUMENTS = {"rate": "rate_hz", "lead": "lead_s", "clock-offset": "clock_offset_s", "log-rate": "log_rate_hz", "time-limit": "time_limit_s"}
+_ARGUMENTS = {"rate": "rate_hz", "lead": "lead_s", "clock-offset": "clock_offset_s", "log-rate": "log_rate_hz", "time-limit": "time_limit_s",
+              "estimate-offset": "Recording.shifted"}
 
 
 def _in_python(error: Exception) -> str:

@@ -1,6 +1,7 @@
 """A log: named columns with units over one clock; how far the angles of one are from those of another, and whether that is good."""
 
 import os
+import warnings
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -75,7 +76,7 @@ class Recording:
 
     @property
     def frame(self) -> Any:
-        """The columns as a pandas frame over t_s."""
+        """The columns as a pandas frame over t_s: seconds, of dates those since 1970 (``pandas.to_datetime(t_s, unit="s")``)."""
         pd = pandas()
         return pd.DataFrame(self.columns, index=pd.Index(self.t_s, name="t_s"), copy=False)
 
@@ -136,7 +137,7 @@ def angles_of(log: Recording) -> dict[str, str]:
 def score(measured: Any, estimated: Any, columns: Optional[Mapping[str, str]] = None) -> dict[str, dict[str, Any]]:
     """Figures of each joint, as ``flexor score --json`` prints them: rmse_deg, max_abs_deg, r2, best_lag_s, ...
 
-    Both on one clock. ``columns``: from the measured one's to the estimate's, where they are not called alike (NAME_deg).
+    Both on one clock; else it warns. ``columns``: from the measured one's to the estimate's, where not called alike (NAME_deg).
     Raises ``InputError``: no common column, no second in common; ``JobError``: the angle never changes.
 
     >>> import numpy as np
@@ -152,13 +153,19 @@ def score(measured: Any, estimated: Any, columns: Optional[Mapping[str, str]] = 
     if not columns:
         raise InputError(f"no angle of one name: {reference.source} has {', '.join(reference.columns)}; "
                          f"{estimate.source} has {', '.join(estimate.columns)}")
-    return {core.without_unit(one): core.score(as_log(reference), one, as_log(estimate), other) for one, other in columns.items()}
+    out = {}
+    for one, other in columns.items():
+        joint = core.without_unit(one)
+        out[joint], found = core.score(as_log(reference), one, as_log(estimate), other)
+        for text in found:
+            warnings.warn(f"{joint}: {InputError(text)}", stacklevel=2)
+    return out
 
 
 def judge(error_deg: Sequence[float], baseline_error_deg: Mapping[str, Sequence[float]], period_s: float,
           part_ends: Sequence[int] = ()) -> dict[str, Any]:
     """Whether errors are smaller than those of the best baseline at the same samples: better, as good or worse, with the 95 %
-    interval of the difference by a bootstrap over blocks, and in ``words``. ``part_ends``: of parts that are drawn whole.
+    interval of the difference from blocks of 10 s, and in ``words``. ``part_ends``: of parts that are drawn whole.
 
     >>> import numpy as np
     >>> noise = np.random.default_rng(1).normal(size=4000)

@@ -77,6 +77,8 @@ def test_scores_and_clocks_are_the_commands(program, files, found, tmp_path):
     command = json.loads(program("score", camera, tmp_path / "angles.csv", "--estimate-offset", repr(offset_s), "--json"))
     figures = flexor.score(camera, flexor.read(tmp_path / "angles.csv").shifted(offset_s))
     assert figures == command["joints"]
+    with pytest.warns(UserWarning, match=r"index: by their motion Recording.shifted [\d.+-]+ puts the two on one clock"):
+        flexor.score(camera, flexor.read(tmp_path / "angles.csv"))
     command = json.loads(program("align", "--sensor", glove, "--reference", camera, "--input", "index_alpha_deg", "--output",
                                  "index_deg", "--json"))
     assert flexor.align(glove, camera, input="index_alpha_deg", output="index_deg")[0] == command

@@ -14,7 +14,6 @@ namespace {
 constexpr double kBlock_s = 10;
 constexpr std::size_t kLeastBlocks = 5;
 constexpr double kLasting_s = 3;        // correlation time of errors that a slow glove makes
-constexpr double kLeast_s = 10;         // of blocks: in less the slowest errors hardly change
 constexpr std::size_t kLeastParts = 4;  // with three the quantile alone is 4.3 standard errors
 
 const char* word_of(const Verdict& v) {
@@ -91,7 +90,7 @@ Verdict judge(const std::vector<double>& error_deg,
     v.baseline_deg = rmse_deg;
   }
   const double length_s = static_cast<double>(error_deg.size()) * period_s;
-  v.has_interval = part_ends.empty() ? length_s + period_s > kLeast_s : part_ends.size() >= kLeastParts;
+  v.has_interval = part_ends.empty() || part_ends.size() >= kLeastParts;
   if (!v.has_interval) return v;
   add_intervals(error_deg, v.baseline.empty() ? error_deg : baseline_error_deg.at(v.baseline), length_s,
                 part_ends, v);
@@ -112,9 +111,7 @@ std::string in_words(const Verdict& v) {
   out += fmt::format("; the best baseline, {}, {:.2f}: ", baseline->words, v.baseline_deg);
   if (!v.has_interval)
     return out +
-           fmt::format(
-               "no verdict on less than {:g} s, or on fewer than {} parts, that were left out; record more",
-               kLeast_s, kLeastParts);
+           fmt::format("no verdict on fewer than {} parts that were left out; record more", kLeastParts);
   out += fmt::format("{} (difference {:+.2f}, 95 %: {:+.2f} to {:+.2f})", word_of(v),
                      v.rmse_deg - v.baseline_deg, v.low_deg, v.high_deg);
   if (v.word == Verdict::Word::better) return out;

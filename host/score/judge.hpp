@@ -27,7 +27,7 @@ struct Verdict {
   bool advises = true;   // false: the data are at fault, and another structure mends nothing
   double rmse_deg = 0;   // of the compensator
   double baseline_deg = 0;
-  bool has_interval = true;  // false: of less than 10 s or too few parts; then `word` means nothing either
+  bool has_interval = true;  // false: of too few parts; then `word` means nothing either
   double low_deg = 0;        // of d
   double high_deg = 0;
   double rmse_low_deg = 0;  // of the compensator's RMSE, by the same blocks
@@ -54,7 +54,7 @@ inline constexpr std::array kBaselines = {
     Baseline{"published_form", "the published form", "dead-zone > gain > lti(1) > saturation"}};
 
 // Errors at the same samples, degrees, at least two; baselines by their names. `part_ends`: of parts, one after the other, that are drawn whole in place of blocks, as persons are; none: blocks.
-// Fewer than four parts, and less than 10 s, have neither interval nor word.
+// Fewer than four parts have neither interval nor word.
 Verdict judge(const std::vector<double>& error_deg,
               const std::map<std::string, std::vector<double>>& baseline_error_deg, double period_s,
               const std::vector<std::size_t>& part_ends = {});

@@ -141,9 +141,9 @@ model::Saturation limits_of(const Stack& stack, double tail) {
   return quantiles(stack.angle(stack.used), tail);
 }
 
-model::Saturation open_limits(const VectorXd& angle, double beyond) {
-  const double beyond_deg = beyond * (angle.maxCoeff() - angle.minCoeff());
-  return {angle.minCoeff() - beyond_deg, angle.maxCoeff() + beyond_deg};
+model::Saturation open_limits(const VectorXd& angle) {
+  const double span_deg = angle.maxCoeff() - angle.minCoeff();
+  return {angle.minCoeff() - span_deg, angle.maxCoeff() + span_deg};
 }
 
 model::Saturation limits_at_rest(const VectorXd& angle, const VectorXd& own, double beyond) {

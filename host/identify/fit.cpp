@@ -28,7 +28,6 @@ constexpr double kMaxTap = 8;
 constexpr double kLeastDamping = 0.02;  // within what a board's block takes
 constexpr double kMostDamping = 0.99;
 constexpr double kSaturatedMargin = 0.08;
-constexpr double kOnward = 0.5;  // of the span, beyond the angles seen
 constexpr double kSlowestPerRecording = 10;
 constexpr double kRankTolerance = 1e-7;
 constexpr Index kMaxLags = 400;
@@ -97,7 +96,7 @@ class Problem {
   const VectorXd& upper() const { return upper_; }
   double span_deg() const { return span_deg_; }
   // What a curve may say.
-  model::Saturation angles(double beyond = 1) const { return open_limits(angle_, beyond); }
+  model::Saturation angles() const { return open_limits(angle_); }
 
   // Bent as by the loss of this width, and the prior's, with their Jacobian by the free parameters, unless that is null.
   VectorXd residual(const VectorXd& theta, const std::vector<int>& free, double delta,
@@ -535,7 +534,7 @@ class Fitter {
     const int at = predictor_.layout().saturation;
     if (at < 0) return;
     const std::vector<Index> rows = used_rows(data_);
-    const model::Saturation safe = limits_at_rest(data_.angle_deg(rows), data_.input(rows), kOnward);
+    const model::Saturation safe = limits_at_rest(data_.angle_deg(rows), data_.input(rows), 1);
     if (parameter == at) best_.theta(at) = safe.lower_deg;
     if (parameter == at + 1) best_.theta(at + 1) = safe.upper_deg;
   }
@@ -565,7 +564,7 @@ class Fitter {
     }
     Predictor shipped = predictor_;
     VectorXd theta = best_.theta;
-    shipped.go_on(problem_.angles(kOnward), theta);
+    shipped.go_on(problem_.angles(), theta);
     s.predicted_deg = shipped.predict(theta, nullptr);
     s.channel = shipped.channel(theta);
     if (gain_alone()) {  // all else to the bit
@@ -576,7 +575,7 @@ class Fitter {
       s.channel.lti.gain = gain;
     }
     s.channel.name = data_.channel;
-    if (!predictor_.structure().saturation) s.channel.saturation = problem_.angles(kOnward);
+    if (!predictor_.structure().saturation) s.channel.saturation = problem_.angles();
     s.channel.rest_deg = quantile(sorted(data_.angle_deg(problem_.rows())), 0.5);
     return s;
   }

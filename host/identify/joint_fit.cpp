@@ -252,7 +252,7 @@ void let_chains_compete(const Task& task, JointFit& best, Creeping& creeping) {
                                                        "hw",
                                                        "hysteresis-hw",
                                                        "curve > pair > saturation",
-                                                       "curve > lti(1) > curve > saturation"};
+                                                       "curve > pair > curve"};
   for (std::size_t k = 0; k < kChains.size(); ++k) {
     if (task.step && !task.step(k, kChains.size(), fmt::format("{}: {}", task.joint.joint, kChains[k]))) {
       best.untried += kChains.size() - k;

@@ -184,14 +184,20 @@ Json run_job(const std::vector<std::string>& name, const Json& request, const io
     ~Until() { job_output = nullptr; }
   } const until;
   job_output = &output;
+  const auto result = [&output] {
+    const Json json = Json::parse(output.result, nullptr, false);
+    return json.is_discarded() ? Json(io::to_utf8(output.result)) : json;
+  };
   try {
     std::istringstream nothing;
     app.parse_from_stream(nothing);
   } catch (const CLI::ParseError& error) {
     throw io::InputError("request: {}", error.what());
+  } catch (const io::Doubt&) {
+    if (!output.result.empty()) (void)event({{"partial", result()}});
+    throw;
   }
-  Json result = Json::parse(output.result, nullptr, false);
-  return result.is_discarded() ? Json(io::to_utf8(output.result)) : result;
+  return result();
 }
 
 }  // namespace flexor::cli

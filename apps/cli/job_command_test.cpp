@@ -85,6 +85,10 @@ TEST_F(JobProgram, ProgressComesBeforeAResultThatIsWhatJsonPrints) {
     return line.contains("progress") && line.at("progress").at("fraction").is_number();
   }));
   EXPECT_TRUE(lines.back().at("result").contains("joints"));
+  Json hurried = request;
+  hurried["time-limit"] = 0.001;
+  const std::vector<Json> stopped = lines_of("identify", hurried.dump(), 3);
+  EXPECT_TRUE(stopped.at(stopped.size() - 2).at("partial").contains("joints"));
   EXPECT_EQ(lines_of("protocol", "{}", 0).back().at("result"), Json::parse(run("protocol --json").out));
 }
 

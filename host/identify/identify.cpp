@@ -226,11 +226,10 @@ void warn_of_holdout(const Sampled& sampled, const JointResult& joint, std::vect
                     "changed during the recording, or the motion did",
                     joint.name, joint.holdout.rmse_deg / joint.fitted_rmse_deg));
   if (joint.hold_drift_deg > kMostDrift_deg && joint.verdict.advises)
-    warnings.push_back(
-        fmt::format("{}: held still, its angle goes on by {:.1f} deg, as the sensor crept in the recording: "
-                    "hold the hand for a "
-                    "minute, and where that is wrong take --structure hysteresis, or record longer holds",
-                    joint.name, joint.hold_drift_deg));
+    warnings.push_back(fmt::format(
+        "{}: held still, its angle goes on by {:.1f} deg, to follow a sensor that creeps: hold the hand "
+        "for a minute, and where that is wrong take --structure hysteresis, or record longer holds",
+        joint.name, joint.hold_drift_deg));
   for (const std::string& refusal : joint.baseline_refusals)
     warnings.push_back(fmt::format("{}: baseline {}", joint.name, refusal));
   double moved_deg = 0;

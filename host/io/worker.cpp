@@ -164,7 +164,7 @@ Json Worker::run(const std::string& job, const Json& arguments,
   for (;;) {
     Json reply = receive(job);
     try {
-      if (reply.contains("warning")) continue;  // the result has those that matter
+      if (reply.contains("warning") || reply.contains("partial")) continue;  // the result has what matters
       if (reply.contains("progress")) {
         const Json& p = reply.at("progress");
         const Json& left = p.at("seconds_left");

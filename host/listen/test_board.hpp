@@ -68,7 +68,7 @@ inline std::vector<std::uint8_t> readings(std::uint16_t time_ms,
   link::Packet packet;
   std::array<std::uint8_t, link::kMaxWire> wire{};
   const std::uint8_t bytes = link::put_readings(time_ms, counts.data(), link::kFingers, packet.body());
-  const std::uint8_t size = link::GloveEnd::say(link::Type::readings, packet, bytes, false, wire.data());
+  const std::uint8_t size = link::GloveEnd::seal(link::Type::readings, packet, bytes, false, wire.data());
   return {wire.begin(), wire.begin() + size};
 }
 

@@ -202,7 +202,7 @@ void add_compensator(CLI::App& command, std::string& model, double& rate_hz) {
 }
 
 void add_duration(CLI::App& command, double& for_s) {
-  command.add_option("--for", for_s, "seconds (default: until Ctrl-C)")->check(CLI::Range(1e-3, 1e9));
+  add_positive(command, "--for", for_s, "seconds (default: until Ctrl-C)");
 }
 
 CLI::Option* add_port(CLI::App& command, std::string& port, const std::string& of) {

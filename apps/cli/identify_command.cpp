@@ -103,7 +103,7 @@ double lead_for(const std::string& what, double rate_hz) {
 
 // What finds no partner is said.
 std::vector<identify::JointMap> map_by_name(const identify::Request& r) {
-  const std::vector<identify::JointMap> map = identify::map_by_name(r.pairs.front(), r.time);
+  std::vector<identify::JointMap> map = identify::map_by_name(r.pairs.front(), r.time);
   for (const std::string& angle : identify::columns_of(r.pairs.front(), true, r.time)) {
     const std::string finger = angle.substr(0, angle.find('_'));
     if (std::ranges::count(model::finger_names(), finger) > 0 && !angle.ends_with("_quality") &&

@@ -117,7 +117,7 @@ constexpr std::pair<const char*, const char*> kMoved[] = {
 
 void require_command(const CLI::App& app, const std::string& name, const std::string& next) {
   for (const auto& [moved, instead] : kMoved)
-    if (name == moved || name + " " + next == moved)
+    if (name == moved || fmt::format("{} {}", name, next) == moved)
       throw io::InputError("{} is Python's now: {}", moved, instead);
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());

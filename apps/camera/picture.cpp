@@ -141,7 +141,7 @@ void Renderer::paint(const Pattern& p) {
     const int column = cvFloor(right.dot(off) + p.columns / 2.0);
     const int row = cvFloor(right.cross(off) + p.rows / 2.0);
     const bool inside = column >= 0 && row >= 0 && column < p.columns && row < p.rows;
-    return inside ? &kInk[p.cells[static_cast<std::size_t>(row * p.columns + column)]] : nullptr;
+    return inside ? &kInk[p.cells[row * p.columns + column]] : nullptr;
   });
 }
 

@@ -72,8 +72,7 @@ void add(CLI::App& app) {
   command->add_option("--board", o->board, "of the folder: glove or hand")
       ->check(CLI::IsMember({"glove", "hand"}));
   add_port(*command, o->port, "");
-  command->add_option("--baud", o->baud, "of the bootloader (default: 115200, then 57600 as old ones have)")
-      ->check(CLI::Range(1e-3, 1e9));
+  add_positive(*command, "--baud", o->baud, "of the bootloader (default: 115200, then the old 57600)");
 }
 
 }  // namespace flexor::cli::flash_command

@@ -61,8 +61,7 @@ std::unique_ptr<listen::Source> open_instead(const GlovePort& o) {
 
 void add_options(CLI::App& command, GlovePort& o) {
   auto* port = add_port(command, o.listener.port, " of the glove or of a radio");
-  auto* baud = command.add_option("--baud", o.listener.baud, "of the port (default: found by listening)")
-                   ->check(CLI::Range(1e-3, 1e9));
+  auto* baud = add_positive(command, "--baud", o.listener.baud, "of the port (default: found by listening)");
   command.add_flag("--readings", o.listener.readings,
                    "of a glove with Flexor's firmware: readings of its sensors instead of angles");
   auto* key = command.add_option(

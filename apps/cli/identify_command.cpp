@@ -103,7 +103,7 @@ double lead_for(const std::string& what, double rate_hz) {
 
 // A column without a partner is a warning.
 std::vector<identify::JointMap> map_by_name(const identify::Request& r) {
-  const std::vector<identify::JointMap> map = identify::map_by_name(r.pairs.front(), r.time);
+  std::vector<identify::JointMap> map = identify::map_by_name(r.pairs.front(), r.time);
   for (const std::string& angle : identify::columns_of(r.pairs.front(), true, r.time)) {
     const std::string finger = angle.substr(0, angle.find('_'));
     if (std::ranges::count(model::finger_names(), finger) > 0 && !angle.ends_with("_quality") &&
@@ -390,11 +390,9 @@ void add(CLI::App& app) {
   add_shown(*command, "--rate", r.rate_hz, "sample rate of the compensator, Hz");
   add_shown(*command, "--split", r.split, "share of the recording, from its start, that is fitted");
   add_structure(*command, r);
-  command
-      ->add_option("--time-limit", o->time_limit_s,
-                   "seconds after which the search of structures ends with the best so far, as at an "
-                   "interrupt (Ctrl-C); reading, clocks and scoring come on top")
-      ->check(CLI::Range(1e-3, 1e9));
+  add_positive(*command, "--time-limit", o->time_limit_s,
+               "seconds after which the search of structures ends with the best so far, as at an "
+               "interrupt (Ctrl-C); reading, clocks and scoring come on top");
   command->add_option("--clock-offset", r.clock_offset_s,
                       "use this offset in seconds (reference minus sensor) and check it against the signals");
   CLI::Option* lead = command->add_option(

@@ -103,8 +103,7 @@ void add(CLI::App& app) {
             "when it is plugged in later");
   CLI::Option* hand =
       command->add_option("--hand", o->live.hand, "serial port of the bionic hand, shown beside the glove");
-  command->add_option("--baud", o->live.baud, "of the port (default: found by listening)")
-      ->check(CLI::Range(1e-3, 1e9));
+  add_positive(*command, "--baud", o->live.baud, "of the port (default: found by listening)");
   command->add_option(
       "--key", o->live.key,
       "pair.key of the deployment: a glove that is paired with a hand speaks to this program instead");

@@ -66,8 +66,7 @@ void add(CLI::App& app) {
       add_command(app, "pair", "One key for glove and hand over USB, without a compiler", run);
   command->add_option("--glove", o->glove, "the glove's serial port");
   command->add_option("--hand", o->hand, "the hand's serial port");
-  command->add_option("--baud", o->baud, "of the bootloaders (default: 115200, then 57600 as old ones have)")
-      ->check(CLI::Range(1e-3, 1e9));
+  add_positive(*command, "--baud", o->baud, "of the bootloaders (default: 115200, then the old 57600)");
   command->add_option("--key", o->key, "file with the key, 32 hexadecimal digits (default: a new key)");
   add_shown(*command, "--out", o->out, "file that a new key is written to, for its owner alone");
 }

@@ -48,16 +48,15 @@ Output run(const Options& o) {
     Json& entry = out.json["ports"].emplace_back(Json{{"port", port}});
     try {
       look(o, port, entry);
-    } catch (
-        const std::runtime_error& error) {  // no bootloader, no permission: the next port may be the board
+    } catch (const std::runtime_error& error) {  // no bootloader or permission: look at the next port
       if (!o.port.empty()) throw;
       const std::string what = error.what();
       entry["says"] = what.starts_with(port + ": ") ? what.substr(port.size() + 2) : what;
     }
     const auto says = entry.value("says", "");
     const auto baud = entry.value("baud", 0U);
-    out.text +=
-        port + (says.empty() ? "" : ": " + says) + (baud > 0 ? fmt::format(" at {} baud", baud) : "") + "\n";
+    out.text += fmt::format("{}{}{}{}\n", port, says.empty() ? "" : ": ", says,
+                            baud > 0 ? fmt::format(" at {} baud", baud) : "");
   }
   if (out.text.empty())
     out.text = "no serial port: plug the board in with a cable that carries data, not power alone\n";

@@ -71,7 +71,7 @@ posture::Completion complete(const CompleteOptions& o) {
   io::Output out(o.out);
   ProgressLine progress;
   progress.show("learning what these inputs tell ...");
-  const posture::Completion completion = posture::complete_table(
+  posture::Completion completion = posture::complete_table(
       known, table, o.job, [&](const std::string& text) { out.write(text); },
       [&](std::size_t rows) {
         if (rows % 256 == 0) progress.show(fmt::format("row {}", rows));

@@ -117,7 +117,7 @@ constexpr std::pair<const char*, const char*> kMoved[] = {
 
 void require_command(const CLI::App& app, const std::string& name, const std::string& next) {
   for (const auto& [moved, instead] : kMoved)
-    if (name == moved || name + " " + next == moved)
+    if (name == moved || fmt::format("{} {}", name, next) == moved)
       throw io::InputError("{} is Python's now: {}", moved, instead);
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
@@ -202,7 +202,7 @@ void add_compensator(CLI::App& command, std::string& model, double& rate_hz) {
 }
 
 void add_duration(CLI::App& command, double& for_s) {
-  command.add_option("--for", for_s, "seconds (default: until Ctrl-C)")->check(CLI::Range(1e-3, 1e9));
+  add_positive(command, "--for", for_s, "seconds (default: until Ctrl-C)");
 }
 
 CLI::Option* add_port(CLI::App& command, std::string& port, const std::string& of) {

@@ -140,12 +140,12 @@ void guide_motion(const std::function<double(double t_s)>& wait,
       "parts 3 and 5 each goes its own\n"
       "way. Seconds need not be met.\n\n");
   std::size_t at = 0;
-  std::string before;
-  for (double t_s = wait(-kReady_s); t_s < m.motion.duration_s(); t_s = wait(t_s + kFrame_s)) {
+  double t_s = wait(-kReady_s);
+  for (std::string before; t_s < m.motion.duration_s(); before = "\033[5A") {
     const std::size_t last = at;
     while (at < m.moves.size() && m.moves[at].start_s <= t_s) ++at;
     write(before + (at > last ? "\a" : "") + frame(m, at, t_s));
-    before = "\033[5A";
+    t_s = wait(t_s + kFrame_s);
   }
   write("\aThat is all: end both recordings.\n");
 }

@@ -305,7 +305,7 @@ void GlovePort::search(std::vector<std::string> paths, listen::ListenerOptions o
           try {
             auto listener = std::make_shared<listen::Listener>(options, [&](const std::string& what) {
               post([this, path, what] {
-                if (!source_) status_ = path + ": " + what;
+                if (!source_) status_ = fmt::format("{}: {}", path, what);
               });
             });
             post([this, path, listener, is_chosen] { found(path, listener, is_chosen); });

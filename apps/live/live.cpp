@@ -107,7 +107,7 @@ void Live::tick() {
 
 Json Live::what_next() const {
   if (jobs_.is_running()) return {{"kind", "job"}};
-  if (const Json wrong = glove_.wrong(); !wrong.is_null()) return wrong;
+  if (Json wrong = glove_.wrong(); !wrong.is_null()) return wrong;
   if (!calibration_.is_over()) return {{"kind", "calibration"}};
   for (const Json& next : {recorder_.next(), glove_.next()}) {
     if (!next.is_null()) return next;

@@ -214,7 +214,7 @@ class Writer {
       coefficients_ += fmt::format("constexpr compensator::FixedKnots<{}> kKnots{} PROGMEM = {};\n",
                                    c.knots.count, knots, text);
     }
-    const std::string name = fmt::format("g{}_{}", in, knots);
+    std::string name = fmt::format("g{}_{}", in, knots);
     if (std::ranges::find(found_, name) == found_.end()) {
       found_.push_back(name);
       lines_ +=

@@ -93,7 +93,7 @@ std::string boards_of(const Deployment& d) {
   const auto named = [](const Pins& pins) {
     return fmt::format("{} ({})", boards_with(pins), kAtmega328p.printed);
   };
-  const std::string glove = named(d.glove.pins);
+  std::string glove = named(d.glove.pins);
   if (!has_hand(d)) return glove;
   return fmt::format("glove: {}, hand: {}", glove, named({}));
 }

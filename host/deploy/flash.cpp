@@ -57,7 +57,7 @@ int percent_in(const std::string& err, std::string& what) {
 
 fs::path image_of(const std::string& what, const std::string& board) {
   std::error_code error;
-  const fs::path path = what;
+  fs::path path = what;
   if (!fs::is_directory(path, error)) {
     if (!fs::exists(path, error)) throw InputError("{}: no such file or folder", what);
     if (!board.empty()) throw InputError("{}: is one image: --board is for the folder of a deployment", what);

@@ -92,7 +92,7 @@ double nearest_sold(double kohm) {
 }
 
 std::string divider_part(double kohm) {
-  const std::string out = fmt::format("resistor {:g} kOhm, 1 %, one for each sensor", kohm);
+  std::string out = fmt::format("resistor {:g} kOhm, 1 %, one for each sensor", kohm);
   const double sold = nearest_sold(kohm);
   if (std::abs(sold / kohm - 1) < 1e-6) return out;
   return out + fmt::format(

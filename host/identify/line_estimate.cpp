@@ -141,7 +141,7 @@ struct LineProblem {
   }
 
   Eigen::VectorXd operator()(const Eigen::VectorXd& p, Eigen::MatrixXd* jacobian) const {
-    const Eigen::VectorXd r = residuals(p);
+    Eigen::VectorXd r = residuals(p);
     if (jacobian == nullptr) return r;
     jacobian->resize(r.size(), p.size());
     for (Eigen::Index c = 0; c < p.size(); ++c)
@@ -234,7 +234,7 @@ Eigen::MatrixXd estimate(const model::Model& model, const Seen* seen, std::vecto
       if (window) window->whitening = covariance_of(one, *window).llt().matrixL();
   const LineProblem problem{model, cases, seen};
   Eigen::VectorXd p = problem.solved(Eigen::VectorXd::Zero(problem.size()));
-  const Eigen::MatrixXd c = problem.covariance(p);
+  Eigen::MatrixXd c = problem.covariance(p);
   std::vector<Eigen::Index> fixed;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const Eigen::Index at = column(i);

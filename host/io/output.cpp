@@ -151,7 +151,7 @@ fs::path make_beside(const Target& target, Access who, Descriptor& descriptor) {
   remove_stale(target, stem);
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const std::string more = attempt > 0 ? fmt::format("-{}", attempt) : "";
-    const fs::path name =
+    fs::path name =
         target.file.parent_path() / fmt::format("{}.part-{}{}{}", stem, getpid(), more, extension);
     const mode_t mode = who == Access::owner ? 0600 : 0666;
     descriptor = Descriptor(::open(name.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_NOFOLLOW | O_CLOEXEC, mode));

@@ -165,7 +165,7 @@ void PolePair::check(const Place& place) const {
 // digit between Windows and Linux. e^{ix} - 1 by its series where x is small, and from there by doubling the angle.
 static std::pair<double, double> cosine_and_sine(double x) {
   int halved = 0;
-  for (; x > 0.125; x /= 2) ++halved;
+  for (; x > 0.125; ++halved) x /= 2;
   const double x2 = x * x;
   double c = -x2 / 2 * (1 - x2 / 12 * (1 - x2 / 30 * (1 - x2 / 56 * (1 - x2 / 90))));
   double s = x * (1 - x2 / 6 * (1 - x2 / 20 * (1 - x2 / 42 * (1 - x2 / 72))));

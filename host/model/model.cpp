@@ -141,7 +141,8 @@ void check_provenance(const Model& model, const std::string& source) {
   };
   check_error(model.fit, source + ": fit");
   const Json joints = fit.object_or_empty("joints");
-  for (const auto& [name, one] : joints.items()) check_error(one, source + ": fit: joints: " + name);
+  for (const auto& [name, one] : joints.items())
+    check_error(one, fmt::format("{}: fit: joints: {}", source, name));
 }
 
 // The blocks before a joint as a tree, the joint at its root: what each takes stands indented below it. A signal

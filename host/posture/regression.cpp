@@ -201,7 +201,7 @@ VectorXd Seen::correlation(const VectorXd& x, const VectorXd& with_cells) const 
 Hand Seen::mean_deg(const VectorXd& inputs_deg) const {
   const VectorXd x = regression_->scaled(inputs_deg, offset_deg_);
   const VectorXd with_cells = regression_->with_cells(x);
-  const Hand mean = regression_->mean_deg(with_cells, offset_deg_);
+  Hand mean = regression_->mean_deg(with_cells, offset_deg_);
   if (x_.rows() == 0) return mean;
   return mean + (weight_.transpose() * correlation(x, with_cells)).array();
 }

@@ -92,7 +92,7 @@ std::optional<std::string> known_unit(std::string_view text) {
 std::string unit_of(std::string_view column) { return known_unit(cut_name(column).unit).value_or(""); }
 
 std::string without_unit(std::string_view column) {
-  const std::string name(trimmed(column));
+  std::string name(trimmed(column));
   const std::string unit = cut_name(name).unit;
   if (!known_unit(unit)) return name;
   const std::string out = name.substr(0, name.find_last_not_of(" _([", name.rfind(unit) - 1) + 1);

@@ -25,14 +25,15 @@ std::string bars_svg(const Figure& figure,
   double end_ms = 0;
   for (const auto& row : rows)
     for (const Stretch& part : row.second) end_ms = std::max(end_ms, part.to_ms);
-  const double step = std::pow(10, std::floor(std::log10(end_ms)));
-  if (!(step > 0) || !std::isfinite(step)) throw std::domain_error("no time has passed");
+  double step_ms = std::pow(10, std::floor(std::log10(end_ms)));
+  if (!(step_ms > 0) || !std::isfinite(step_ms)) throw std::domain_error("no time has passed");
+  if (end_ms / step_ms <= 4) step_ms /= 2;
   Drawing d;
   const auto x = [&](double ms) { return kLeft + kWidth * ms / end_ms; };
   const double foot = 10 + kRow * static_cast<double>(rows.size());
-  for (double ms = 0; ms <= end_ms * 1.001; ms += end_ms / step > 4 ? step : step / 2) {
-    d.line({{x(ms), 6}, {x(ms), foot}}, "#cccccc", 1);
-    d.text(x(ms), foot + 18, fmt::format("{:g}", ms));
+  for (int i = 0; i * step_ms <= end_ms * 1.001; ++i) {
+    d.line({{x(i * step_ms), 6}, {x(i * step_ms), foot}}, "#cccccc", 1);
+    d.text(x(i * step_ms), foot + 18, fmt::format("{:g}", i * step_ms));
   }
   d.text(kLeft + kWidth / 2, foot + 38, "time (ms)");
   for (std::size_t r = 0; r < rows.size(); ++r) {

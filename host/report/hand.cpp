@@ -19,7 +19,7 @@ std::vector<Column> beside_peers(const std::string& own, const std::string& of,
                                  const std::string& behind = "") {
   std::vector<Column> out = {{"compensator", own, "{:.2f}°"}};
   for (const score::Baseline& peer : score::kBaselines)
-    out.emplace_back(words_of(peer), of + "/" + peer.name + behind, "{:.2f}°");
+    out.emplace_back(words_of(peer), fmt::format("{}/{}{}", of, peer.name, behind), "{:.2f}°");
   return out;
 }
 

@@ -61,8 +61,8 @@ Counts gesture_counts(const twin::Parameters& p, const model::Model& model) {
 
 std::vector<twin::Trial> Boards::simulate(const twin::TrialInput& input, std::uint64_t first,
                                           int count) const {
-  const auto out = workers_.run("simulate", {{"input", input}, {"first", first}, {"count", count}})
-                       .get<std::vector<twin::Trial>>();
+  auto out = workers_.run("simulate", {{"input", input}, {"first", first}, {"count", count}})
+                 .get<std::vector<twin::Trial>>();
   if (out.size() != static_cast<std::size_t>(count) || !std::ranges::all_of(out, is_sane)) {
     throw io::JobError(
         "the boards' simulation was asked for {} trials, and not as many of finite angles came back", count);

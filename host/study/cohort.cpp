@@ -392,10 +392,10 @@ std::string digest_of(const fs::path& folder, const Json& settings, const Shard&
   std::string out;
   for (std::size_t k = 0; k < shard.count(jobs_of(settings)); ++k) {
     const std::size_t job = shard.item(k);
-    out = io::digest(out + io::read_file(part_file(folder, job)));
+    out = io::digest(out.append(io::read_file(part_file(folder, job))));
     if (job < takes.size() && !read_part(folder, job).at("joints").empty())
       out = io::digest(
-          out + io::read_file(folder / model_file(takes[job].at("subject"), takes[job].at("session"))));
+          out.append(io::read_file(folder / model_file(takes[job].at("subject"), takes[job].at("session")))));
   }
   return out;
 }

@@ -24,8 +24,7 @@ namespace {
 using io::InputError;
 
 constexpr double kPoseError_deg = 2;
-constexpr double kHeld_s = 2;
-constexpr double kLongestHeld_s = 8;
+constexpr double kHeld_s[] = {2, 4, 8};
 constexpr double kBetween_s = 1;
 constexpr double kMotion_s = 30;
 constexpr std::uint64_t kPoseErrors = 0x706f7365;  // draws of their own
@@ -58,7 +57,7 @@ recording::Recording log_of(const twin::TrialInput& input, std::uint64_t number)
 
 // A wearer whose pose was not held still holds both again, twice as long; empty: he gave it up.
 identify::Held held(twin::TrialInput& input, std::uint64_t number) {
-  for (double held_s = kHeld_s; held_s <= kLongestHeld_s; held_s *= 2) {
+  for (const double held_s : kHeld_s) {
     input.worn = twin::Worn{poses(input.parameters, twin::seed_of(input.seed, number), held_s),
                             2 * held_s + kBetween_s};
     try {

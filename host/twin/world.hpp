@@ -50,9 +50,8 @@ class World {
 
   double finger_deg(int finger) const { return static_cast<double>(lanes_.x.reference[finger]); }
   double joint_deg(int finger) const { return static_cast<double>(lanes_.x.joint[finger]); }
-  double speed_deg_s(int finger) const {
-    return static_cast<double>(lanes_.x.speed[finger]);
-  }  // of the motor, behind the gear
+  // Of the motor, behind the gear.
+  double speed_deg_s(int finger) const { return static_cast<double>(lanes_.x.speed[finger]); }
 
   // How long a motor has pressed against a stop so far; see plant.hpp.
   int pressed_ms(int finger) const { return lanes_.x.pressed_ms[finger]; }
@@ -72,9 +71,9 @@ class World {
   void begin_step();
   void end_step() { lanes_.look(now_ms_++); }
 
-  Lanes<1> lanes_;
-  std::array<int, kFingers> potentiometer_{};
   std::int64_t now_ms_ = kStart_ms;
+  std::array<int, kFingers> potentiometer_{};
+  Lanes<1> lanes_;
 };
 
 }  // namespace flexor::twin

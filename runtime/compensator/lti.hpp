@@ -231,7 +231,7 @@ struct FixedLti {
     if ((n & kHasTaps) != 0) {
       coder.within(tap_fraction, 0, 16);
       coder.i16(tap[0]);
-      for (uint8_t i = static_cast<uint8_t>(left_out + 1); i < kOrder; ++i) coder.i16(tap[i]);
+      for (uint8_t i = 1; i < order; ++i) coder.i16(tap[left_out + i]);
     }
     coder.within(output_shift, 1, 30);
   }

@@ -111,7 +111,7 @@ class ModelStore {
     const uint8_t head[] = {generation_, static_cast<uint8_t>(size_), static_cast<uint8_t>(size_ >> 8),
                             static_cast<uint8_t>(crc_), static_cast<uint8_t>(crc_ >> 8)};
     order(kGeneration, sizeof(head));
-    for (uint8_t i = 0; i < sizeof(head); ++i) chunk_[i] = head[i];
+    for (uint8_t i = 0; i < count_; ++i) chunk_[i] = head[i];
     committing_ = true;
     return true;
   }

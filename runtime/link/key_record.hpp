@@ -21,6 +21,7 @@ namespace link {
 
 constexpr uint8_t kKeyMagicBytes = 8;
 constexpr uint8_t kKeyRecordBytes = 32;
+constexpr uint8_t kKeyCrcAt = kKeyMagicBytes + sizeof(Key::bytes);
 
 struct __attribute__((aligned(kKeyRecordBytes))) KeyRecord {
   uint8_t magic[kKeyMagicBytes];
@@ -37,14 +38,14 @@ inline bool load(const KeyRecord* record, Key& key) {
   const uint8_t* at = reinterpret_cast<const uint8_t*>(record);
   uint16_t crc = 0;
   uint16_t stored = 0;
-  for (uint8_t i = 0; i < kKeyMagicBytes + sizeof(key.bytes) + 2; ++i) {
+  for (uint8_t i = 0; i < kKeyCrcAt + 2; ++i) {
 #ifdef __AVR__
     const uint8_t byte = pgm_read_byte(at + i);
 #else
     const uint8_t byte = *reinterpret_cast<const volatile uint8_t*>(at + i);
 #endif
     const uint8_t in_key = static_cast<uint8_t>(i - kKeyMagicBytes);
-    if (i >= kKeyMagicBytes + sizeof(key.bytes)) {
+    if (i >= kKeyCrcAt) {
       stored = static_cast<uint16_t>((stored >> 8) | (static_cast<uint16_t>(byte) << 8));
       continue;
     }
@@ -57,7 +58,7 @@ inline bool load(const KeyRecord* record, Key& key) {
 // Of a key that load() gave.
 inline bool is_plain(const Key& key) {
   uint8_t any = 0;
-  for (uint8_t i = 0; i < sizeof(key.bytes); ++i) any = static_cast<uint8_t>(any | key.bytes[i]);
+  for (const uint8_t byte : key.bytes) any = static_cast<uint8_t>(any | byte);
   return any == 0;
 }
 

@@ -358,8 +358,8 @@ class Tracker {
   static Reading reach(Reading noise, typename A::Variance p) {
     typename A::Variance q = static_cast<typename A::Variance>(p + A::kOne);
     Reading out = 2 * noise;
-    for (; q >= 4 * A::kOne; q = static_cast<typename A::Variance>(q / 4))
-      out = static_cast<Reading>(2 * out);
+    for (; q >= 4 * A::kOne; out = static_cast<Reading>(2 * out))
+      q = static_cast<typename A::Variance>(q / 4);
     return out;
   }
 

@@ -41,16 +41,17 @@ using Cells = std::vector<std::string>;
 std::vector<std::pair<std::string, std::string>> scores_of(const identify::ScoreRow& row,
                                                            const score::Verdict& verdict) {
   const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; };
+  const auto bound = [&](double value) { return verdict.has_interval ? number(value) : ""; };
   std::vector<std::pair<std::string, std::string>> out = {{"samples", fmt::format("{}", row.samples)},
                                                           {"rmse_deg", number(row.rmse_deg)},
-                                                          {"rmse_low_deg", number(verdict.rmse_low_deg)},
-                                                          {"rmse_high_deg", number(verdict.rmse_high_deg)}};
+                                                          {"rmse_low_deg", bound(verdict.rmse_low_deg)},
+                                                          {"rmse_high_deg", bound(verdict.rmse_high_deg)}};
   for (const score::Baseline& one : score::kBaselines) {
     const auto found = row.baseline_deg.find(one.name);
     out.emplace_back(fmt::format("{}_deg", one.name),
                      found == row.baseline_deg.end() ? "" : number(found->second));
   }
-  const bool compared = !verdict.baseline.empty();
+  const bool compared = verdict.has_interval && !verdict.baseline.empty();
   out.emplace_back("verdict", compared ? score::to_json(verdict).at("word").get<std::string>() : "");
   out.emplace_back("baseline", verdict.baseline);
   out.emplace_back("difference_low_deg", compared ? number(verdict.low_deg) : "");

@@ -87,7 +87,7 @@ def identify(pairs: Sequence[tuple[Any, Any]], map: Optional[Mapping[str, tuple[
         if not isinstance(one, (tuple, list)) or len(one) != 2:
             raise InputError(f"pairs: a list of (glove, reference), not of {type(one).__name__}")
     for joint, of in (map or {}).items():
-        if not isinstance(of, (tuple, list)) or len(of) != 2 or not isinstance(of[1], str):
+        if not isinstance(of, (tuple, list)) or len(of) != 2 or of[0] is None or not isinstance(of[1], str):
             raise InputError(f'map: {joint!r} is {of!r:.60}: a sensor or several and an angle, ("SensorA1", "index_deg")')
     name = core.joint_name
     request = filled(

@@ -492,6 +492,7 @@ class Finder : public TableState {
     const std::vector<std::string> names = cells_of(comment, separator_);
     if (comment.empty() || names.size() != header_.size() || to_time(names.front())) return false;
     header_ = names;
+    find_clock();
     return true;
   }
 

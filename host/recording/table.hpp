@@ -59,6 +59,7 @@ struct TableOptions {
   TimeOptions time = {};
   Holes holes = Holes::none;
   From from = From::file;
+  std::string names = {};  // of the columns of a log that has none
 };
 
 struct Line {
@@ -192,7 +193,7 @@ class TableReader : public TableState {
   const char* fault_of(const std::string& cell, double number, double& last);
   void leave_out(const Problem& why);
 
-  std::string comment_;
+  std::string comment_ = options_.names;
   Line line_;
   bool is_new_ = false;             // line_ is not taken yet
   std::vector<std::string> other_;  // a header with other names; no row came yet

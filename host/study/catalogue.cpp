@@ -43,7 +43,7 @@ twin::Motion motion_file(const std::string& name, std::vector<std::string>& note
   const std::filesystem::path path(name);
   if (path.extension() == ".json") return twin::Motion::from_json(io::read_document(path), name);
   if (path.extension() == ".csv") return csv_motion(io::read_file(path), path, notes);
-  if (path.extension() == ".txt") return grasp_motion(io::read_file(path), path);
+  if (path.extension() == ".txt") return grasp_motion(io::read_file(path), path, notes);
   throw InputError(
       "unknown gesture \"{}\"; known: 1 to 6, as 1-6 or 2,4; or a file: .json gesture, .csv or "
       ".txt recorded motion",

@@ -34,14 +34,6 @@ const Published* row_of(int gesture, const std::string& compensator) {
   return it != std::end(kPublished) && gesture >= 1 && gesture <= kLastGesture ? it : nullptr;
 }
 
-double constant_log_rms(const NullModel& model, int from, int to) {
-  LogRms out;
-  for (const auto& [compensator, constant] : model.error_deg_s) {
-    for (int g = from; g <= to; ++g) out.add(constant, *published_error_deg_s(g, compensator));
-  }
-  return out.value();
-}
-
 }  // namespace
 
 const std::vector<std::string>& published_compensators() {
@@ -63,25 +55,22 @@ std::array<double, kPublishedTrials> published_trials_deg_s(int gesture, const s
   return out;
 }
 
-NullModel null_model() {
-  NullModel out;
+Json null_model() {
+  Json constants = Json::object();
+  LogRms fitted;
+  LogRms other;
   for (const std::string& c : published_compensators()) {
     double sum = 0;
     for (int g = 1; g <= kLastFittedGesture; ++g) sum += std::log(*published_error_deg_s(g, c));
-    out.error_deg_s[c] = std::exp(sum / kLastFittedGesture);
+    const double constant = std::exp(sum / kLastFittedGesture);
+    constants[c] = constant;
+    for (int g = 1; g <= kLastGesture; ++g)
+      (g <= kLastFittedGesture ? fitted : other).add(constant, *published_error_deg_s(g, c));
   }
-  out.fitted_log_rms = constant_log_rms(out, 1, kLastFittedGesture);
-  out.other_log_rms = constant_log_rms(out, kLastFittedGesture + 1, kLastGesture);
-  return out;
-}
-
-Json to_json(const NullModel& model) {
-  Json constants = Json::object();
-  for (const std::string& c : published_compensators()) constants[c] = model.error_deg_s.at(c);
   return {{"what", "one constant for each compensator, fitted to gestures 1 to 4"},
           {"error_deg_s", std::move(constants)},
-          {"log_rms_gestures_1_to_4", model.fitted_log_rms},
-          {"log_rms_gestures_5_and_6", model.other_log_rms}};
+          {"log_rms_gestures_1_to_4", fitted.value()},
+          {"log_rms_gestures_5_and_6", other.value()}};
 }
 
 }  // namespace flexor::study

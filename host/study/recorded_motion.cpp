@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <sstream>
 
@@ -24,58 +23,41 @@ using twin::kFingers;
 // What is kept in memory grows with the rows, not with the time between them.
 constexpr double kLongestPause_s = 60;
 
-// From 0. `row(i)` gives where sample i is.
-std::vector<double> motion_time(const std::vector<double>& t_s, const std::string& file,
-                                const std::function<std::string(std::size_t)>& row) {
-  if (t_s.size() < 2) throw InputError("{}: a motion needs at least two rows", file);
-  for (std::size_t i = 1; i < t_s.size(); ++i) {
-    const double pause_s = t_s[i] - t_s[i - 1];
-    if (pause_s > kLongestPause_s) {
-      throw InputError(
-          "{}: {}: its time is {:g} s after the row before, and a motion pauses {:g} s "
-          "at most; mend or remove the row",
-          file, row(i), pause_s, kLongestPause_s);
-    }
-  }
-  const double lasts_s = t_s.back() - t_s.front();
-  if (!(lasts_s >= 0.01 && lasts_s <= twin::kMaxDuration_s)) {
-    throw InputError("{}: lasts {:g} s; a motion lasts 0.01 to {:g} s", file, lasts_s, twin::kMaxDuration_s);
-  }
-  return recording::since_start(t_s);
-}
-
 // The row of a log that has this time, as an editor counts.
-std::string row_at(const std::string& text, const std::vector<std::string>& columns, double t_s) {
+std::string row_at(const std::string& text, const recording::TableOptions& options, double t_s) {
   std::istringstream stream(text);
-  recording::CsvReader reader(stream, "", {.columns = columns, .time = {}});
+  recording::CsvReader reader(stream, "", options);
   for (recording::Row row; reader.next(row);)
     if (row.t_s == t_s) return fmt::format("row {}", row.line);
   return fmt::format("time {:g}", t_s);
 }
 
+// Its columns, on a clock from 0.
+recording::Recording read(const std::string& text, const std::string& file,
+                          const recording::TableOptions& options, std::vector<std::string>& notes) {
+  std::istringstream stream(text);
+  recording::CsvReader reader(stream, file, options);
+  recording::Recording out = recording::read(reader);
+  notes.insert(notes.end(), out.warnings.begin(), out.warnings.end());
+  for (std::size_t i = 1; i < out.t_s.size(); ++i) {
+    const double pause_s = out.t_s[i] - out.t_s[i - 1];
+    if (pause_s > kLongestPause_s) {
+      throw InputError(
+          "{}: {}: its time is {:g} s after the row before, and a motion pauses {:g} s "
+          "at most; mend or remove the row",
+          file, row_at(text, options, out.t_s[i]), pause_s, kLongestPause_s);
+    }
+  }
+  const double lasts_s = out.t_s.back() - out.t_s.front();
+  if (!(lasts_s >= 0.01 && lasts_s <= twin::kMaxDuration_s)) {
+    throw InputError("{}: lasts {:g} s; a motion lasts 0.01 to {:g} s", file, lasts_s, twin::kMaxDuration_s);
+  }
+  out.t_s = recording::since_start(out.t_s);
+  return out;
+}
+
 constexpr recording::Range kHand_deg[] = {{90, 170}, {28, 113}};  // the bionic one's thumb and other fingers
 constexpr double kBeyond_deg = 5;                                 // a measured angle overshoots
-
-constexpr std::size_t kClock = 7;  // a date and a flag, then joint 1
-
-// A row's numbers, in their ranges.
-template <class Fail>
-std::vector<double> grasp_numbers(const std::string& line, const Fail& fail) {
-  constexpr std::size_t kFields = kClock + 23;
-  std::istringstream fields(line);
-  std::vector<double> v;
-  for (double x = 0; fields >> x;) v.push_back(x);
-  if (v.size() != kFields || !fields.eof())
-    fail(fmt::format("{} number(s) where a date, a flag and 23 joint angles make {}", v.size(), kFields));
-  const bool clock =
-      v[2] >= 1 && v[2] <= 31 && v[3] >= 0 && v[3] < 24 && v[4] >= 0 && v[4] < 60 && v[5] >= 0 && v[5] < 61;
-  if (!clock) fail(fmt::format("day {:g}, {:g}:{:g}:{:g} is no time", v[2], v[3], v[4], v[5]));
-  for (std::size_t j = kClock; j < kFields; ++j) {
-    if (!(std::abs(v[j]) <= 2 * std::numbers::pi))
-      fail(fmt::format("{:g} is no joint angle in radians", v[j]));
-  }
-  return v;
-}
 
 }  // namespace
 
@@ -83,10 +65,7 @@ twin::Motion csv_motion(const std::string& text, const std::filesystem::path& so
                         std::vector<std::string>& notes) {
   std::vector<std::string> columns;
   for (const std::string& finger : model::finger_names()) columns.push_back(finger + "_deg");
-  recording::Recording r = recording::parse_csv(text, source.string(), columns);
-  notes.insert(notes.end(), r.warnings.begin(), r.warnings.end());
-  std::vector<double> t_s =
-      motion_time(r.t_s, source.string(), [&](std::size_t i) { return row_at(text, columns, r.t_s[i]); });
+  const recording::Recording r = read(text, source.string(), {.columns = columns}, notes);
   std::array<std::vector<double>, kFingers> angle_deg;
   double largest_deg = 0;
   std::string beyond;
@@ -110,41 +89,30 @@ twin::Motion csv_motion(const std::string& text, const std::filesystem::path& so
   if (largest_deg < 4)
     throw InputError("{}: no angle above {:g}: are these radians? Write degrees", source.string(),
                      largest_deg);
-  return twin::Motion::from_samples(io::to_utf8(source.stem().string()), std::move(t_s),
-                                    std::move(angle_deg));
+  return twin::Motion::from_samples(io::to_utf8(source.stem().string()), r.t_s, std::move(angle_deg));
 }
 
-twin::Motion grasp_motion(const std::string& text, const std::filesystem::path& source) {
-  constexpr std::size_t kMcp[kFingers] = {2, 5, 9, 13, 17};
-  std::vector<double> t_s;
-  std::vector<std::string> rows;  // of each sample
-  std::array<std::vector<double>, kFingers> angle_deg;
-  std::istringstream lines(text);
-  std::string line;
-  for (int number = 1; std::getline(lines, line); ++number) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    const std::string row = fmt::format("row {}", number);
-    const auto fail = [&](const std::string& what) {
-      throw InputError("{}: {}: {}; mend or remove the row", source.string(), row, what);
-    };
-    const std::vector<double> v = grasp_numbers(line, fail);
-    const double t = ((v[2] * 24 + v[3]) * 60 + v[4]) * 60 + v[5];
-    if (!t_s.empty() && t == t_s.back()) continue;  // some rows repeat the one before
-    if (!t_s.empty() && t < t_s.back()) fail("the time goes backwards");
-    t_s.push_back(t);
-    rows.push_back(row);
-    for (std::size_t i = 0; i < kFingers; ++i)
-      angle_deg[i].push_back(-v[kClock - 1 + kMcp[i]] * 180 / std::numbers::pi);
-  }
-  t_s = motion_time(t_s, source.string(), [&](std::size_t i) { return rows[i]; });
+twin::Motion grasp_motion(const std::string& text, const std::filesystem::path& source,
+                          std::vector<std::string>& notes) {
+  std::string names = "year month day hour minute second flag";  // which the file does not have
+  for (int joint = 1; joint <= 23; ++joint) names += fmt::format(" joint{}_rad", joint);
+  const std::vector<std::string> mcp = {"joint2_rad", "joint5_rad", "joint9_rad", "joint13_rad",
+                                        "joint17_rad"};
+  const recording::Recording r = read(text, source.string(), {.columns = mcp, .names = names}, notes);
   // The glove's zero is its own: the straightest that each finger gets lies at the hand's lower limit, and a degree is a degree.
+  std::array<std::vector<double>, kFingers> angle_deg;
   for (std::size_t i = 0; i < kFingers; ++i) {
+    const std::vector<double>& rad = r.column(mcp[i]).value;
+    const auto [bent, straight] = std::ranges::minmax(rad);
+    if (bent < -2 * std::numbers::pi || straight > 2 * std::numbers::pi) {
+      throw InputError("{}: {}: {:g} to {:g} is no joint's range in radians", source.string(), mcp[i], bent,
+                       straight);
+    }
     const auto [lower, upper] = kHand_deg[i > 0];
-    const double straight = *std::ranges::min_element(angle_deg[i]);
-    for (double& angle : angle_deg[i]) angle = std::clamp(lower + angle - straight, lower, upper);
+    for (const double angle : rad)
+      angle_deg[i].push_back(std::min(lower + (straight - angle) * 180 / std::numbers::pi, upper));
   }
-  return twin::Motion::from_samples(io::to_utf8(source.stem().string()), std::move(t_s),
-                                    std::move(angle_deg));
+  return twin::Motion::from_samples(io::to_utf8(source.stem().string()), r.t_s, std::move(angle_deg));
 }
 
 }  // namespace flexor::study

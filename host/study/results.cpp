@@ -64,29 +64,6 @@ Json cells_json(const Result& r) {
   return {{"cells", std::move(cells)}, {"impact_deg_s", impact_deg_s}, {"pressed_s", most_pressed_s}};
 }
 
-// Over the gestures `from` to `to`; none: the run has none of them.
-std::optional<Distance> distance(const Result& result, int from, int to) {
-  std::set<int> gestures;
-  Distance out;
-  const NullModel null = null_model();
-  LogRms ours;
-  LogRms constants;
-  for (const Cell& cell : result.cells) {
-    if (!cell.published_deg_s || cell.gesture < from || cell.gesture > to) continue;
-    ours.add(cell.total_deg_s.mean(), *cell.published_deg_s);
-    constants.add(null.error_deg_s.at(cell.compensator), *cell.published_deg_s);
-    gestures.insert(cell.gesture);
-    if (std::ranges::find(out.compensators, cell.compensator) == out.compensators.end())
-      out.compensators.push_back(cell.compensator);
-  }
-  if (ours.count() == 0) return std::nullopt;
-  out.log_rms = ours.value();
-  out.null_model_log_rms = constants.value();
-  out.gestures.assign(gestures.begin(), gestures.end());
-  out.is_all = static_cast<int>(out.gestures.size()) == to - from + 1;
-  return out;
-}
-
 const Cell* find(const Result& result, int gesture, const std::string& compensator) {
   for (const Cell& cell : result.cells)
     if (cell.gesture == gesture && cell.compensator == compensator) return &cell;
@@ -148,9 +125,26 @@ Json save_traces(const Plan& plan, const std::filesystem::path& folder) {
 
 }  // namespace
 
-Distances distances(const Result& result) {
-  return {distance(result, 1, kLastFittedGesture), distance(result, kLastFittedGesture + 1, kLastGesture),
-          distance(result, 1, kLastGesture)};
+std::optional<Distance> distance(const Result& result, int from, int to) {
+  std::set<int> gestures;
+  Distance out;
+  const Json null = null_model().at("error_deg_s");
+  LogRms ours;
+  LogRms constants;
+  for (const Cell& cell : result.cells) {
+    if (!cell.published_deg_s || cell.gesture < from || cell.gesture > to) continue;
+    ours.add(cell.total_deg_s.mean(), *cell.published_deg_s);
+    constants.add(null.at(cell.compensator).get<double>(), *cell.published_deg_s);
+    gestures.insert(cell.gesture);
+    if (std::ranges::find(out.compensators, cell.compensator) == out.compensators.end())
+      out.compensators.push_back(cell.compensator);
+  }
+  if (ours.count() == 0) return std::nullopt;
+  out.log_rms = ours.value();
+  out.null_model_log_rms = constants.value();
+  out.gestures.assign(gestures.begin(), gestures.end());
+  out.is_all = static_cast<int>(out.gestures.size()) == to - from + 1;
+  return out;
 }
 
 std::vector<std::string> warnings(const Result& result, const Plan& plan) {
@@ -215,15 +209,16 @@ Json to_json(const Result& r, const Plan& plan) {
   const auto whole = [](const std::optional<Distance>& d) {
     return d && d->is_all ? Json(d->log_rms) : Json(nullptr);
   };
-  const Distances distance = distances(r);
+  const std::optional<Distance> fitted = distance(r, 1, kLastFittedGesture);
+  const std::optional<Distance> not_fitted = distance(r, kLastFittedGesture + 1, kLastGesture);
   Json out = cells_json(r);
   out.update({{"log_rms",
-               {{"gestures_1_to_4", whole(distance.fitted)},
-                {"gestures_5_and_6", whole(distance.not_fitted)},
-                {"all", whole(distance.all)},
-                {"fitted", distance.fitted},
-                {"not_fitted", distance.not_fitted}}},
-              {"null_model", to_json(null_model())},
+               {{"gestures_1_to_4", whole(fitted)},
+                {"gestures_5_and_6", whole(not_fitted)},
+                {"all", whole(distance(r, 1, kLastGesture))},
+                {"fitted", fitted},
+                {"not_fitted", not_fitted}}},
+              {"null_model", null_model()},
               {"shapes", shape_checks(r, plan)},
               {"engine", plan.engine != nullptr ? plan.engine->name() : "twin"},
               {"rate_hz", 1 / plan.compensators.front().model.sample_period_s},

@@ -14,7 +14,7 @@
 
 namespace flexor::study {
 
-// From the published table, over what of it is in the run.
+// From the published table, over what of some of its gestures is in the run.
 struct Distance {
   std::vector<int> gestures;
   std::vector<std::string> compensators;
@@ -25,13 +25,9 @@ struct Distance {
 
 FLEXOR_PIPE(Distance, gestures, compensators, log_rms, null_model_log_rms)
 
-struct Distances {
-  std::optional<Distance> fitted;  // gestures 1 to 4
-  // 5 and 6: not fitted. Not unseen either: their motions were written down with these figures in view.
-  std::optional<Distance> not_fitted;
-  std::optional<Distance> all;
-};
-Distances distances(const Result& result);
+// The twin was fitted to 1 to 4; 5 and 6 are not unseen either: their motions were written down with these figures in view. None: the
+// run has none of gestures `from` to `to`.
+std::optional<Distance> distance(const Result& result, int from, int to);
 
 // What the article states of curves and prints no number for, as numbers with a threshold. They are reported,
 // and nothing is fitted to them.

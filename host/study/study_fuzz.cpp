@@ -46,11 +46,9 @@ void read_row(const std::string& text) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
-  io::fuzz::read_or_refuse([&] {
-    std::vector<std::string> notes;
-    follow(study::csv_motion(text, io::fuzz::kSource, notes));
-  });
-  io::fuzz::read_or_refuse([&] { follow(study::grasp_motion(text, io::fuzz::kSource)); });
+  std::vector<std::string> notes;
+  io::fuzz::read_or_refuse([&] { follow(study::csv_motion(text, io::fuzz::kSource, notes)); });
+  io::fuzz::read_or_refuse([&] { follow(study::grasp_motion(text, io::fuzz::kSource, notes)); });
   read_row(text);
   return 0;
 }

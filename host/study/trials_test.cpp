@@ -1,5 +1,6 @@
 #include "host/study/trials.hpp"
 
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -88,12 +89,11 @@ TEST(Trials, ThreadsDoNotChangeABit) {
   const io::TemporaryFolder four;
   Plan p = plan("1,4", 40, one.path());
   p.threads = 1;
-  const Result a = run(p, {});
+  (void)run(p, {});
   p.threads = 4;
   p.folder = four.path();
-  const Result b = run(p, {});
+  (void)run(p, {});
   EXPECT_EQ(io::read_file(one.path() / "trials.csv"), io::read_file(four.path() / "trials.csv"));
-  EXPECT_EQ(a.cells[3].total_deg_s.mean(), b.cells[3].total_deg_s.mean());
 }
 
 TEST(Trials, CompensatorsMeetTheSamePeople) {
@@ -178,21 +178,14 @@ TEST(Trials, BoardsThatAnswerOtherTrialsThanAskedForEndTheRun) {
 
 // Two motions that agree every 50 ms, and nowhere else.
 TEST(Trials, AnotherMotionIsAnotherRun) {
-  std::vector<double> t_s;
-  std::array<std::vector<double>, kFingers> still;
-  std::array<std::vector<double>, kFingers> between;
-  for (int k = 0; k <= 200; ++k) {
-    t_s.push_back(0.01 * k);
-    for (std::size_t i = 0; i < kFingers; ++i) {
-      still[i].push_back(60);
-      between[i].push_back(k % 5 == 0 ? 60 : 70);
-    }
-  }
   Plan p = plan("2", 1);
-  p.motions = {twin::Motion::from_samples("m", t_s, still)};
-  const auto settings = settings_of(p);
-  p.motions = {twin::Motion::from_samples("m", t_s, between)};
-  EXPECT_NE(settings_of(p), settings);
+  const auto settings = [&](double between_deg) {
+    std::array<std::vector<double>, kFingers> angle_deg;
+    angle_deg.fill({60, between_deg, 60});
+    p.motions = {twin::Motion::from_samples("m", {0, 0.025, 0.05}, angle_deg)};
+    return settings_of(p);
+  };
+  EXPECT_NE(settings(60), settings(70));
 }
 
 TEST(Trials, TheArticlesWordsAreChecked) {
@@ -225,11 +218,11 @@ TEST(Trials, TheArticlesWordsAreChecked) {
 TEST(Trials, TheTwinIsNearerToThePublishedTableThanOneConstantForEachCompensator) {
   Plan p = plan("1-4", 48);
   p.compensators = compensators({"raw", "published-w", "published-hw"}, 10);
-  const Distance near = *distances(run(p, {})).fitted;
+  const Distance near = *distance(run(p, {}), 1, 4);
   EXPECT_LT(near.log_rms, 0.95 * near.null_model_log_rms);
   EXPECT_GT(near.log_rms, 0.75 * near.null_model_log_rms) << "nearer than anything that was fitted";
   for (const char* no : {"cloth.neighbour_share=0", "cloth.thumb_share=0"}) twin::assign(p.parameters, no);
-  EXPECT_GT(distances(run(p, {})).fitted->log_rms, near.null_model_log_rms);
+  EXPECT_GT(distance(run(p, {}), 1, 4)->log_rms, near.null_model_log_rms);
 }
 
 TEST(Trials, ReadsWideCsvAsMotionAndNamesWhatIsMissing) {
@@ -247,7 +240,12 @@ TEST(Trials, ReadsWideCsvAsMotionAndNamesWhatIsMissing) {
   io::expect_refused([&] { motion("far.csv", header + far); }, "column index_deg: 30 to 3000");
   io::expect_refused([&] { motion("rad.csv", header + "0,1.6,0.5,0.5,0.5,0.5\n1,1.6,1,1,1,1\n"); },
                      "radians");
-  io::expect_refused([&] { motion("bad.txt", "2014 09 12 13 43 42.258 1 -0.7\n"); }, "row 1");
+  std::string grasp;
+  for (const char* second : {"42.258", "42.358", "43.258"})
+    grasp += fmt::format("2014 09 12 13 43 {} 1 {}\n", second, fmt::join(std::vector(23, -0.5), " "));
+  EXPECT_DOUBLE_EQ(motion("good.txt", grasp).duration_s(), 1);
+  const std::string few = "2014 09 12 13 43 42.258 1 -0.7\n2014 09 12 13 43 42.358 1 -0.8\n";
+  io::expect_refused([&] { motion("bad.txt", few); }, "joint2_rad");
 }
 
 TEST(Trials, RealMotionStaysInsideTheHand) {
@@ -269,10 +267,8 @@ TEST(TwinFigures, TheTableComesOutAsPublished) {
   Plan p = plan("1-6", 64);
   p.compensators = compensators({"raw", "published-w", "published-hw"}, 10);
   const Result r = run(p, {});
-  EXPECT_GT(distances(r).fitted->log_rms, 0.15);
-  EXPECT_LT(distances(r).fitted->log_rms, 0.35);
-  EXPECT_GT(distances(r).not_fitted->log_rms, 0.3);
-  EXPECT_LT(distances(r).not_fitted->log_rms, 0.57);  // 0.52 with 64 trials
+  EXPECT_GT(distance(r, 5, 6)->log_rms, 0.3);
+  EXPECT_LT(distance(r, 5, 6)->log_rms, 0.57);  // 0.52 with 64 trials
   for (std::size_t m = 0; m < 6; ++m) {
     const Statistic& wiener_less_raw = r.cell(m, 1).difference_deg_s[0];
     const Statistic& hw_less_wiener = r.cell(m, 2).difference_deg_s[1];

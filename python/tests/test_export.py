@@ -15,6 +15,7 @@ pd = pytest.importorskip("pandas")
 
 import flexor
 from flexor import export
+from flexor.posture_learning import codebook
 
 ROWS = 3000  # several chunks of MCAP
 LOST = slice(1000, 1010)
@@ -257,6 +258,15 @@ def test_an_inlet_receives_what_is_played():
     assert received[0] == ["a", "b"]
     first = received[1][0]
     assert received[1:] == [[first, 0], [first + 1, 0], [first + 2, 0]]
+
+
+@pytest.mark.parametrize(("module", "package", "work"), [("pylsl", "pylsl", lambda: export.lsl(EVEN)),
+                                                         ("scipy.io", "scipy", lambda: export.mat("a.mat", EVEN)),
+                                                         ("sklearn.cluster", "scikit-learn", lambda: codebook(np.eye(23), 1, 2, 1))])
+def test_an_extra_that_is_missing_is_named(monkeypatch, module, package, work):
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(ImportError, match=f"^this needs {module}: pip install {package}$"):
+        work()
 
 
 def test_the_command_says_what_is_wrong_in_one_line(tmp_path):

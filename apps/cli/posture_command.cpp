@@ -40,9 +40,8 @@ std::vector<std::string> warnings_of(const CompleteOptions& o, const posture::Co
   const auto warn = [&](const std::string& what) { warnings.push_back(o.file + ": " + what); };
   for (const auto& [name, rows, extended] : c.inputs) {
     if (rows[1] + rows[2] + rows[3] + rows[4] > 0) {
-      warn(fmt::format(
-          "{}: {} row(s) missing, {} implausible, {} noisy, {} stuck: estimated from the other inputs", name,
-          rows[1], rows[2], rows[3], rows[4]));
+      warn(fmt::format("{}: {} row(s) missing, {} implausible, {} noisy, {} stuck: estimated from others",
+                       name, rows[1], rows[2], rows[3], rows[4]));
     }
     if (rows[5] > 0)
       warn(fmt::format("{}: {} row(s) beyond what its joints do: they end at their limits", name, rows[5]));

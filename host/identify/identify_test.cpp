@@ -452,10 +452,9 @@ TEST_F(Hand, ASensorsMissingReadingsCostTheOthersNothing) {
 TEST_F(Hand, ReadingsThatAreNoCountsAreRefusedBeforeTheSearch) {
   const PairFiles pair = write("one", {60, 7});
   change_readings(pair.sensor, [](double u) { return u / 1023; });
-  const std::string message = refusal(request({pair}));
-  EXPECT_TRUE(has(message, "\"a_adc\" reads 0.3") &&
-              has(message, "outside of what counts can be (1 to 1022)"))
-      << message;
+  const std::string why = refusal(request({pair}));
+  EXPECT_TRUE(has(why, "\"a_adc\" reads 0.3") && has(why, "outside of what counts can be (1 to 1022)"))
+      << why;
 }
 
 TEST_F(Hand, SignalsThatTellNothingAreNamed) {

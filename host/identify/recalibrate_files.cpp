@@ -264,8 +264,7 @@ Held poses_in(const std::vector<std::string>& poses, const recording::Recording&
         fmt::join(poses, ","));
   if (std::ranges::none_of(model.inputs, [](const auto& input) { return input.poses.has_value(); }))
     throw io::InputError(
-        "{}: the model does not say what its sensors read at the open hand and at the fist: identify it "
-        "again",
+        "{}: the model lacks what its sensors read at the open hand and at the fist: identify it again",
         log.source);
   std::vector<std::vector<double>> readings;
   std::vector<model::Spread> made;

@@ -377,9 +377,8 @@ void sample_pair(const Pair& pair, double rate_hz, double clock_offset_s, double
   const auto last = std::ranges::upper_bound(a.t_s, reference.t_s.back() - shift_s);
   if (last - first < 2 || !(*(last - 1) - *first > 1))
     throw JobError(
-        "with a clock offset of {:+.2f} s the recordings do not overlap by a second of measured angles; is "
-        "the "
-        "offset right, are there angles for longer?",
+        "with a clock offset of {:+.2f} s the recordings do not overlap for a second: is it right, are there "
+        "angles for longer?",
         a.clock_offset_s);
   a.overlap_begin = static_cast<std::size_t>(first - a.t_s.begin());
   const auto size = static_cast<std::size_t>(last - a.t_s.begin());

@@ -84,7 +84,7 @@ def test_a_recording_that_is_none(work, text):
 @pytest.mark.parametrize("work, text", [
     (lambda glove, camera: flexor.identify((glove, camera)), "pairs: a list of (glove, reference)"),
     (lambda glove, camera: flexor.identify([(glove, camera)], {"index": "index_deg"}), "a sensor or several and an angle"),
-    (lambda glove, camera: flexor.identify(zip([glove], [camera]), {"index": ([], "index_deg")}), "a sensor or several and an angle"),
+    (lambda glove, camera: flexor.identify(zip([glove], [camera]), {"index": ([], "index_deg")}), "index: the map names no sensor of it"),
     (lambda glove, camera: flexor.identify([(glove, camera)], rate_hz="20"), "rate_hz: '20' is of a kind"),
     (lambda glove, camera: flexor.align(glove.frame, camera), "sensor: which column? give input; there are: thumb_alpha_deg"),
     (lambda glove, camera: flexor.align(glove, camera, input="index_alpha_deg"), "camera: which column? give output"),

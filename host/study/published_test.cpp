@@ -1,6 +1,7 @@
 #include "host/study/published.hpp"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace flexor::study {
 namespace {
@@ -13,11 +14,10 @@ TEST(NullModel, FiguresThatAnIndependentCheckFound) {
 
 TEST(NullModel, NoOtherConstantIsNearer) {
   const Json constants = null_model().at("error_deg_s");
-  for (const auto& [compensator, constant] : constants.items()) {
+  for (const auto& [name, constant] : constants.items()) {
     double slope = 0;  // of half the sum of squares
-    for (int g = 1; g <= 4; ++g)
-      slope += std::log(constant.get<double>() / *published_error_deg_s(g, compensator));
-    EXPECT_NEAR(slope, 0, 1e-9) << compensator;
+    for (int g = 1; g <= 4; ++g) slope += std::log(constant.get<double>() / *published_error_deg_s(g, name));
+    EXPECT_NEAR(slope, 0, 1e-9) << name;
   }
 }
 

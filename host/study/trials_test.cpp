@@ -241,8 +241,8 @@ TEST(Trials, ReadsWideCsvAsMotionAndNamesWhatIsMissing) {
   io::expect_refused([&] { motion("rad.csv", header + "0,1.6,0.5,0.5,0.5,0.5\n1,1.6,1,1,1,1\n"); },
                      "radians");
   std::string grasp;
-  for (const char* second : {"42.258", "42.358", "43.258"})
-    grasp += fmt::format("2014 09 12 13 43 {} 1 {}\n", second, fmt::join(std::vector(23, -0.5), " "));
+  for (const char* time : {"43 59.258", "43 59.358", "44 00.258"})
+    grasp += fmt::format("2014 09 12 13 {} 1 {}\n", time, fmt::join(std::vector(23, -0.5), " "));
   EXPECT_DOUBLE_EQ(motion("good.txt", grasp).duration_s(), 1);
   const std::string few = "2014 09 12 13 43 42.258 1 -0.7\n2014 09 12 13 43 42.358 1 -0.8\n";
   io::expect_refused([&] { motion("bad.txt", few); }, "joint2_rad");

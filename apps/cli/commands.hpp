@@ -120,7 +120,6 @@ template <class T>
 CLI::Option* add_shown(CLI::App& command, const std::string& name, T& to, const std::string& about) {
   return command.add_option(name, to, about)->capture_default_str();
 }
-// A number above 0 that a clock or a port can take.
 template <class T>
 CLI::Option* add_positive(CLI::App& command, const std::string& name, T& to, const std::string& about) {
   return command.add_option(name, to, about)->check(CLI::Range(1e-3, 1e9));

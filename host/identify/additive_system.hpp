@@ -32,7 +32,7 @@ inline constexpr double kEnds = 0.01;  // share of the angles beyond the first g
 
 // The share `tail` of the used angles lies beyond either limit.
 model::Saturation limits_of(const Stack& stack, double tail);
-// Where an angle stops that goes on beyond what was seen by so much of the range.
+// Where an angle stops that goes on beyond what was seen: a span farther.
 model::Saturation open_limits(const Eigen::VectorXd& angle);
 // The ends at which the finger rests while its own sensor reads on; where it does not, the farthest angle and so much of the range.
 model::Saturation limits_at_rest(const Eigen::VectorXd& angle, const Eigen::VectorXd& own, double beyond);

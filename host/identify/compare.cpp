@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <optional>
 
 #include "host/io/io.hpp"
 #include "host/recording/align.hpp"

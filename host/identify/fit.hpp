@@ -14,11 +14,10 @@
 // neither Gaussian nor white. A is factored by SVD after column scaling, and its condition number reported.
 //
 // What the data cannot tell is refused: the parameter gets no standard error.
-// A limit that no sample is beyond is where the finger rests, else half a span of the angles beyond them, up to which curves go on as
-// straight as at their ends (Predictor::go_on); a pole, tap, radius or weight stays where the fit left it, one of many that fit
-// as well. A curve's values stay within the measured angles and one span of them on either side; they are
-// thought to lie beside the line between their neighbours by 5 % of the span (a normal prior), so that a curve goes on
-// straight where hardly any sample tells it.
+// A limit that no sample is beyond is where the finger rests, else a span of the angles beyond them, up to which curves go on as
+// straight as at their ends (Predictor::go_on); a pole, tap, radius or weight stays where the fit left it, one of many that fit as well.
+// A curve's values stay within the measured angles and one span of them on either side; a normal prior has them beside the line
+// between their neighbours by 5 % of the span, so that a curve goes on straight where hardly any sample determines it.
 #pragma once
 
 #include <Eigen/Core>

@@ -19,8 +19,8 @@ namespace {
 using Kind = Problem::Kind;
 
 constexpr std::size_t kLongestExcerpt = 40;  // of a cell in a message
-constexpr std::size_t kMalformedRows = 5;
-constexpr double kMalformedShare = 0.1;
+constexpr double kForgivenRows = 5;          // that are malformed, and
+constexpr double kForgivenShare = 0.1;
 constexpr std::size_t kTitles = 40;    // lines in which the first row of numbers is looked for
 constexpr std::size_t kLiveRows = 20;  // of look-ahead where rows come as they are made, and
 constexpr std::size_t kRows = 60'000;  // of a file: what gives nothing for ten minutes at 100 Hz is dead
@@ -1129,8 +1129,7 @@ bool TableReader::read_time(double& t_s, Problem& why) {
 void TableReader::leave_out(const Problem& why) {
   if (malformed_++ == 0) first_malformed_ = why;
   too_long_ += cells_.size() > header_.size() ? 1 : 0;
-  const double forgiven =
-      static_cast<double>(kMalformedRows) + kMalformedShare * static_cast<double>(rows_.kept());
+  const double forgiven = kForgivenRows + kForgivenShare * static_cast<double>(rows_.kept());
   if (static_cast<double>(malformed_) <= forgiven || is_port()) return;
   const bool has_commas = 2 * too_long_ > malformed_ && separator_ == ',';
   const std::string detail = fmt::format(

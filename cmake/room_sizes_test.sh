@@ -4,7 +4,7 @@
 # Argument: the repository.
 set -euo pipefail
 cd "$1"
-readonly kSource=73153 kTests=30932
+readonly kSource=73153 kTests=30928
 too_large() {  # PARTS: rooms above one part of so many
   sed -n 's/^flexor_room([a-z]* \([^ )]*\).*/\1/p' cmake/layers.cmake | while read -r room; do
     find "$room" \( -name '*.cpp' -o -name '*.hpp' \) ! -name '*_test.?pp' ! -name '*_fuzz.cpp' -exec cat {} + | wc -l | sed "s|$| $room|"

@@ -34,9 +34,8 @@ struct CandidateRow {
   std::optional<double> hold_drift_deg;  // none: a better one was worth wearing before
   std::string refusal;                   // why this one was passed over
   bool chosen = false;
-  std::optional<double> fold_loss =
-      {};                   // over the folds, mean of what is compared; of what was cross-validated
-  double fold_loss_se = 0;  // by how they scatter
+  std::optional<double> fold_loss = {};  // mean over the folds; none: it was not validated
+  double fold_loss_se = 0;               // by how they scatter
 };
 
 struct JointFit : Fitted {

@@ -230,7 +230,11 @@ Json to_json(const Result& r) {
   for (std::size_t j = 0; j < r.joints.size(); ++j) {
     const JointResult& joint = r.joints[j];
     Json rows = Json::array();
-    for (const CandidateRow& row : joint.rows) {
+    std::vector<CandidateRow> ranked = joint.rows;
+    std::ranges::stable_sort(ranked, {}, [](const CandidateRow& row) {
+      return std::pair(!row.chosen, row.fold_loss.value_or(HUGE_VAL));
+    });
+    for (const CandidateRow& row : ranked) {
       Json one = {
           {"structure", row.structure},
           {"chosen", row.chosen},

@@ -813,10 +813,9 @@ class Finder : public TableState {
       wants_more_ |= is_pipe() && are_ids && at(8) == nullptr;
       const auto turns = static_cast<double>(std::unique(cells.begin(), cells.end()) - cells.begin());
       if (!are_ids || rows < 8 || ids.size() > 10 || turns < (is_named ? 0.25 : 1) * rows) continue;
-      refuse(
-          Kind::ambiguous,
-          fmt::format("the rows are of several in turn, by \"{}\" ({}): make a {} of each", header_[i],
-                      listed({ids.begin(), ids.end()}), is_part ? "column, as a pivot table does," : "file"));
+      refuse(Kind::ambiguous,
+             fmt::format("the rows are of several in turn, by \"{}\" ({}): make a {} of each", header_[i],
+                         listed({ids.begin(), ids.end()}), is_part ? "column (a pivot table)" : "file"));
     }
   }
 

@@ -131,7 +131,7 @@ void tried_structures(Page& page, const Json& joint) {
     return fmt::format("{:.3g} ± {:.2g}", row.at("fold_loss").get<double>(),
                        row.at("fold_loss_se").get<double>());
   };
-  page.table(table_of("In order of preference", joint.at("structures"),
+  page.table(table_of("By loss over the folds, the chosen one first", joint.at("structures"),
                       {{"structure", structure},
                        {"parameters", "/effective_parameters", "{:.1f}"},
                        {"error, fitted part", "/fitted_rmse_deg", "{:.2f}°"},
@@ -141,10 +141,10 @@ void tried_structures(Page& page, const Json& joint) {
                        {"chosen", [](const Json& row) { return row.at("chosen").get<bool>() ? "*" : ""; }}}));
   page.paragraph(
       "Chosen: the smallest of the sums whose loss over the folds is at most 6.1 % and cross-validated RMSE "
-      "at most 3 % above the best of all, or a smaller chain within a standard error of it, that holds still "
-      "when the finger does and fits the glove's integers; or one that undoes a sensor's creep where that "
-      "pays. Drift: of readings that are held for a minute. Parameters: how many the data determine. No "
-      "drift: a better one was found before.");
+      "at most 3 % above the best of all, or a smaller chain within a standard error of it or one better by "
+      "more, that holds still when the finger does and fits the glove's integers; or one that undoes a "
+      "sensor's creep where that pays. Drift: of readings that are held for a minute. No drift: a better one "
+      "was found before. Parameters: how many the data determine.");
 }
 
 // A row for each pair, or for each part that was left out.

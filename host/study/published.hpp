@@ -40,7 +40,6 @@ class LogRms {
 };
 
 // What knows nothing of the laboratory: one constant for each compensator, whatever the gesture.
-//
 //   constant(c) = geometric mean over gestures 1 to 4 of the published average of c
 // which is the constant with the smallest rms of ln(constant / published) there. A twin whose distance from
 // the published table is no smaller distinguishes the gestures no better than a constant does.

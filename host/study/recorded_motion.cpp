@@ -9,7 +9,6 @@
 #include <sstream>
 
 #include "host/io/io.hpp"
-#include "host/io/json.hpp"
 #include "host/model/model.hpp"
 #include "host/recording/csv.hpp"
 #include "host/recording/resample.hpp"

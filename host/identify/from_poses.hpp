@@ -36,7 +36,7 @@ struct FromPoses {
 };
 
 // `log` has a column for each sensor; one that is called host_s is none. Throws io::JobError, one line with the mend: no sensor that moves, no rest, no
-// two poses, fewer than half of the sensors tell them apart; and io::InputError: `angles` of a joint that has no sensor, or both
+// two poses, fewer than half of the sensors distinguish them; and io::InputError: `angles` of a joint that has no sensor, or both
 // the same; names of joints that are not as many as the sensors.
 FromPoses model_from_poses(const recording::Recording& log, const PosesOptions& options);
 

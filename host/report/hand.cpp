@@ -34,7 +34,8 @@ std::string sensors_of(const Json& joint) {
 
 // Of a file, wherever it lies.
 std::string name_of(const Json& pair, const char* which) {
-  return std::filesystem::path(pair.at(which).get<std::string>()).filename().string();
+  const std::filesystem::path path(pair.at(which).get<std::string>());
+  return (path.parent_path().filename() / path.filename()).string();
 }
 
 std::string page_of(std::size_t joint) { return fmt::format("joint-{}.html", joint + 1); }

@@ -110,12 +110,11 @@ std::string in_words(const Verdict& v) {
   if (baseline == kBaselines.end()) return out + "; no baseline could be fitted";
   out += fmt::format("; the best baseline, {}, {:.2f}: ", baseline->words, v.baseline_deg);
   if (!v.has_interval)
-    return out +
-           fmt::format("no verdict on fewer than {} parts that were left out; record more", kLeastParts);
+    return out + fmt::format("no verdict on fewer than {} parts left out; record more", kLeastParts);
   out += fmt::format("{} (difference {:+.2f}, 95 %: {:+.2f} to {:+.2f})", word_of(v),
                      v.rmse_deg - v.baseline_deg, v.low_deg, v.high_deg);
   if (v.word == Verdict::Word::better) return out;
-  out += v.word == Verdict::Word::worse ? "; record more" : "; the data do not tell them apart: record more";
+  out += v.word == Verdict::Word::worse ? "; record more" : "; the data do not distinguish them: record more";
   if (!v.advises || v.rmse_deg <= v.baseline_deg) return out;
   return out + ", or take that: --structure " + io::shell_word(baseline->structure);
 }

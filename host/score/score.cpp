@@ -170,7 +170,7 @@ Score compare(const Angles& measured, const Angles& estimated) {
         kMinOverlap_s, reference_t_s.front(), reference_t_s.back(), estimated.t_s.front(),
         estimated.t_s.back());
   if (const auto [least, most] = std::ranges::minmax(measured_deg); least == most)
-    throw io::JobError("the measured angle is {:g} deg throughout: where nothing moves no fit can be told",
+    throw io::JobError("the measured angle is {:g} deg throughout: where nothing moves no fit can be judged",
                        least);
   Score s = score(t_s, measured_deg, estimated_deg, std::max(measured.max_gap_s, estimated.max_gap_s));
   s.left_out = left_out;

@@ -31,7 +31,7 @@ CalibrationSession::CalibrationSession(Context& context, GlovePort& glove, Worn&
   };
   context_.words.add(
       {{"calibrate.start",
-        {{"calibration_is_open", "job_runs", "no_readings", "redonning_waits"},
+        {{"calibration_is_open", "job_runs", "no_readings", "anew_waits"},
          [this](io::JsonReader& parts) { start(parts); }}},
        {"calibrate.next", does(&CalibrationSession::next)},
        {"calibrate.back", does(&CalibrationSession::back)},

@@ -46,7 +46,7 @@ JobRunner::JobRunner(Context& context, GlovePort& glove, Worn& worn)
          [this](io::JsonReader& parts) { run_experiment(parts.whole_within("trials", 1, 10000)); }}}},
       {{"job_runs", [this] {
           require_none();
-          context_.words.refuse("redonning_runs");
+          context_.words.refuse("anew_runs");
           return false;
         }}});
 }

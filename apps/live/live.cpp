@@ -146,8 +146,8 @@ void Live::list() {
 Json Live::state() {
   Json out = {{"event", "state"}};
   for (const char* part : {"device", "next", "fingers", "model", "recording", "job", "last", "link",
-                           "calibration", "tracking", "tracking_remark", "redonning", "twin", "hand",
-                           "posture", "scores", "experiment", "joint_files", "replay"})
+                           "calibration", "tracking", "tracking_remark", "anew", "twin", "hand", "posture",
+                           "scores", "experiment", "joint_files", "replay"})
     out[part] = nullptr;
   out["next"] = what_next();
   out["last"] = context_.last;

@@ -143,7 +143,7 @@ Recorder::Recorder(Context& context, Worn& worn, GlovePort& glove, JobRunner& jo
     end_redonning(true);
   };
   const auto keep = [this](io::JsonReader&) {
-    if (redonning_.step == RedonningStep::none) throw Refusal("no_redonning");
+    if (redonning_.step == RedonningStep::none) throw Refusal("no_anew");
     if (jobs_.is_running("recalibrate")) jobs_.cancel();
     end_redonning(false);
     context_.play("ordinary");
@@ -151,15 +151,15 @@ Recorder::Recorder(Context& context, Worn& worn, GlovePort& glove, JobRunner& jo
   context_.words.add({{"record.start", {{"recording_runs", "no_glove"}, start}},
                       {"record.stop", {{"no_recording"}, [this](io::JsonReader&) { stop(); }}},
                       {"marker", {{"no_recording"}, mark}},
-                      {"redonning.start",
-                       {{"job_runs", "calibration_is_open", "no_model", "no_glove", "redonning_waits"},
+                      {"anew.start",
+                       {{"job_runs", "calibration_is_open", "no_model", "no_glove", "anew_waits"},
                         [this](io::JsonReader&) { start_redonning(); }}},
-                      {"redonning.accept", {{}, accept}},
-                      {"redonning.keep", {{}, keep}}},
+                      {"anew.accept", {{}, accept}},
+                      {"anew.keep", {{}, keep}}},
                      {{"recording_runs", [this] { return recording_.has_value(); }},
                       {"no_recording", [this] { return !recording_; }},
-                      {"redonning_runs", [this] { return redonning_.step == RedonningStep::motion; }},
-                      {"redonning_waits", [this] { return redonning_.step != RedonningStep::none; }}});
+                      {"anew_runs", [this] { return redonning_.step == RedonningStep::motion; }},
+                      {"anew_waits", [this] { return redonning_.step != RedonningStep::none; }}});
 }
 
 // A disk that is full ends what wrote to it, and nothing else; what came before is kept.
@@ -212,7 +212,7 @@ void Recorder::stop() {
 
 // Ten seconds of opening and closing.
 void Recorder::start_redonning() {
-  const Session session = worn_.new_session("redonned");
+  const Session session = worn_.new_session("anew");
   redonning_.recording.emplace(session, context_.sessions.folder(session));
   redonning_.step = after(redonning_.step, RedonningEvent::starts);
   context_.play("bends", kPace);
@@ -253,7 +253,7 @@ void Recorder::write(Json& state) const {
                           {"rows", recording_->rows()},
                           {"seconds", recording_->seconds()}};
   if (redonning_.step != RedonningStep::none)
-    state["redonning"] = {
+    state["anew"] = {
         {"seconds", redonning_.worn_s}, {"of_seconds", kRedonning_s}, {"fingers", redonning_.result.fingers}};
 }
 
@@ -262,7 +262,7 @@ Json Recorder::next() const {
   if (redonning_.step == RedonningStep::motion) return {{"kind", "bend"}};
   if (redonning_.step == RedonningStep::fits) return {{"kind", "fits"}};
   const auto& [applied, is_off, fingers, wanted, misfits] = redonning_.result;
-  const char* kind = !applied ? "keep" : !is_off ? "unchanged" : "take";
+  const char* kind = !applied ? "keep" : !is_off ? "as_it_was" : "take";
   return {{"kind", kind}, {"why", applied ? "" : wanted}, {"misfits", misfits}};
 }
 

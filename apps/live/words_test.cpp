@@ -56,7 +56,7 @@ TEST_F(Words, WhatIsWrongIsAnsweredInOneLine) {
                  "side");
   expect_refused({{"do", "send"}}, "no_model");
   expect_refused({{"do", "flash"}, {"board", "toaster"}}, "glove or hand");
-  expect_refused({{"do", "redonning.start"}}, "no_model");
+  expect_refused({{"do", "anew.start"}}, "no_model");
   tab_->send("{\"do\": [[[[[[[[[[[[");
   tab_->send("not even JSON");
   for (int kind = 0; kind < 256; ++kind)

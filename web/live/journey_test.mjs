@@ -48,11 +48,11 @@ async function calibrate(view) {
   await view.picture('calibrate');
   await view.at('calibrate-start').click();
   await step(view, 'reference');
-  await view.expectText('calibrate-instruction', 'The camera sees the marks');
+  await view.expectText('calibrate-say', 'The camera sees the marks');
   await view.picture('reference');
   await view.at('calibrate-next').click();
   await step(view, 'motion');
-  await view.expectText('calibrate-instruction', 'Enough');
+  await view.expectText('calibrate-say', 'Enough');
   await view.picture('motion');
   await view.at('calibrate-next').click();
   await step(view, 'result');
@@ -73,11 +73,11 @@ async function putOnAgain(view) {
   await view.at('twin-slip_deg').fill(String(slip_deg));
   const slipped = await score(view, 'slipped');
   await view.at('tab-wear').click();
-  await view.at('redonning-start').click();
-  await view.at('redonning-accept').waitFor();
-  figures.push((await view.at('redonning-table').innerText()).replaceAll(/\s+/g, ' '));
+  await view.at('anew-start').click();
+  await view.at('anew-accept').waitFor();
+  figures.push((await view.at('anew-table').innerText()).replaceAll(/\s+/g, ' '));
   await view.picture('redonned');
-  await view.at('redonning-accept').click();
+  await view.at('anew-accept').click();
   return slipped;
 }
 

@@ -143,9 +143,9 @@ const tones = (view) => view.page.evaluate(() => globalThis.tones);
 async function poses(view) {
   await step(view, 'motion');
   await view.expectText('calibrate-then', ' s: ');
-  await view.expectText('calibrate-instruction', /^(Hold|Make|Open)/);
-  const [asks, before] = [await view.at('calibrate-instruction').textContent(), await tones(view)];
-  await view.changes('calibrate-instruction', asks);
+  await view.expectText('calibrate-say', /^(Hold|Make|Open)/);
+  const [asks, before] = [await view.at('calibrate-say').textContent(), await tones(view)];
+  await view.changes('calibrate-say', asks);
   view.check('a tone at a change', (await tones(view)) > before);
   await view.click('sound');
   await view.page.reload();
@@ -153,7 +153,7 @@ async function poses(view) {
   await view.until(() => document.querySelector('[data-testid=sound][aria-checked=false]'));
   view.check('opened again in the place where it was, and as silent', (await view.at('tab-calibrate').getAttribute('aria-selected')) === 'true');
   await inspect(view, 'calibrate_motion');
-  await view.expectText('calibrate-instruction', 'Enough');
+  await view.expectText('calibrate-say', 'Enough');
   view.check('no tone where it is off', (await tones(view)) === 0);
   await view.click('calibrate-next');
   await step(view, 'result');
@@ -166,7 +166,7 @@ async function poses(view) {
   await view.click('calibrate-accept');
   await step(view, 'send');
   await view.click('calibrate-send');
-  await view.expectText('calibrate-instruction', 'Finish');
+  await view.expectText('calibrate-say', 'Finish');
   await inspect(view, 'calibrate_send');
   await view.click('calibrate-next');
   await view.at('next').waitFor(); // the calibrated hand, no empty form
@@ -175,7 +175,7 @@ async function poses(view) {
 async function reference(view, kind) {
   await step(view, 'reference');
   if (kind === 'drawn') {
-    await view.expectText('calibrate-instruction', 'The camera sees the marks');
+    await view.expectText('calibrate-say', 'The camera sees the marks');
     await view.until(() => document.querySelector('[data-testid=server-picture]')?.naturalWidth > 100);
     await view.until(() => document.querySelectorAll('[data-testid=camera-marks] circle').length === 24);
     view.check('each mark that is seen has a ring', true);
@@ -188,7 +188,7 @@ async function reference(view, kind) {
     await view.click('calibrate-back');
     await step(view, 'reference');
   } else {
-    await view.expectText('calibrate-instruction', kind === 'marks' ? 'sees every mark' : 'Show the whole hand');
+    await view.expectText('calibrate-say', kind === 'marks' ? 'sees every mark' : 'Show the whole hand');
     if (kind === 'marks') {
       await view.expectText('camera-facts', /[1-9]\d* pictures, \d of \d+ marks seen/);
       await view.expectText('marks-wanted', '24 dots');
@@ -216,12 +216,12 @@ async function wearModel(view) {
   await view.page.reload();
   await view.expectText('closed-index', '% closed');
   view.check('an open hand is called as before', (await view.at('open-hand').inputValue()) === '0');
-  await press(view, 'redonning-start');
-  await view.at('redonning-progress').waitFor();
-  await view.at('redonning-index').waitFor();
-  await inspect(view, 'wear_redonning');
-  await press(view, 'redonning-keep');
-  await view.at('redonning-start').waitFor();
+  await press(view, 'anew-start');
+  await view.at('anew-progress').waitFor();
+  await view.at('anew-index').waitFor();
+  await inspect(view, 'wear_anew');
+  await press(view, 'anew-keep');
+  await view.at('anew-start').waitFor();
   await press(view, 'send');
   await view.expectText('job', '✓ Send');
 }
@@ -241,7 +241,7 @@ async function look(view) {
   view.check(`a score is of what the sliders show: ${worn}, then ${slipped}`, slipped > 1.1 * worn);
   await view.at('twin-slip_deg').fill('0');
   await view.at('experiment-trials').fill('10000');
-  await view.click('experiment-run', 'job-cancel');
+  await view.click('experiment-run', 'strip-cancel');
   await view.expectText('job', '✕ Experiment');
   await view.at('experiment-trials').fill('1');
   await view.click('experiment-run');

@@ -60,7 +60,7 @@ function Work({ calibration }: { calibration: Calibration }) {
   return (
     <section class={`panel work ${isFilmed ? 'with-camera' : ''}`} aria-label="The step">
       <div class="work-main">
-        <p class="instruction" aria-live="polite" data-testid="calibrate-instruction">
+        <p class="instruction" aria-live="polite" data-testid="calibrate-say">
           {askWords(calibration.asks, calibration)}
         </p>
         <div class="clock" hidden={!isMotion}>

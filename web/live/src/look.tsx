@@ -36,7 +36,7 @@ function Link() {
     ['Message to screen', 'screen', number(drawn.median_ms, 0, ' ms')],
     ['Jitter of arrival', 'jitter', number(link.jitter_ms, 1, ' ms')],
     ['Frames lost', 'lost', link.lost === null ? 'not known' : number(link.lost)],
-    ['Malformed', 'malformed', number(link.torn)],
+    ['Malformed', 'torn', number(link.torn)],
   ];
   const spread = `99th percentile ${number(drawn.p99_ms)} ms of ${drawn.frames} frames`;
   return (

@@ -134,7 +134,7 @@ function Job() {
     : last && `${last.ok ? '✓' : '✕'} ${title(last.job)}: ${refusalWords(last.text)}`;
   return (
     <div class={`job ${!job && last?.ok === false ? 'failed' : ''}`} hidden={!job && !isFresh}>
-      <Controls id="job">
+      <Controls id="strip">
         <span class="job-text" data-testid="job">
           {text}
         </span>
@@ -142,7 +142,7 @@ function Job() {
           <progress key={job.fraction === null} max={1} value={job.fraction ?? undefined} aria-label="Share that is done" />
         )}
         {job && (
-          <Button test="job-cancel" kind="quiet" act={() => ask('job.cancel')}>
+          <Button test="strip-cancel" kind="quiet" act={() => ask('job.cancel')}>
             Stop
           </Button>
         )}

@@ -140,34 +140,34 @@ const kSlipped = `The glove has slipped: it reads otherwise than when it was cal
 const kRedonningColumns = ['Finger', 'Off by', 'Verdict'];
 
 export function Redonning() {
-  const { redonning, model, next } = store.state;
-  const { seconds, of_seconds: of, fingers } = redonning ?? { seconds: 0, of_seconds: 10, fingers: [] };
+  const { anew, model, next } = store.state;
+  const { seconds, of_seconds: of, fingers } = anew ?? { seconds: 0, of_seconds: 10, fingers: [] };
   const isDone = fingers.length > 0;
   const isRunning = !isDone && seconds > 0 && seconds < of;
   const isSlipped = next.kind === 'slipped';
   const control = (label: string, word: string, kind: string, disabled = false) => (
-    <Button test={`redonning-${word}`} kind={kind} act={() => ask(`redonning.${word}`)} disabled={disabled}>
+    <Button test={`anew-${word}`} kind={kind} act={() => ask(`anew.${word}`)} disabled={disabled}>
       {label}
     </Button>
   );
   return (
-    <Panel id="redonning" name="Put on again" kind={isSlipped ? 'offered' : ''}>
+    <Panel id="anew" name="Put on again" kind={isSlipped ? 'offered' : ''}>
       <Note text={!isRunning && !isDone && (isSlipped ? kSlipped : kPutOn)} />
       {!isDone && control('Ten seconds of motion', 'start', isSlipped ? 'primary' : '', !model || isRunning)}
       <progress
         max={of}
         value={Math.min(of, seconds)}
         aria-label="Seconds of motion"
-        data-testid="redonning-progress"
+        data-testid="anew-progress"
         hidden={!isRunning}
       />
       <Note kind="facts" text={isRunning && `Keep moving: ${number(seconds)} of ${number(of)} s`} />
       {isDone && (
-        <Table test="redonning-table" caption="How far off, degrees, by the new calibration" columns={kRedonningColumns}>
+        <Table test="anew-table" caption="How far off, degrees, by the new calibration" columns={kRedonningColumns}>
           {fingers.map(({ name, before_deg, after_deg, verdict }) => {
             const error = after_deg === null ? '' : `± ${degrees(after_deg, 1)}`;
             return (
-              <tr key={name} data-testid={`redonning-${name}`}>
+              <tr key={name} data-testid={`anew-${name}`}>
                 <th scope="row">{title(name)}</th>
                 <td>{before_deg === null ? 'not known' : `${degrees(before_deg, 1)} ${error}`}</td>
                 <td class="wrap">{verdict}</td>

@@ -113,7 +113,7 @@ export interface State {
   calibration: Calibration | null;
   tracking: boolean;
   tracking_remark: string;
-  redonning: {
+  anew: {
     seconds: number;
     of_seconds: number;
     fingers: { name: string; before_deg: Maybe; after_deg: Maybe; verdict: string }[];

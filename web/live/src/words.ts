@@ -8,7 +8,7 @@ const kNext: Record<string, string> = {
   bend: 'Open your hand, make a fist, open it: again and again, all fingers from end to end.',
   fits: 'The glove is fitted to how it lies now.',
   keep: 'Nothing is changed, the old calibration stays: {why}{misfits}',
-  unchanged: 'The glove lies about as it did: the new calibration changes less than it is sure of.{misfits}',
+  as_it_was: 'The glove lies about as it did: the new calibration changes less than it is sure of.{misfits}',
   take: 'Take the new calibration, or keep the old one.{misfits}',
   listening: 'Listening to the port.',
   replay: 'A recording is played again: Look has its time line.',
@@ -80,7 +80,7 @@ const kMissing: Record<string, string> = {
 
 const kRefused: Record<string, string> = {
   job_runs: '{job} runs: wait for it, or cancel it',
-  redonning_runs: 'ten seconds of a glove that was put on again are recorded: wait for them',
+  anew_runs: 'ten seconds of a glove that was put on again are recorded: wait for them',
   calibration_is_open: 'a calibration is open, perhaps in another tab: go on with it, or cancel it',
   no_calibration: 'no calibration is open: start one',
   motion_runs: 'a calibration records its motion: finish it first',
@@ -109,8 +109,8 @@ const kRefused: Record<string, string> = {
   no_model: 'no model is worn: calibrate first, or choose one',
   model_misfit: 'the model that was chosen is not worn: {why}',
   not_tracked: 'this model cannot be tracked: identify it again',
-  no_redonning: 'no glove was put on again',
-  redonning_waits: 'the new calibration waits for an answer: take it, or keep the old one',
+  no_anew: 'no glove was put on again',
+  anew_waits: 'the new calibration waits for an answer: take it, or keep the old one',
   nothing_to_accept: 'there is no new calibration to accept yet',
   no_twin: 'no twin wears the glove: start flexor live --demo',
   twin_wears: 'the twin wears the glove: start flexor live without --demo for a real one',
